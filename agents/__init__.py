@@ -1,0 +1,1 @@
+"""Agent plugins, one folder each. They know only `arramon_client` and `lang`."""

@@ -1,0 +1,1 @@
+"""The ArraMon protocol: services and messages of every version."""

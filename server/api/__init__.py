@@ -1,0 +1,1 @@
+"""The service on the wire: thin servicers that translate, call, translate."""

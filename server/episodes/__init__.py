@@ -1,0 +1,1 @@
+"""What an episode is, its files, and where episodes come from."""

@@ -1,0 +1,1 @@
+"""Runs: everything that must survive a restart."""

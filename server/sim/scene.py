@@ -1,0 +1,77 @@
+"""A scene is data: named bodies with meshes, textures and poses. Every world and every camera is built from it alone.
+
+Everything here is in the scene frame (right-handed, z up; see `geometry`): X is the world's x, Y its z, Z its y.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles with texture coordinates and flat or smooth normals.
+
+    Attributes:
+        vertices: (n, 3) float32, units, in the body's own frame: X right, Y ahead, Z up, the origin on the ground.
+        uvs: (n, 2) float32; v runs upwards; the texture repeats beyond [0, 1].
+        normals: (n, 3) float32, unit length, outwards.
+        triangles: (m, 3) int32, counter-clockwise seen from outside.
+    """
+
+    vertices: npt.NDArray[np.float32]
+    uvs: npt.NDArray[np.float32]
+    normals: npt.NDArray[np.float32]
+    triangles: npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True, slots=True)
+class BoxCollider:
+    """A solid box around the body's own vertical axis: half extents along X and Y, and a height from its origin up."""
+
+    half_width: float
+    half_length: float
+    height: float
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """One named thing.
+
+    Attributes:
+        name: unique in its scene, such as "building/3", "cone/0", "collectible/striped red mug/0".
+        mesh: what it looks like, by name in `Scene.meshes`.
+        texture: by name in `Scene.textures`.
+        position: (X, Y, Z) of the body's origin, units.
+        heading: degrees clockwise seen from above; the body's own Y axis points there.
+        scale: uniform, of the mesh.
+        collider: what stops the agent; None for what can be walked through (ground, collectibles, banners).
+        label: what kind of thing it is, for segmentation: "building", "cone", "striped red mug", ...
+    """
+
+    name: str
+    mesh: str
+    texture: str
+    position: tuple[float, float, float]
+    heading: float = 0.0
+    scale: float = 1.0
+    collider: BoxCollider | None = None
+    label: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Bodies, and the meshes and textures that they name.
+
+    Attributes:
+        bodies: with names unique in the scene.
+        meshes: by name.
+        textures: by name; (height, width, 3) uint8, the first row at the top (v = 1).
+    """
+
+    name: str
+    bodies: tuple[Body, ...]
+    meshes: Mapping[str, Mesh] = field(repr=False)
+    textures: Mapping[str, npt.NDArray[np.uint8]] = field(repr=False)
