@@ -18,6 +18,9 @@ STEP = 1.0
 EYE_HEIGHT = 0.525
 """Height of the agent's camera above the ground, and its y in every path."""
 
+AGENT_RADIUS = 0.25
+"""Radius of the agent's body, in units: the disc that must have its way free."""
+
 
 class Point(NamedTuple):
     """A position in the world frame, in units."""
