@@ -1,0 +1,59 @@
+"""A signature is one line that can be read back."""
+
+import dataclasses
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from server.scoring.signature import Signature
+
+SIGNATURE = Signature("0.1.0", 1, "val_seen", "en", 1065, 150, frozenset({"rgb", "depth"}), "ab12")
+LINE = "split:val_seen|lang:en|episodes:1065|steps:150|sensors:depth+rgb|protocol:1|version:0.1.0|data:ab12"
+
+
+def test_it_is_one_line() -> None:
+    assert str(SIGNATURE) == LINE
+    assert Signature.parse(LINE + "\n") == SIGNATURE
+
+
+def test_an_agent_without_sensors() -> None:
+    blind = dataclasses.replace(SIGNATURE, sensors=frozenset())
+    assert "|sensors:none|" in str(blind)
+    assert Signature.parse(str(blind)) == blind
+
+
+words = st.text("abnoe019_.:-", min_size=1, max_size=8)
+
+
+@given(st.builds(Signature, words, st.integers(), words, words, st.integers(), st.integers(),
+                 st.frozensets(words.filter(lambda word: word != "none")), words))  # fmt: skip
+def test_it_can_be_read_back(signature: Signature) -> None:
+    assert Signature.parse(str(signature)) == signature
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("", "no field 'sensors'"),
+        (LINE.replace("|data:ab12", ""), "no field 'data'"),
+        (LINE.replace("1065", "many"), "many"),
+        (LINE.replace("depth+rgb", "rgb+depth"), "expected"),
+        (LINE + "|more:1", "expected"),
+        (LINE.replace("split:val_seen", "split:"), "''"),
+    ],
+)
+def test_another_line_is_an_error(line: str, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        Signature.parse(line)
+
+
+@pytest.mark.parametrize("word", ["", "val|seen", "val seen", "a\nb", "a+b"])
+def test_a_word_that_cannot_be_read_back_is_refused(word: str) -> None:
+    with pytest.raises(ValueError, match="cannot stand in a signature"):
+        dataclasses.replace(SIGNATURE, split=word)
+
+
+def test_a_sensor_called_none_is_refused() -> None:
+    with pytest.raises(ValueError, match="none"):
+        dataclasses.replace(SIGNATURE, sensors=frozenset({"none"}))
