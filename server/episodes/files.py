@@ -1,0 +1,133 @@
+"""Episode files: JSON Lines with a header, checked on load; section files: one JSON object each.
+
+The first line of an episode file is the header; every further line is one `Episode` (see `episode`), field by field.
+`docs/episodes.md` describes the format for those who write such files with other tools.
+"""
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import TypeAdapter, ValidationError
+from pydantic_core import from_json
+
+from server.episodes.episode import Episode
+from server.errors import BadFile
+from server.sim.section import Section
+
+FORMAT, VERSION = "arramon-episodes", 1
+
+
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True, slots=True)
+class Header:
+    """The first line of an episode file.
+
+    Attributes:
+        format: always "arramon-episodes".
+        version: of the format; files of another version are refused.
+        split: such as "val_seen".
+        hidden: whether targets, goals and paths must never leave the server.
+        source: where the episodes came from, in words.
+    """
+
+    format: str
+    version: int
+    split: str
+    hidden: bool
+    source: str
+
+
+_HEADER = TypeAdapter(Header)
+_EPISODE = TypeAdapter(Episode)
+_SECTION = TypeAdapter(Section)
+
+
+def write_episodes(path: Path, header: Header, episodes: Iterable[Episode]) -> None:
+    """Writes an episode file; the same episodes give the same bytes."""
+    with path.open("wb") as file:
+        file.write(_HEADER.dump_json(header) + b"\n")
+        for episode in episodes:
+            file.write(_EPISODE.dump_json(episode) + b"\n")
+
+
+def read_episodes(path: Path) -> tuple[Header, list[Episode]]:
+    """Reads and checks an episode file.
+
+    Raises:
+        BadFile: naming the line and the field that are wrong.
+    """
+    lines = read_bytes(path).split(b"\n")
+    if lines[-1] != b"":
+        raise BadFile(path, "the file is cut off: it does not end with a line break", line=len(lines))
+    header = _check_header(path, parse(_HEADER, lines[0], path, line=1))
+    episodes: dict[str, Episode] = {}
+    for number, line in enumerate(lines[1:-1], start=2):
+        episode = parse(_EPISODE, line, path, line=number)
+        if episode.episode_id in episodes:
+            raise BadFile(path, f"episode {episode.episode_id!r} is there twice", line=number, field="episode_id")
+        episodes[episode.episode_id] = episode
+    return header, list(episodes.values())
+
+
+def write_section(path: Path, section: Section) -> None:
+    """Writes a section, indented so that a person can read it and a difference shows."""
+    path.write_bytes(_SECTION.dump_json(section, indent=1) + b"\n")
+
+
+def read_section(path: Path) -> Section:
+    """Reads and checks a section file.
+
+    Raises:
+        BadFile: naming the field that is wrong.
+    """
+    return parse(_SECTION, read_bytes(path), path)
+
+
+def read_bytes(path: Path) -> bytes:
+    """A file's bytes.
+
+    Raises:
+        BadFile: if it cannot be read.
+    """
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise BadFile(path, f"cannot be read: {error.strerror}") from error
+
+
+def parse(adapter: TypeAdapter[_T], data: bytes, path: Path, *, line: int | None = None) -> _T:
+    """Data checked against a type; the first thing wrong becomes a BadFile."""
+    try:
+        return adapter.validate_python(from_json(data, allow_inf_nan=False))
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        raise BadFile(path, _explain(first), line=line, field=_dotted(first["loc"])) from error
+    except ValueError as error:
+        raise BadFile(path, f"is not JSON: {error}", line=line) from error
+
+
+def _check_header(path: Path, header: Header) -> Header:
+    if header.format != FORMAT:
+        raise BadFile(path, f"is {header.format!r}, expected {FORMAT!r}", line=1, field="format")
+    if header.version != VERSION:
+        problem = f"is {header.version}; this release of the server reads version {VERSION}"
+        raise BadFile(path, problem, line=1, field="version")
+    return header
+
+
+def _explain(error: Any) -> str:
+    message = str(error["msg"]).removeprefix("Value error, ")
+    message = message[0].lower() + message[1:]
+    given = json.dumps(error["input"], default=str, ensure_ascii=False)
+    return message if error["type"] == "missing" or len(given) > 80 else f"{message}; got {given}"
+
+
+def _dotted(location: tuple[int | str, ...]) -> str:
+    """A location such as ("turns", 1, "path") as `turns[1].path`."""
+    parts = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in location)
+    return parts.removeprefix(".")

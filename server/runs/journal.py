@@ -1,0 +1,278 @@
+"""The journal: runs, their episodes, and every step ever answered, in SQLite or another database by URL.
+
+Steps are append-only and unique by (run, episode, step). Whatever is in memory elsewhere can be rebuilt from here.
+"""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import sqlalchemy as sa
+from alembic import command
+from alembic.config import Config
+from sqlalchemy import event
+from sqlalchemy.engine import Connection, Engine, Row
+from sqlalchemy.exc import DBAPIError, IntegrityError
+
+from server.errors import Conflict, NotFound, StorageError
+from server.runs import tables
+
+RUNNING, COMPLETE, CANCELLED = "RUNNING", "COMPLETE", "CANCELLED"
+"""States of a run."""
+
+PENDING, OPEN, ENDED = "PENDING", "OPEN", "ENDED"
+"""States of an episode in a run."""
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One agent's passage through a split.
+
+    Attributes:
+        created_at: in UTC.
+        state: RUNNING, COMPLETE or CANCELLED.
+    """
+
+    run_id: str
+    participant: str
+    agent: str
+    split: str
+    language: str
+    sensors: tuple[str, ...]
+    steps_per_phase: int
+    data_hash: str
+    server_version: str
+    state: str
+    created_at: datetime
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """How far a run is."""
+
+    episodes: int
+    ended: int
+    steps: int
+    causes: dict[str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """An episode of a run that has not ended, and the player that has it or last had it."""
+
+    episode_id: str
+    state: str
+    player: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """How an episode of a run ended."""
+
+    run_id: str
+    episode_id: str
+    cause: str
+    steps: int
+    scores: list[dict[str, float]]
+    note: str = ""
+
+
+@dataclass
+class Batch:
+    """What one commit writes."""
+
+    steps: list[dict[str, Any]] = field(default_factory=list)
+    endings: list[Ending] = field(default_factory=list)
+
+    def add_step(self, run_id: str, episode_id: str, step: int, action: int) -> None:
+        """Step number `step` (from 0) of an episode was `action`."""
+        self.steps.append({"run_id": run_id, "episode_id": episode_id, "step": step, "action": action})
+
+
+class Journal:
+    """The database behind all runs. Safe to use from several threads.
+
+    Args:
+        url: such as `sqlite:////var/lib/arramon/journal.db`.
+
+    Raises:
+        StorageError: if the database cannot be opened or written.
+    """
+
+    def __init__(self, url: str) -> None:
+        self._engine = _engine(url)
+        with self._write() as connection:
+            config = Config()
+            config.set_main_option("script_location", str(Path(__file__).parent / "migrations"))
+            config.attributes["connection"] = connection
+            command.upgrade(config, "head")
+
+    def close(self) -> None:
+        """Lets the database go."""
+        self._engine.dispose()
+
+    def create(self, run: Run, episode_ids: Sequence[str]) -> None:
+        """Writes a new run and its episodes, in the order in which they are to be played."""
+        with self._write() as connection:
+            row = {**{name: getattr(run, name) for name in Run.__slots__}, "sensors": list(run.sensors)}
+            connection.execute(tables.runs.insert(), [row])
+            rows = [
+                {"run_id": run.run_id, "episode_id": episode_id, "ordinal": ordinal, "state": PENDING}
+                for ordinal, episode_id in enumerate(episode_ids)
+            ]
+            connection.execute(tables.episodes.insert(), rows)
+
+    def run(self, run_id: str) -> Run:
+        """One run.
+
+        Raises:
+            NotFound: if there is none with that id.
+        """
+        rows = self._read(sa.select(tables.runs).where(tables.runs.c.run_id == run_id))
+        if not rows:
+            raise NotFound(f"there is no run {run_id!r}")
+        return _run(rows[0])
+
+    def runs(self, limit: int, before: str | None = None) -> list[Run]:
+        """Runs, the latest first: at most `limit`, from behind run `before` on."""
+        table = tables.runs
+        query = sa.select(table).order_by(table.c.created_at.desc(), table.c.run_id.desc()).limit(limit)
+        if before is not None:
+            last = self.run(before)
+            query = query.where(sa.tuple_(table.c.created_at, table.c.run_id) < (last.created_at, last.run_id))
+        return [_run(row) for row in self._read(query)]
+
+    def set_state(self, run_id: str, state: str) -> None:
+        """A run is complete or cancelled."""
+        with self._write() as connection:
+            connection.execute(tables.runs.update().where(tables.runs.c.run_id == run_id).values(state=state))
+
+    def progress(self, run_id: str) -> Progress:
+        """Counts of a run's episodes and steps."""
+        table = tables.episodes
+        query = (
+            sa.select(table.c.state, table.c.cause, sa.func.count().label("number"))
+            .where(table.c.run_id == run_id)
+            .group_by(table.c.state, table.c.cause)
+        )
+        rows = self._read(query)
+        counted = self._read(
+            sa.select(sa.func.count()).select_from(tables.steps).where(tables.steps.c.run_id == run_id)
+        )
+        causes = {row.cause: row.number for row in rows if row.state == ENDED}
+        return Progress(sum(row.number for row in rows), sum(causes.values()), counted[0][0], causes)
+
+    def open_claims(self, run_id: str) -> list[Claim]:
+        """The run's episodes that were begun and have not ended."""
+        return self._claims(run_id, OPEN, None)
+
+    def pending(self, run_id: str, limit: int | None = None) -> list[Claim]:
+        """The run's next episodes that nobody has begun."""
+        return self._claims(run_id, PENDING, limit)
+
+    def claim(self, run_id: str, episode_ids: Sequence[str], player: str) -> None:
+        """The episodes are `player`'s from now on."""
+        table = tables.episodes
+        with self._write() as connection:
+            connection.execute(
+                table.update()
+                .where(table.c.run_id == run_id, table.c.episode_id.in_(episode_ids))
+                .values(state=OPEN, player=player)
+            )
+
+    def actions(self, run_id: str, episode_id: str) -> list[int]:
+        """The actions recorded for an episode, in order."""
+        table = tables.steps
+        query = (
+            sa.select(table.c.action)
+            .where(table.c.run_id == run_id, table.c.episode_id == episode_id)
+            .order_by(table.c.step)
+        )
+        return [row[0] for row in self._read(query)]
+
+    def endings(self, run_id: str) -> list[Ending]:
+        """The run's ended episodes, in playing order."""
+        table = tables.episodes
+        query = sa.select(table).where(table.c.run_id == run_id, table.c.state == ENDED).order_by(table.c.ordinal)
+        return [
+            Ending(run_id, row.episode_id, row.cause, row.steps, row.scores, row.note or "")
+            for row in self._read(query)
+        ]
+
+    def commit(self, batch: Batch) -> None:
+        """Writes steps and endings, all or nothing.
+
+        Raises:
+            Conflict: if a step is there already: another process plays the same episode.
+            StorageError: if the database cannot be written.
+        """
+        if not (batch.steps or batch.endings):
+            return
+        table = tables.episodes
+        with self._write() as connection:
+            if batch.steps:
+                connection.execute(tables.steps.insert(), batch.steps)
+            for ending in batch.endings:
+                values = {name: getattr(ending, name) for name in ("cause", "steps", "scores", "note")}
+                connection.execute(
+                    table.update()
+                    .where(table.c.run_id == ending.run_id, table.c.episode_id == ending.episode_id)
+                    .values(state=ENDED, **values)
+                )
+
+    def _claims(self, run_id: str, state: str, limit: int | None) -> list[Claim]:
+        table = tables.episodes
+        query = (
+            sa.select(table.c.episode_id, table.c.state, table.c.player)
+            .where(table.c.run_id == run_id, table.c.state == state)
+            .order_by(table.c.ordinal)
+            .limit(limit)
+        )
+        return [Claim(row.episode_id, row.state, row.player) for row in self._read(query)]
+
+    def _read(self, query: sa.Select[Any]) -> Sequence[Row[Any]]:
+        with _storage_errors(), self._engine.connect() as connection:
+            return connection.execution_options(reading=True).execute(query).all()
+
+    @contextmanager
+    def _write(self) -> Iterator[Connection]:
+        with _storage_errors(), self._engine.begin() as connection:
+            yield connection
+
+
+def _engine(url: str) -> Engine:
+    engine = sa.create_engine(url)
+    if engine.dialect.name == "sqlite":
+        event.listen(engine, "connect", _prepare_sqlite)
+        event.listen(engine, "begin", _begin_sqlite)
+    return engine
+
+
+def _prepare_sqlite(connection: Any, _record: object) -> None:
+    connection.isolation_level = None  # or the driver commits and begins behind SQLAlchemy's back
+    for pragma in ("journal_mode=WAL", "synchronous=FULL", "busy_timeout=10000", "foreign_keys=ON"):
+        connection.execute(f"PRAGMA {pragma}")
+
+
+def _begin_sqlite(connection: Connection) -> None:
+    # A writer takes its lock at once: two that first read and then write would be turned away instead of waiting.
+    reading = connection.get_execution_options().get("reading", False)
+    connection.exec_driver_sql("BEGIN" if reading else "BEGIN IMMEDIATE")
+
+
+@contextmanager
+def _storage_errors() -> Iterator[None]:
+    try:
+        yield
+    except IntegrityError as error:
+        raise Conflict(f"the journal holds this already: {error.orig}") from error
+    except DBAPIError as error:
+        raise StorageError(f"the journal cannot be used: {error.orig}") from error
+
+
+def _run(row: Row[Any]) -> Run:
+    created_at = row.created_at if row.created_at.tzinfo else row.created_at.replace(tzinfo=UTC)  # SQLite drops it
+    return Run(**{**row._mapping, "sensors": tuple(row.sensors), "created_at": created_at})

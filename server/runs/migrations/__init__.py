@@ -1,0 +1,1 @@
+"""The journal's migrations, applied by `journal.Journal` when it opens."""

@@ -1,0 +1,58 @@
+"""The journal's tables. A change here needs a migration beside it, in `migrations/versions`."""
+
+from sqlalchemy import (
+    JSON,
+    Column,
+    DateTime,
+    ForeignKey,
+    ForeignKeyConstraint,
+    Index,
+    Integer,
+    MetaData,
+    String,
+    Table,
+)
+
+metadata = MetaData()
+
+runs = Table(
+    "runs",
+    metadata,
+    Column("run_id", String(32), primary_key=True),
+    Column("participant", String(100), nullable=False),
+    Column("agent", String(200), nullable=False),
+    Column("split", String(100), nullable=False),
+    Column("language", String(20), nullable=False),
+    Column("sensors", JSON, nullable=False),
+    Column("steps_per_phase", Integer, nullable=False),
+    Column("data_hash", String(64), nullable=False),
+    Column("server_version", String(50), nullable=False),
+    Column("state", String(20), nullable=False),
+    Column("created_at", DateTime(timezone=True), nullable=False),
+)
+
+episodes = Table(
+    "run_episodes",
+    metadata,
+    Column("run_id", String(32), ForeignKey("runs.run_id"), primary_key=True),
+    Column("episode_id", String(100), primary_key=True),
+    Column("ordinal", Integer, nullable=False),
+    Column("state", String(20), nullable=False),
+    Column("player", String(100)),
+    Column("cause", String(20)),
+    Column("note", String(500)),
+    Column("steps", Integer),
+    Column("scores", JSON),
+)
+Index("run_episodes_by_state", episodes.c.run_id, episodes.c.state, episodes.c.ordinal)
+
+steps = Table(
+    "steps",
+    metadata,
+    Column("run_id", String(32), primary_key=True),
+    Column("episode_id", String(100), primary_key=True),
+    Column("step", Integer, primary_key=True),
+    Column("action", Integer, nullable=False),
+    ForeignKeyConstraint(["run_id", "episode_id"], ["run_episodes.run_id", "run_episodes.episode_id"]),
+    sqlite_with_rowid=False,
+)

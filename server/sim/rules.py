@@ -1,0 +1,279 @@
+"""The rules of the task: `(state, action) -> state, events`, pure but for one question to the ground.
+
+Kinematics, pick-up box, room and fallbacks are those of the paper (sections 3 and 4, appendix D) and of its release, as
+measured. Each turn has its own objects in the street: what goes wrong in turn 1 costs turn 2 its start, as in the
+paper, but never the object that it is about.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import Enum, IntEnum
+from typing import Protocol
+
+from server.sim.catalogue import ObjectType
+from server.sim.geometry import STEP, TURN, Point, Pose, wrap
+from server.sim.room import START, Placement, Square
+
+TURNS = 2
+
+REACH_SIDE, REACH_AHEAD = 0.5, 3.0
+"""The pick-up box (paper, section 3.1): so far to each side, so far ahead, in units."""
+
+REACH_MARGIN = 0.05
+"""An object's own extent, by which its centre may lie outside the box; the release's ground truth ends need 0.035."""
+
+
+class Action(IntEnum):
+    """The release's numbers."""
+
+    FORWARD = 0
+    LEFT = 1
+    RIGHT = 2
+    INTERACT = 3
+
+
+class Phase(Enum):
+    """The two halves of a turn."""
+
+    NAVIGATION = "navigation"
+    ASSEMBLY = "assembly"
+
+
+class Ground(Protocol):
+    """What the rules ask of a section."""
+
+    def way_is_free(self, start: tuple[float, float], end: tuple[float, float]) -> bool:
+        """Whether the agent can move straight from one (x, z) to another."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What a run grants: steps in each phase of each turn."""
+
+    steps_per_phase: int = 150
+
+
+@dataclass(frozen=True, slots=True)
+class Collectible:
+    """An object that stands in the street at the beginning of a turn.
+
+    Attributes:
+        type: what it looks like.
+        position: its centre, in the world frame.
+    """
+
+    type: ObjectType
+    position: Point
+
+
+@dataclass(frozen=True, slots=True)
+class PlacedObject:
+    """An object that stands in the room."""
+
+    type: ObjectType
+    placement: Placement
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """What the rules need to know of an episode.
+
+    Attributes:
+        start: where turn 1 begins.
+        streets: for each turn the objects in the street; the first of each is the target.
+        decoys: what stands in the room when the first assembly begins.
+    """
+
+    start: Pose
+    streets: tuple[tuple[Collectible, ...], ...]
+    decoys: tuple[PlacedObject, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """Where an episode stands.
+
+    Attributes:
+        turn: 1 or 2.
+        step: steps taken in the episode.
+        phase_step: steps taken in the present phase.
+        pose: in the city; kept while the agent is in the room, as turn 2 goes on from there.
+        square, room_heading: in the room; the start tile while the agent is in the city.
+        carried: the object picked up in this turn, None before that.
+        room: all objects in the room.
+        finished: no action is possible any more.
+    """
+
+    pose: Pose
+    room: tuple[PlacedObject, ...]
+    turn: int = 1
+    phase: Phase = Phase.NAVIGATION
+    step: int = 0
+    phase_step: int = 0
+    square: Square = START
+    room_heading: float = 0.0
+    carried: ObjectType | None = None
+    finished: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Moved:
+    """The agent now stands on other ground."""
+
+
+@dataclass(frozen=True, slots=True)
+class Blocked:
+    """Something solid, the room's wall or an oblique heading kept the agent where it was."""
+
+
+@dataclass(frozen=True, slots=True)
+class PickedUp:
+    """An object left the street; `index` is its place in `Layout.streets`, 0 the target."""
+
+    index: int
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """The object carried now stands in the room."""
+
+    placement: Placement
+
+
+@dataclass(frozen=True, slots=True)
+class PhaseEnded:
+    """A phase is over; `forced` if the step limit ended it."""
+
+    turn: int
+    phase: Phase
+    forced: bool
+
+
+Event = Moved | Blocked | PickedUp | Placed | PhaseEnded
+Outcome = tuple[State, tuple[Event, ...]]
+
+
+def begin(layout: Layout) -> State:
+    """The state before the first step."""
+    return State(pose=layout.start, room=layout.decoys)
+
+
+def step(state: State, action: Action, layout: Layout, ground: Ground, limits: Limits) -> Outcome:
+    """One step.
+
+    Args:
+        state: where the episode stands.
+        action: what the agent does.
+        layout: the episode's objects.
+        ground: answers what is solid in the section.
+        limits: the step that reaches a limit still acts; a phase that has not ended by then is ended by force.
+
+    Returns:
+        The state after, and what happened, in order.
+
+    Raises:
+        ValueError: if the episode is finished.
+    """
+    if state.finished:
+        raise ValueError("the episode is finished; it takes no more steps")
+    phase = state.phase
+    state = replace(state, step=state.step + 1, phase_step=state.phase_step + 1)
+    act = _act_in_city if phase is Phase.NAVIGATION else _act_in_room
+    state, events = act(state, action, layout, ground)
+    if state.phase is phase and not state.finished and state.phase_step >= limits.steps_per_phase:
+        state, forced = _force(state, layout)
+        events += forced
+    return state, events
+
+
+def reachable(pose: Pose, street: Sequence[Collectible]) -> int | None:
+    """Which object a pick-up at `pose` takes: the nearest with its centre in the pick-up box, None if there is none."""
+    found = []
+    for index, item in enumerate(street):
+        right, ahead = pose.local(item.position.x, item.position.z)
+        if abs(right) <= REACH_SIDE + REACH_MARGIN and 0.0 <= ahead <= REACH_AHEAD + REACH_MARGIN:
+            found.append((right * right + ahead * ahead, index))
+    return min(found)[1] if found else None
+
+
+def height_at(room: Sequence[PlacedObject], square: Square) -> int:
+    """How many objects are stacked on a cell."""
+    return sum((item.placement.column, item.placement.row) == square for item in room)
+
+
+def _turn(action: Action) -> float:
+    return {Action.LEFT: -TURN, Action.RIGHT: TURN}.get(action, 0.0)
+
+
+def _act_in_city(state: State, action: Action, layout: Layout, ground: Ground) -> Outcome:
+    if action is Action.INTERACT:
+        index = reachable(state.pose, layout.streets[state.turn - 1])
+        return (state, ()) if index is None else _pick_up(state, layout, index, forced=False)
+    if action is not Action.FORWARD:
+        return replace(state, pose=state.pose.turned(_turn(action))), ()
+    ahead = state.pose.ahead(STEP)
+    if not ground.way_is_free((state.pose.x, state.pose.z), (ahead.x, ahead.z)):
+        return state, (Blocked(),)
+    return replace(state, pose=ahead), (Moved(),)
+
+
+def _act_in_room(state: State, action: Action, layout: Layout, ground: Ground) -> Outcome:  # noqa: ARG001 (as in the city)
+    if action in (Action.LEFT, Action.RIGHT):
+        return replace(state, room_heading=wrap(state.room_heading + _turn(action))), ()
+    ahead = _square_ahead(state)
+    if action is Action.INTERACT:
+        return (state, ()) if ahead is None else _place(state, ahead, forced=False)
+    if ahead is None or height_at(state.room, ahead):
+        return state, (Blocked(),)
+    return replace(state, square=ahead), (Moved(),)
+
+
+def _square_ahead(state: State) -> Square | None:
+    """The cell ahead; None at an oblique heading and towards a wall."""
+    if state.room_heading % 90.0:
+        return None
+    ahead = state.square.ahead(state.room_heading)
+    return ahead if ahead.is_inside() else None
+
+
+def _force(state: State, layout: Layout) -> Outcome:
+    """Ends a phase at its step limit (paper, appendix D.1)."""
+    if state.phase is Phase.ASSEMBLY:
+        return _place(state, _square_ahead(state) or state.square, forced=True)
+
+    def distance(index: int) -> float:
+        position = layout.streets[state.turn - 1][index].position
+        return (position.x - state.pose.x) ** 2 + (position.z - state.pose.z) ** 2
+
+    nearest = min(range(len(layout.streets[state.turn - 1])), key=distance)
+    return _pick_up(state, layout, nearest, forced=True)
+
+
+def _pick_up(state: State, layout: Layout, index: int, *, forced: bool) -> Outcome:
+    after = replace(
+        state,
+        phase=Phase.ASSEMBLY,
+        phase_step=0,
+        square=START,
+        room_heading=0.0,
+        carried=layout.streets[state.turn - 1][index].type,
+    )
+    return after, (PickedUp(index), PhaseEnded(state.turn, Phase.NAVIGATION, forced))
+
+
+def _place(state: State, square: Square, *, forced: bool) -> Outcome:
+    if state.carried is None:
+        raise ValueError("nothing is carried in the assembly phase; the state was not made by these rules")
+    placement = Placement(square.column, height_at(state.room, square) + 1, square.row)
+    last = state.turn == TURNS
+    after = replace(
+        state,
+        turn=state.turn if last else state.turn + 1,
+        phase=Phase.ASSEMBLY if last else Phase.NAVIGATION,
+        phase_step=state.phase_step if last else 0,
+        carried=None,
+        room=(*state.room, PlacedObject(state.carried, placement)),
+        finished=last,
+    )
+    return after, (Placed(placement), PhaseEnded(state.turn, Phase.ASSEMBLY, forced))
