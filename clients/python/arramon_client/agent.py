@@ -69,9 +69,9 @@ class Observation:
 class Agent(Protocol):
     """Plays episodes, many at a time.
 
-    An agent may have an attribute `sensors`, the sensors that it needs, such as `("rgb", "depth")`, which is the default;
-    and an attribute `name`, shown on the leaderboard. To be resumable it must act the same when it is shown the same
-    observations again: seed what is random by `Episode.episode_id`.
+    An agent may have an attribute `sensors`, the sensors that it needs, such as `("rgb", "depth")`, which is the
+    default; and an attribute `name`, shown on the leaderboard. To be resumable it must act the same when it is shown
+    the same observations again: seed what is random by `Episode.episode_id`.
     """
 
     def begin(self, episode: Episode) -> None:

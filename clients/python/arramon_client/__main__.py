@@ -1,0 +1,7 @@
+"""`python -m arramon_client` is the command `arramon-client`."""
+
+import sys
+
+from arramon_client.cli import main
+
+sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,38 @@
+"""Turns the protocol's messages into what an agent is given."""
+
+from arramon.v1 import evaluation_pb2, types_pb2
+from arramon_client.agent import Episode, Observation
+from arramon_client.images import decode_depth, decode_rgb
+
+PHASES = {types_pb2.PHASE_NAVIGATION: "navigation", types_pb2.PHASE_ASSEMBLY: "assembly"}
+
+
+def episode_of(started: evaluation_pb2.EpisodeStarted) -> Episode:
+    """The episode that a message announces."""
+    return Episode(
+        episode_id=started.episode_id,
+        language=started.language,
+        split=started.split,
+        oracle=started.oracle if started.HasField("oracle") else None,
+    )
+
+
+def observation_of(message: evaluation_pb2.Observation) -> Observation:
+    """The observation that a message carries, its images decoded.
+
+    Raises:
+        ProtocolError: if an image cannot be decoded.
+    """
+    pose = message.pose
+    return Observation(
+        episode_id=message.episode_id,
+        turn=message.turn,
+        phase=PHASES.get(message.phase, ""),
+        step=message.step,
+        instruction=message.instruction,
+        phase_step=message.phase_step,
+        steps_left=message.steps_left,
+        rgb=decode_rgb(message.rgb) if message.HasField("rgb") else None,
+        depth=decode_depth(message.depth) if message.HasField("depth") else None,
+        pose=(pose.x, pose.z, pose.heading) if message.HasField("pose") else None,
+    )

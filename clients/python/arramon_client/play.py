@@ -1,0 +1,194 @@
+"""The play loop: opens a stream, carries batches between the server and the agent, and opens another when it breaks."""
+
+import random
+import time
+import uuid
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import grpc
+
+from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc, types_pb2
+from arramon_client.agent import Agent
+from arramon_client.connection import BROKEN, explain
+from arramon_client.errors import ServerUnreachableError
+from arramon_client.session import AgentFailure, Session
+from arramon_client.stream import PlayStream, StreamEnded
+
+FIRST_DELAY, LAST_DELAY = 0.1, 5.0
+"""Seconds between attempts to reconnect, from the first to the longest; each is shortened by chance by up to a half."""
+
+BACKLOG = 256
+"""Observations that wait for the agent before more are taken from the stream."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far the run is.
+
+    Attributes:
+        episodes: of the run.
+        ended: of these, whoever played them.
+        steps: that this player's agent has taken.
+    """
+
+    episodes: int
+    ended: int
+    steps: int
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a run is played.
+
+    Attributes:
+        parallel: episodes to have open at once.
+        encoding: of images.
+        image_size: side length in pixels; 0 for the server's first.
+        resume: the agent is new to the run: take over its open episodes, and rebuild the agent's memory of each.
+        patience: seconds without anything new from the server, while connections break, before it is given up.
+    """
+
+    parallel: int
+    encoding: types_pb2.Encoding.ValueType = types_pb2.ENCODING_UNSPECIFIED
+    image_size: int = 0
+    resume: bool = False
+    patience: float = 300.0
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a run.
+
+    Attributes:
+        run: complete.
+        steps: that this player's agent took.
+        failures: each time that the agent failed.
+        problems: what the server reported, in words.
+        reconnections: how often the stream was opened again.
+    """
+
+    run: evaluation_pb2.Run
+    steps: int
+    failures: tuple[AgentFailure, ...]
+    problems: tuple[str, ...]
+    reconnections: int
+
+
+def play(
+    stub: evaluation_pb2_grpc.EvaluationStub,
+    run: evaluation_pb2.Run,
+    agent: Agent,
+    settings: Settings,
+    *,
+    address: str = "the server",
+    notify: Callable[[str], None] = lambda _: None,
+    progress: Callable[[Progress], None] = lambda _: None,
+    revive: Callable[[], None] = lambda: None,
+) -> Outcome:
+    """Plays a run to its end.
+
+    Args:
+        stub: the server.
+        run: as it was created.
+        agent: what plays. Between two `begin`s of an episode it is shown each of its steps once, and in order.
+        settings: how.
+        address: of the server, for messages.
+        notify: is told what a participant should read at once.
+        progress: is told how far the run is, after each batch.
+        revive: is called before each attempt to reconnect, such as to start an embedded server again.
+
+    Raises:
+        ServerUnreachableError: if the server stays away for longer than `settings.patience`; the run can be resumed.
+        RefusedError, VersionMismatchError, MessageTooLargeError: if the server will not have the stream.
+        ProtocolError: if client and server misunderstand each other.
+    """
+    session = Session(run, agent, notify)
+    retry = _Retry(run.run_id, settings.patience, notify)
+    player, reconnections, adopt = uuid.uuid4().hex, 0, settings.resume
+    while True:
+        history = adopt or session.needs_history
+        opening = evaluation_pb2.Open(
+            run_id=run.run_id,
+            player=player,
+            max_episodes=settings.parallel,
+            encoding=settings.encoding,
+            image_size=settings.image_size,
+            history=history,
+            adopt=adopt,
+        )
+        before, broken = session.advances, ""
+        stream = PlayStream(stub, opening)
+        try:
+            session.start_stream(history=history)
+            _play_stream(stream, session, progress, retry)
+        except StreamEnded:
+            broken = "the server closed the stream"
+        except grpc.RpcError as error:
+            if error.code() not in BROKEN:
+                raise explain(error, address) from error
+            broken = f"{error.code().name}: {error.details()}"
+        finally:
+            stream.close()
+        if session.ended:
+            failures, problems = tuple(session.failures), tuple(session.problems)
+            return Outcome(session.run, session.steps, failures, problems, reconnections)
+        adopt = adopt and session.advances == before
+        reconnections += 1
+        if broken:
+            retry.wait(broken)
+            revive()
+
+
+def _play_stream(stream: PlayStream, session: Session, progress: Callable[[Progress], None], retry: "_Retry") -> None:
+    """Carries batches until the run ends, or until the stream is of no more use.
+
+    Raises:
+        grpc.RpcError, StreamEnded: when the stream breaks or ends.
+    """
+    while not session.ended and not session.must_reopen:
+        before = session.advances
+        if session.backlog < BACKLOG:
+            for event in stream.receive(wait=session.backlog == 0):
+                session.take(event)
+        if session.advances > before:
+            retry.succeeded()
+        if session.must_reopen:
+            return
+        acts = session.answer()
+        if acts:
+            stream.send(acts)
+        progress(Progress(session.run.episodes, session.episodes_ended, session.steps))
+
+
+class _Retry:
+    """Waits between attempts to reconnect, longer each time, until patience runs out."""
+
+    def __init__(self, run_id: str, patience: float, notify: Callable[[str], None]) -> None:
+        self._run_id, self._patience, self._notify = run_id, patience, notify
+        self._lost_at: float | None = None
+        self._delay = FIRST_DELAY
+
+    def succeeded(self) -> None:
+        """The server said something new."""
+        if self._lost_at is not None:
+            self._notify(f"connected again after {time.monotonic() - self._lost_at:.1f} s")
+        self._lost_at, self._delay = None, FIRST_DELAY
+
+    def wait(self, reason: str) -> None:
+        """Waits for the next attempt.
+
+        Raises:
+            ServerUnreachableError: if patience has run out.
+        """
+        now = time.monotonic()
+        if self._lost_at is None:
+            self._lost_at = now
+            self._notify(f"the connection is lost ({reason}); trying again")
+        if now - self._lost_at >= self._patience:
+            raise ServerUnreachableError(
+                f"the server was lost for {now - self._lost_at:.0f} s while run {self._run_id} was played ({reason}); "
+                f"nothing is lost: go on with --resume {self._run_id}"
+            )
+        time.sleep(self._delay * random.uniform(0.5, 1.0))  # noqa: S311 - spreads the clients of a server that restarts
+        self._delay = min(2 * self._delay, LAST_DELAY)

@@ -1,0 +1,131 @@
+"""What a run came to: the score table, laid out as the paper's, and the file that holds everything."""
+
+import json
+import os
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from google.protobuf.json_format import MessageToDict
+from rich import box
+from rich.table import Table
+
+from arramon.v1 import evaluation_pb2, types_pb2
+from arramon_client.errors import OutputError
+from arramon_client.session import AgentFailure
+
+COLUMNS = (
+    ("nDTW", "nDTW"),
+    ("CTC\nk=0", "CTC-0"),
+    ("CTC\nk=3", "CTC-3"),
+    ("CTC\nk=5", "CTC-5"),
+    ("CTC\nk=7", "CTC-7"),
+    ("rPOD", "rPOD@CTC-3"),
+    ("PTC", "PTC@CTC-3"),
+)
+"""Heading and metric of each column of the paper's table 2, whose assembly columns are gated by CTC-3."""
+
+FORMAT = 1
+"""The results file's version."""
+
+
+def score_table(report: evaluation_pb2.Report) -> Table:
+    """The score table: a row for turn 1, turn 2 and the total, and under each score its 95% interval."""
+    run = report.run
+    table = Table(
+        title=f"{run.agent} on {run.split}, {run.language}, {run.episodes} episodes",
+        caption="below each score its 95% confidence interval; rPOD and PTC where the pick-up was within 3 (CTC-3)",
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1),
+        pad_edge=False,
+    )
+    table.add_column("")
+    for heading, _ in COLUMNS:
+        table.add_column(heading, justify="right", no_wrap=True)
+    for row in report.rows:
+        scores = {score.metric: score for score in row.scores}
+        table.add_row(row.name, *(_cell(scores.get(metric)) for _, metric in COLUMNS))
+    return table
+
+
+def check_output(folder: Path) -> None:
+    """Makes sure, before anything is played, that results can be written there.
+
+    Raises:
+        OutputError: if not.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise OutputError(f"results cannot be written to {folder}: {error.strerror or error}") from error
+
+
+def write_results(report: evaluation_pb2.Report, failures: Sequence[AgentFailure], folder: Path) -> Path:
+    """Writes `<folder>/<run id>.json`, whole or not at all.
+
+    Args:
+        report: of a complete run.
+        failures: of the agent, in this player.
+        folder: where to.
+
+    Returns:
+        The file.
+
+    Raises:
+        OutputError: if it cannot be written.
+    """
+    path = folder / f"{report.run.run_id}.json"
+    text = json.dumps(results(report, failures), indent=2, ensure_ascii=False) + "\n"
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        with part.open("w", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        part.replace(path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise OutputError(f"{path} cannot be written: {error.strerror or error}") from error
+    return path
+
+
+def results(report: evaluation_pb2.Report, failures: Sequence[AgentFailure]) -> dict[str, Any]:
+    """The content of the results file, as plain data."""
+    run = MessageToDict(report.run, preserving_proto_field_name=True, always_print_fields_with_no_presence=True)
+    run["steps"] = report.run.steps  # The protocol's own JSON writes 64-bit numbers as text.
+    metrics = {row.name: {score.metric: _numbers(score) for score in row.scores} for row in report.rows}
+    return {
+        "format": FORMAT,
+        "signature": report.signature,
+        "run": run,
+        "table": [
+            {"row": name, **{metric: scores[metric]["mean"] for _, metric in COLUMNS if metric in scores}}
+            for name, scores in metrics.items()
+        ],
+        "metrics": metrics,
+        "episodes": [_episode(episode) for episode in report.episodes],
+        "agent_failures": [
+            {"episodes": list(failure.episode_ids), "message": failure.message, "details": failure.details}
+            for failure in failures
+        ],
+    }
+
+
+def _episode(episode: evaluation_pb2.EpisodeScores) -> dict[str, Any]:
+    return {
+        "episode_id": episode.episode_id,
+        "cause": types_pb2.Cause.Name(episode.cause).removeprefix("CAUSE_"),
+        "steps": episode.steps,
+        "turns": {row.name: {score.metric: score.mean for score in row.scores} for row in episode.turns},
+    }
+
+
+def _numbers(score: evaluation_pb2.Score) -> dict[str, float]:
+    return {"mean": score.mean, "low": score.low, "high": score.high}
+
+
+def _cell(score: evaluation_pb2.Score | None) -> str:
+    return "-" if score is None else f"{score.mean:.3f}\n{score.low:.3f}-{score.high:.3f}"
