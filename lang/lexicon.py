@@ -1,0 +1,116 @@
+"""The words for the collectible objects, and how a written word is recognised despite a typing error."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+from lang.tokens import Token, Tokenizer
+
+FUZZY_LENGTH = 5
+"""Letters that a word must have to be recognised with one typing error in it."""
+
+JOINTS = frozenset("-‐‑–")
+"""Marks that may stand between the words of one phrase ("polka-dot") and are passed over."""
+
+
+class Part(Enum):
+    """What a word does in a noun phrase; the keys of `lexicon.toml`."""
+
+    KIND = "kinds"
+    PATTERNED_KIND = "patterned_kinds"  # a kind, but only where a pattern is said: what else it names has none
+    PATTERN = "patterns"
+    COLOUR = "colours"
+    MODIFIER = "modifiers"  # may stand in a noun phrase, but says nothing in the catalogue's terms
+    STAND_IN = "stand_ins"  # stands for the kind ("the dotted one")
+    OTHER = "others"  # a thing that is no collectible, so that what stands before it describes no collectible
+    HAVING = "having"  # introduces a description after the noun ("a ball with dots")
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """One entry as it was found in a text.
+
+    Attributes:
+        part: what it does.
+        value: the catalogue's word for a kind, a pattern or a colour; otherwise "".
+        length: how many tokens it takes.
+    """
+
+    part: Part
+    value: str
+    length: int
+
+
+_FUZZY_PARTS = (Part.KIND, Part.PATTERN, Part.COLOUR)
+"""What a typing error is forgiven in; other words have too many neighbours that are words ("light", "right")."""
+
+
+class Lexicon:
+    """The entries of one language's `lexicon.toml`.
+
+    Args:
+        data: the file's content.
+        tokenizer: of the language.
+
+    Raises:
+        ValueError: if a table is missing, or a phrase is listed with two meanings.
+    """
+
+    def __init__(self, data: Mapping[str, Any], tokenizer: Tokenizer) -> None:
+        self._entries: dict[tuple[str, ...], tuple[Part, str]] = {}
+        for part, value, phrase in _listed(data):
+            key = keys_of(tokenizer.split(phrase))
+            if self._entries.setdefault(key, (part, value)) != (part, value):
+                raise ValueError(f"lexicon: {phrase!r} is listed as {value or part.value!r} and as something else")
+        self._longest = max(map(len, self._entries))
+        self._fuzzy = {
+            key[0]: meaning
+            for key, meaning in self._entries.items()
+            if len(key) == 1 and len(key[0]) >= FUZZY_LENGTH and meaning[0] in _FUZZY_PARTS
+        }
+        self._never_fuzzy = frozenset(word.casefold() for word in data["not_misspelt"])
+
+    def read(self, keys: Sequence[str], start: int) -> Word | None:
+        """The entry that begins at `keys[start]`: the longest one as written, or else one word with a typing error."""
+        for length in range(min(self._longest, len(keys) - start), 0, -1):
+            meaning = self._entries.get(tuple(keys[start : start + length]))
+            if meaning:
+                return Word(*meaning, length)
+        return self._read_misspelt(keys[start])
+
+    def _read_misspelt(self, key: str) -> Word | None:
+        if len(key) < FUZZY_LENGTH - 1 or key in self._never_fuzzy:
+            return None
+        meanings = {meaning for word, meaning in self._fuzzy.items() if within_one_edit(key, word)}
+        return Word(*meanings.pop(), 1) if len(meanings) == 1 else None
+
+
+def keys_of(tokens: Iterable[Token]) -> tuple[str, ...]:
+    """What the tokens are compared by, without the joints between them."""
+    return tuple(token.key for token in tokens if token.text not in JOINTS)
+
+
+def within_one_edit(a: str, b: str) -> bool:
+    """Whether one letter added, left out, exchanged, or swapped with its neighbour turns `a` into `b`, or none does."""
+    if abs(len(a) - len(b)) > 1:
+        return False
+    if len(a) > len(b):
+        a, b = b, a
+    start = next((i for i, (x, y) in enumerate(zip(a, b, strict=False)) if x != y), len(a))
+    if len(a) < len(b):
+        return a[start:] == b[start + 1 :]
+    swapped = a[start + 1 : start + 2] + a[start : start + 1] + a[start + 2 :]
+    return a[start + 1 :] == b[start + 1 :] or swapped == b[start:]
+
+
+def _listed(data: Mapping[str, Any]) -> Iterator[tuple[Part, str, str]]:
+    for name in (*(part.value for part in Part), "not_misspelt"):
+        if name not in data:
+            raise ValueError(f"lexicon: {name!r} is missing")
+    for part in Part:
+        listed = data[part.value]
+        tables: Mapping[str, Sequence[str]] = listed if isinstance(listed, Mapping) else {"": listed}
+        for value, phrases in tables.items():
+            for phrase in phrases:
+                yield part, value, phrase

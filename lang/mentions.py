@@ -1,0 +1,111 @@
+"""Finds the collectible objects that a text speaks of."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from lang.lexicon import JOINTS, Lexicon, Part, Word
+from lang.tokens import Token
+
+_ATTRIBUTES = (Part.PATTERN, Part.COLOUR)
+
+_COMMAS = (",", "/")
+"""Marks that may stand within a noun phrase: "the dotted, green ball"."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mention:
+    """A noun phrase that means a collectible, in the catalogue's words, as far as it says.
+
+    Attributes:
+        pattern: "dotted" or "striped"; None where it is not said.
+        colour: "green", "red", "blue", "white", "yellow", "brown" or "purple"; None where it is not said.
+        kind: "ball", "hourglass", "mug", "tv", "book", "bowl" or "bucket"; None where it is not said.
+        start: of the phrase, its articles not counted, in the text as given.
+        end: one past it.
+    """
+
+    pattern: str | None
+    colour: str | None
+    kind: str | None
+    start: int
+    end: int
+
+
+@dataclass(slots=True)
+class _Phrase:
+    """What has been read of a noun phrase whose noun has not come yet."""
+
+    first: int = -1
+    said: dict[Part, str] = field(default_factory=dict)
+
+    def add(self, word: Word, at: int) -> None:
+        if word.part in self.said:  # a second colour: another phrase begins
+            self.first, self.said = at, {}
+        if self.first < 0:
+            self.first = at
+        if word.part in _ATTRIBUTES:
+            self.said[word.part] = word.value
+
+
+def find_mentions(tokens: Sequence[Token], lexicon: Lexicon) -> list[Mention]:
+    """The collectibles that are mentioned, in order.
+
+    A phrase without a kind is a mention where it has both a pattern and a colour, or a stand-in for the kind; so "the
+    striped wall" and "the red banner" are none.
+    """
+    tokens = [token for token in tokens if token.text not in JOINTS]
+    keys = [token.key for token in tokens]
+    mentions = []
+    phrase, i = _Phrase(), 0
+    while i < len(tokens):
+        word = lexicon.read(keys, i)
+        if word is None or word.part is Part.HAVING:
+            if not (keys[i] in _COMMAS and phrase.first >= 0):
+                mentions += _kindless(phrase, tokens, i, stand_in=False)
+                phrase = _Phrase()
+            i += 1
+        elif word.part in (*_ATTRIBUTES, Part.MODIFIER):
+            if word.part in phrase.said:
+                mentions += _kindless(phrase, tokens, i, stand_in=False)
+            phrase.add(word, i)
+            i += word.length
+        elif word.part is Part.KIND or (word.part is Part.PATTERNED_KIND and Part.PATTERN in phrase.said):
+            first = phrase.first if phrase.first >= 0 else i
+            i += word.length
+            pattern, i = _described_after(phrase.said.get(Part.PATTERN), keys, i, lexicon)
+            start, end = tokens[first].start, tokens[i - 1].end
+            mentions.append(Mention(pattern, phrase.said.get(Part.COLOUR), word.value, start, end))
+            phrase = _Phrase()
+        else:
+            i += word.length
+            if word.part is Part.STAND_IN:
+                mentions += _kindless(phrase, tokens, i, stand_in=True)
+            phrase = _Phrase()
+    return mentions + _kindless(phrase, tokens, len(tokens), stand_in=False)
+
+
+def _kindless(phrase: _Phrase, tokens: Sequence[Token], after: int, *, stand_in: bool) -> list[Mention]:
+    """The phrase as a mention without a kind, if it says enough to be one; it ends before `tokens[after]`."""
+    if not phrase.said or (len(phrase.said) < len(_ATTRIBUTES) and not stand_in):
+        return []
+    last = after - 2 if tokens[after - 1].text in _COMMAS else after - 1
+    pattern, colour = phrase.said.get(Part.PATTERN), phrase.said.get(Part.COLOUR)
+    return [Mention(pattern, colour, None, tokens[phrase.first].start, tokens[last].end)]
+
+
+def _described_after(pattern: str | None, keys: Sequence[str], i: int, lexicon: Lexicon) -> tuple[str | None, int]:
+    """The pattern that a noun is given behind it ("with black dots"), and the index of what follows.
+
+    A pattern that goes on to another noun ("with a striped red bowl") is that noun's.
+    """
+    having = lexicon.read(keys, i) if i < len(keys) and pattern is None else None
+    if having is None or having.part is not Part.HAVING:
+        return pattern, i
+    described, after = None, i + having.length
+    while after < len(keys) and (word := lexicon.read(keys, after)) is not None:
+        if word.part is Part.PATTERN and described is None:
+            described = word.value
+        elif word.part is not Part.MODIFIER:
+            return pattern, i
+        after += word.length
+    return (described, after) if described else (pattern, i)

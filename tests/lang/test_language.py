@@ -1,0 +1,89 @@
+"""Which languages there are, and which one a text is in."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+import lang
+from lang.language import ROOT, available, identify, load
+
+
+def test_the_public_names() -> None:
+    assert lang.__all__ == ["Language", "Mention", "UnknownLanguage", "available", "identify", "load"]
+
+
+def test_english_and_hindi_are_there() -> None:
+    assert lang.available() == ("en", "hi")
+    names = {code: (load(code).name, load(code).english_name, load(code).script) for code in available()}
+    assert names == {"en": ("English", "English", "Latin"), "hi": ("हिन्दी", "Hindi", "Devanagari")}
+
+
+def test_all_languages_have_the_same_files() -> None:
+    files = {code: sorted(path.name for path in (ROOT / code).iterdir()) for code in available()}
+    assert files["en"] == ["language.toml", "lexicon.toml", "relations.toml"]
+    assert files["hi"] == files["en"]
+
+
+def test_a_language_is_read_once() -> None:
+    assert lang.load("hi") is lang.load("hi")
+
+
+def test_an_unknown_language_is_named_beside_those_that_there_are() -> None:
+    with pytest.raises(lang.UnknownLanguage, match=r"no language 'fr'; there are en, hi"):
+        lang.load("fr")
+    with pytest.raises(LookupError):
+        lang.load("../lang/en")
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("Turn left and place the mug.", "en"),
+        ("बाएँ मुड़ें और मग रखें।", "hi"),
+        ("धारीदार TV को मग के पीछे रखें।", "hi"),
+        ("Place the मग there, on the bucket.", "en"),
+    ],
+)
+def test_identify(text: str, expected: str) -> None:
+    assert lang.identify(text) == expected
+
+
+@pytest.mark.parametrize("text", ["", "12 .", "१२।", "Слева"])
+def test_a_text_in_no_known_script_is_an_error(text: str) -> None:
+    with pytest.raises(ValueError, match="is in none of en, hi"):
+        lang.identify(text)
+
+
+@pytest.fixture
+def three_languages(tmp_path: Path) -> Path:
+    """The languages that there are and a third, in English's script and with its own words for two things."""
+    for code in available():
+        shutil.copytree(ROOT / code, tmp_path / code)
+    third = shutil.copytree(ROOT / "en", tmp_path / "nl")
+    replace(third / "language.toml", 'code = "en"', 'code = "nl"')
+    replace(third / "lexicon.toml", 'ball = ["ball"', 'ball = ["bal"')
+    replace(third / "lexicon.toml", 'bucket = ["bucket"', 'bucket = ["emmer"')
+    replace(third / "relations.toml", 'behind = ["behind"', 'behind = ["achter"')
+    return tmp_path
+
+
+def replace(path: Path, old: str, new: str) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new), encoding="utf-8")
+
+
+def test_a_third_language_is_a_folder(three_languages: Path) -> None:
+    assert available(three_languages) == ("en", "hi", "nl")
+    dutch = load("nl", three_languages)
+    text = "de bal achter de emmer"
+    assert [mention.kind for mention in dutch.find_objects(text)] == ["ball", "bucket"]
+    assert identify(text, three_languages) == "nl"
+    assert identify("the ball behind the bucket", three_languages) == "en"
+
+
+def test_a_folder_is_named_after_its_language(three_languages: Path) -> None:
+    shutil.copytree(three_languages / "nl", three_languages / "de")
+    with pytest.raises(ValueError, match=r"language\.toml: code 'nl'; expected the folder's name, 'de'"):
+        load("de", three_languages)
