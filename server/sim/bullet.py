@@ -1,0 +1,296 @@
+"""pybullet's world, the only file that imports it: what stands in the way in a scene, and the reference camera."""
+
+import math
+import os
+import tempfile
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+
+from server.sim.cameras import FAR, FIELD_OF_VIEW, NEAR, Actor, Frame, Viewpoint
+from server.sim.catalogue import ObjectType
+from server.sim.collectibles import mesh_of, texture_of
+from server.sim.geometry import AGENT_RADIUS
+from server.sim.scene import Body, BoxCollider, Mesh, Scene
+
+
+@contextmanager
+def _hushed() -> Iterator[None]:
+    """Keeps what C code writes to standard error from the terminal: pybullet greets on import."""
+    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 2)
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(nowhere)
+
+
+with _hushed():
+    import pybullet
+
+PROBE_HEIGHT = 0.1
+"""Height in units of the axis of the capsule that feels the way. Colliders are taller, so that their footprints count."""
+
+_SUN = (0.5, -0.6, 0.9)
+_AMBIENT, _DIFFUSE = 0.68, 0.40
+_ZENITH, _HORIZON, _HAZE = (88, 146, 214), (214, 228, 236), (140, 142, 140)
+"""The sky straight up and at the horizon, and what lies below the horizon where the ground ends."""
+
+_FARTHEST = 65535
+_UPRIGHT = (0.0, 0.0, 0.0, 1.0)
+
+
+class World:
+    """One scene in one pybullet client: knows what stands in the way, and is the reference camera (`cameras.Camera`).
+
+    Use it as a context manager, or `close` it. It belongs to one thread.
+
+    Args:
+        scene: all that the world is made of.
+
+    Raises:
+        ValueError: for two bodies of one name, or a mesh or a texture that the scene does not hold; the message names it.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        _check(scene)
+        self._client: int | None = pybullet.connect(pybullet.DIRECT)
+        self._bodies: dict[str, int] = {}
+        self._solid: set[int] = set()
+        self._probes: dict[float, int] = {}
+        self._actors: dict[tuple[ObjectType, float], list[int]] = {}
+        textures = self._load(scene.textures.values())
+        texture_ids = dict(zip(scene.textures, textures, strict=True))
+        shapes: dict[tuple[str, float], int] = {}
+        for body in scene.bodies:
+            look = (body.mesh, body.scale)
+            if look not in shapes:
+                shapes[look] = self._shape(scene.meshes[body.mesh], body.scale)
+            self._bodies[body.name] = self._add(body, shapes[look], texture_ids[body.texture])
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Gives the world's memory back. A second call does nothing."""
+        if self._client is not None:
+            pybullet.disconnect(self._client)
+            self._client = None
+
+    def way_is_free(self, start: tuple[float, float], end: tuple[float, float]) -> bool:
+        """Whether the agent's disc can move straight from `start` to `end` without touching a solid thing.
+
+        Args:
+            start: (X, Y) on the scene's ground plane, units.
+            end: the same.
+        """
+        (x0, y0), (x1, y1) = start, end
+        margin = AGENT_RADIUS + 0.01
+        overlapping = pybullet.getOverlappingObjects(
+            (min(x0, x1) - margin, min(y0, y1) - margin, 0.0),
+            (max(x0, x1) + margin, max(y0, y1) + margin, PROBE_HEIGHT + margin),
+            physicsClientId=self._client,
+        )
+        near = {body for body, _ in overlapping or ()} & self._solid
+        if not near:
+            return True
+        probe = self._probe(math.hypot(x1 - x0, y1 - y0))
+        # A capsule's axis is its own Z: lay it down along X, then turn it about Z.
+        half = math.atan2(y1 - y0, x1 - x0) / 2
+        sin, cos = math.sin(half) * math.sqrt(0.5), math.cos(half) * math.sqrt(0.5)
+        position, orientation = ((x0 + x1) / 2, (y0 + y1) / 2, PROBE_HEIGHT), (-sin, cos, sin, cos)
+        return not any(
+            pybullet.getClosestPoints(
+                bodyA=-1,
+                bodyB=body,
+                distance=0.0,
+                collisionShapeA=probe,
+                collisionShapePositionA=position,
+                collisionShapeOrientationA=orientation,
+                physicsClientId=self._client,
+            )
+            for body in near
+        )
+
+    def render(self, viewpoint: Viewpoint, actors: Sequence[Actor], size: int) -> Frame:
+        """The frame of `size` x `size` pixels seen from `viewpoint`, with `actors` in the scene for this frame only.
+
+        The same arguments give the same bytes, whatever was drawn before.
+        """
+        shown = self._pose(actors)
+        _, _, rgba, depth, _ = pybullet.getCameraImage(
+            size,
+            size,
+            _view_matrix(viewpoint),
+            _projection_matrix(size),
+            lightDirection=_SUN,
+            lightAmbientCoeff=_AMBIENT,
+            lightDiffuseCoeff=_DIFFUSE,
+            lightSpecularCoeff=0.0,
+            shadow=0,
+            renderer=pybullet.ER_TINY_RENDERER,
+            flags=pybullet.ER_NO_SEGMENTATION_MASK,
+            physicsClientId=self._client,
+        )
+        for body in shown:
+            self._tint(body, 0.0)
+        distance = FAR * NEAR / (FAR - (FAR - NEAR) * np.asarray(depth, np.float64).reshape(size, size))
+        nothing = distance > FAR * 0.999
+        rgb = np.ascontiguousarray(np.asarray(rgba, np.uint8).reshape(size, size, 4)[..., :3])
+        rgb[nothing] = _sky(size)[nothing]
+        thousandths = np.minimum(np.rint(distance * 1000.0), _FARTHEST).astype(np.uint16)
+        thousandths[nothing] = 0
+        return Frame(rgb, thousandths)
+
+    def _pose(self, actors: Sequence[Actor]) -> list[int]:
+        """Puts a body in place for each actor, and returns them."""
+        taken: Counter[tuple[ObjectType, float]] = Counter()
+        shown = []
+        for actor in actors:
+            key = (actor.type, actor.scale)
+            pool = self._actors.setdefault(key, [])
+            if taken[key] == len(pool):
+                pool.append(self._new_actor(actor))
+            body = pool[taken[key]]
+            taken[key] += 1
+            pybullet.resetBasePositionAndOrientation(
+                body, actor.position, _turn(actor.heading), physicsClientId=self._client
+            )
+            self._tint(body, 1.0)
+            shown.append(body)
+        return shown
+
+    def _new_actor(self, actor: Actor) -> int:
+        pool = self._actors[actor.type, actor.scale]
+        name = f"collectible/{actor.type}/{actor.scale}/{len(pool)}"
+        body = Body(name, actor.type.kind, str(actor.type), actor.position)
+        (texture,) = self._load([texture_of(actor.type)])
+        self._bodies[name] = self._add(body, self._shape(mesh_of(actor.type.kind), actor.scale), texture)
+        return self._bodies[name]
+
+    def _tint(self, body: int, alpha: float) -> None:
+        """TinyRenderer leaves out what has no alpha."""
+        pybullet.changeVisualShape(body, -1, rgbaColor=(1.0, 1.0, 1.0, alpha), physicsClientId=self._client)
+
+    def _probe(self, length: float) -> int:
+        """A capsule between two points `length` apart; one for each length is kept."""
+        key = round(length, 9)
+        if key not in self._probes:
+            self._probes[key] = pybullet.createCollisionShape(
+                pybullet.GEOM_CAPSULE, radius=AGENT_RADIUS, height=key, physicsClientId=self._client
+            )
+        return self._probes[key]
+
+    def _load(self, textures: Sequence[npt.NDArray[np.uint8]] | object) -> list[int]:
+        """pybullet takes textures from files only."""
+        ids = []
+        with tempfile.TemporaryDirectory(prefix="arramon-") as folder:
+            for i, texture in enumerate(textures):
+                path = Path(folder) / f"{i}.png"
+                Image.fromarray(texture).save(path, compress_level=1)
+                ids.append(pybullet.loadTexture(str(path), physicsClientId=self._client))
+        return ids
+
+    def _shape(self, mesh: Mesh, scale: float) -> int:
+        # TinyRenderer repeats textures by the fraction of u and v, which is wrong below 0.
+        uvs = mesh.uvs - np.floor(mesh.uvs.min(axis=0))
+        shape: int = pybullet.createVisualShape(
+            pybullet.GEOM_MESH,
+            vertices=(mesh.vertices * scale).tolist(),
+            uvs=uvs.tolist(),
+            normals=mesh.normals.tolist(),
+            indices=mesh.triangles.reshape(-1).tolist(),
+            physicsClientId=self._client,
+        )
+        return shape
+
+    def _add(self, body: Body, shape: int, texture: int) -> int:
+        """Creates a body and returns pybullet's number for it."""
+        collision = -1 if body.collider is None else self._collision(body.collider)
+        number: int = pybullet.createMultiBody(
+            baseMass=0.0,
+            baseCollisionShapeIndex=collision,
+            baseVisualShapeIndex=shape,
+            basePosition=body.position,
+            baseOrientation=_turn(body.heading),
+            physicsClientId=self._client,
+        )
+        pybullet.changeVisualShape(number, -1, textureUniqueId=texture, physicsClientId=self._client)
+        if body.collider is not None:
+            self._solid.add(number)
+        return number
+
+    def _collision(self, collider: BoxCollider) -> int:
+        half = collider.height / 2
+        shape: int = pybullet.createCollisionShape(
+            pybullet.GEOM_BOX,
+            halfExtents=(collider.half_width, collider.half_length, half),
+            collisionFramePosition=(0.0, 0.0, half),
+            physicsClientId=self._client,
+        )
+        return shape
+
+
+def _check(scene: Scene) -> None:
+    seen: set[str] = set()
+    for body in scene.bodies:
+        if body.name in seen:
+            raise ValueError(f"scene {scene.name!r} has two bodies named {body.name!r}")
+        seen.add(body.name)
+        for word, known, kind in ((body.mesh, scene.meshes, "mesh"), (body.texture, scene.textures, "texture")):
+            if word not in known:
+                raise ValueError(f"body {body.name!r} of scene {scene.name!r} names an unknown {kind} {word!r}")
+
+
+def _turn(heading: float) -> tuple[float, float, float, float]:
+    """The quaternion (x, y, z, w) of a heading: headings run clockwise, angles about Z anticlockwise."""
+    half = math.radians(-heading) / 2
+    return (0.0, 0.0, math.sin(half), math.cos(half))
+
+
+def _view_matrix(viewpoint: Viewpoint) -> list[float]:
+    """From scene to eye coordinates (X right, Y up, looking along -Z), column by column as OpenGL has it."""
+    x, y, z, angle = viewpoint.x, viewpoint.y, viewpoint.z, math.radians(viewpoint.heading)
+    sin, cos = math.sin(angle), math.cos(angle)
+    return [
+        cos, 0.0, -sin, 0.0,
+        -sin, 0.0, -cos, 0.0,
+        0.0, 1.0, 0.0, 0.0,
+        -cos * x + sin * y, -z, sin * x + cos * y, 1.0,
+    ]  # fmt: skip
+
+
+@cache
+def _projection_matrix(size: int) -> list[float]:
+    """From eye to clip coordinates. TinyRenderer samples pixels at their lower left corners: half a pixel's shift mends it."""
+    focal, shift = 1.0 / math.tan(math.radians(FIELD_OF_VIEW) / 2), 1.0 / size
+    return [
+        focal, 0.0, 0.0, 0.0,
+        0.0, focal, 0.0, 0.0,
+        shift, shift, -(FAR + NEAR) / (FAR - NEAR), -1.0,
+        0.0, 0.0, -2.0 * FAR * NEAR / (FAR - NEAR), 0.0,
+    ]  # fmt: skip
+
+
+@cache
+def _sky(size: int) -> npt.NDArray[np.uint8]:
+    """What a level camera sees where there is nothing, by the elevation of each pixel."""
+    half = math.tan(math.radians(FIELD_OF_VIEW) / 2)
+    across = ((np.arange(size) + 0.5) / size * 2 - 1) * half
+    elevation = np.arctan2(-across[:, None], np.hypot(1.0, across)[None, :])
+    height = np.clip(np.sin(elevation) / math.sin(math.radians(35.0)), 0.0, 1.0)[..., None] ** 0.7
+    colour = np.asarray(_HORIZON) * (1 - height) + np.asarray(_ZENITH) * height
+    return np.where(elevation[..., None] < 0, _HAZE, np.rint(colour)).astype(np.uint8)

@@ -1,0 +1,63 @@
+"""The assembly room as a scene: floor with its grid, the checkered start tile, four walls.
+
+Seen from the start tile, facing row 3: brick ahead, wood on the left, striped on the right, spotted behind.
+"""
+
+from server.sim.meshes import Vector, quad
+from server.sim.room import CELL, COLUMNS, ROWS, START
+from server.sim.scene import Body, BoxCollider, Mesh, Scene
+from server.sim.textures import texture
+
+WALL_HEIGHT = 3.0
+"""Units; the walls stand half a cell beyond the outermost cells' centres."""
+
+WALL_TEXTURE_SPAN = 1.5
+"""Units that one texture of a wall covers."""
+
+_THICKNESS = 0.2
+
+
+def room_scene() -> Scene:
+    """The room without any objects: cell (column, row) is centred on X = 1.5 column, Y = 1.5 row."""
+    west, east = -CELL / 2, (COLUMNS - 0.5) * CELL
+    south, north = -CELL / 2, (ROWS - 0.5) * CELL
+    middle_x, middle_y = (west + east) / 2, (south + north) / 2
+    wide, deep = east - west, north - south
+    walls = (
+        ("brick", (middle_x, north, 0.0), 0.0, wide),
+        ("striped", (east, middle_y, 0.0), 90.0, deep),
+        ("spotted", (middle_x, south, 0.0), 180.0, wide),
+        ("wood", (west, middle_y, 0.0), 270.0, deep),
+    )
+    bodies = [
+        Body(
+            f"wall/{look}",
+            f"wall/{look}",
+            f"wall/{look}",
+            position,
+            heading,
+            collider=BoxCollider(length / 2, _THICKNESS, WALL_HEIGHT),
+            label=f"{look} wall",
+        )
+        for look, position, heading, length in walls
+    ]
+    bodies.append(Body("start", "tile", "start", (START.column * CELL, START.row * CELL, 0.004), label="start tile"))
+    bodies.append(Body("floor", "floor", "floor", (middle_x, middle_y, 0.0), label="floor"))
+    meshes = {f"wall/{look}": _wall(length) for look, _, _, length in walls}
+    meshes["tile"] = _flat(CELL * 0.94, CELL * 0.94, 1.0, 1.0)
+    meshes["floor"] = _flat(wide, deep, COLUMNS, ROWS)
+    names = {body.texture for body in bodies}
+    return Scene("room", tuple(bodies), meshes, {name: texture(name) for name in sorted(names)})
+
+
+def _wall(length: float) -> Mesh:
+    """A wall that is seen from behind itself: it faces -Y, into the room."""
+    x = length / 2
+    corners: list[Vector] = [(-x, 0.0, 0.0), (x, 0.0, 0.0), (x, 0.0, WALL_HEIGHT), (-x, 0.0, WALL_HEIGHT)]
+    return quad(corners, (0.0, length / WALL_TEXTURE_SPAN), (0.0, WALL_HEIGHT / WALL_TEXTURE_SPAN))
+
+
+def _flat(width: float, length: float, across: float, along: float) -> Mesh:
+    x, y = width / 2, length / 2
+    corners: list[Vector] = [(-x, -y, 0.0), (x, -y, 0.0), (x, y, 0.0), (-x, y, 0.0)]
+    return quad(corners, (0.0, across), (0.0, along))

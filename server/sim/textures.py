@@ -1,0 +1,164 @@
+"""Procedural textures of grounds and of the room, and the drawing that all textures are made with.
+
+Every texture is a (height, width, 3) uint8 array, its first row at the top, and the same on every machine: what looks
+random comes from a seeded generator.
+"""
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import numpy.typing as npt
+
+Image = npt.NDArray[np.uint8]
+Colour = tuple[int, int, int]
+
+GROUND_SPAN = 4.0
+"""Units that one texture of asphalt, pavement or roof covers."""
+
+
+def plain(height: int, width: int, colour: Colour) -> Image:
+    """One colour."""
+    return np.full((height, width, 3), colour, np.uint8)
+
+
+def speckled(image: Image, amount: float, seed: int, grain: int = 1) -> Image:
+    """The image with its brightness varied by up to `amount` (of 255), in grains of `grain` pixels."""
+    height, width = image.shape[:2]
+    rng = np.random.default_rng(seed)
+    coarse = rng.uniform(-amount, amount, (-(-height // grain), -(-width // grain)))
+    noise = np.kron(coarse, np.ones((grain, grain)))[:height, :width, None]
+    return np.clip(image + noise, 0, 255).astype(np.uint8)
+
+
+def fill(image: Image, left: float, top: float, right: float, bottom: float, colour: Colour) -> None:
+    """Paints a rectangle; edges in pixels, fractions are rounded."""
+    image[round(top) : round(bottom), round(left) : round(right)] = colour
+
+
+def paint(image: Image, mask: npt.NDArray[np.bool_], colour: Colour) -> None:
+    """Paints where the mask, (height, width), is true."""
+    image[mask] = colour
+
+
+def grid(image: Image) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Each pixel centre's (x to the right, y down), in pixels; of shapes that broadcast to the image's."""
+    height, width = image.shape[:2]
+    return np.arange(width)[None, :] + 0.5, np.arange(height)[:, None] + 0.5
+
+
+def bricks(
+    height: int, width: int, colour: Colour, mortar: Colour, seed: int, course: int = 8, length: int = 16, vary: float = 16
+) -> Image:
+    """Courses of bricks, every second one shifted by half a brick; they repeat where both sizes divide the image's."""
+    image = plain(height, width, mortar)
+    rng = np.random.default_rng(seed)
+    for i, top in enumerate(range(0, height, course)):
+        shades = rng.uniform(-vary, vary, width // length)
+        offset = (length // 2) * (i % 2)
+        for j, shade in enumerate(shades):
+            tone = np.clip(np.asarray(colour) + shade, 0, 255).astype(np.uint8)
+            columns = (np.arange(j * length, (j + 1) * length - 1) + offset) % width
+            image[top : top + course - 1, columns] = tone
+    return image
+
+
+def _asphalt() -> Image:
+    image = speckled(speckled(plain(128, 128, (84, 86, 90)), 9, 11), 5, 12, grain=16)
+    x, y = grid(image)
+    for cx, cy, r in ((30.0, 40.0, 9.0), (95.0, 100.0, 7.0)):  # a patch of tar, a manhole
+        paint(image, (np.hypot(x - cx, y - cy) < r) & (cx < 60), (72, 73, 76))
+        paint(image, (np.abs(np.hypot(x - cx, y - cy) - r) < 1.2) & (cx > 60), (58, 58, 60))
+    return image
+
+
+def _pavement() -> Image:
+    image = bricks(128, 128, (176, 172, 164), (140, 137, 130), 13, course=16, length=32, vary=8)
+    return speckled(image, 5, 14)
+
+
+def _roof() -> Image:
+    return speckled(plain(64, 64, (96, 90, 86)), 14, 15)
+
+
+def _wood() -> Image:
+    """Upright planks with knots: a wall 1 texture high."""
+    image = plain(128, 128, (150, 96, 48))
+    rng = np.random.default_rng(16)
+    x, y = grid(image)
+    for i in range(8):
+        tone = np.clip(np.array([150, 96, 48]) + rng.uniform(-22, 22), 0, 255)
+        wave = 5 * np.sin((x - 16 * i) * 1.1 + 2.2 * np.sin(y / 21 + i))
+        plank = (x >= 16 * i) & (x < 16 * (i + 1)) & (y > 0)
+        image[plank] = np.clip(tone + wave[..., None], 0, 255).astype(np.uint8)[plank]
+        knot = np.hypot(x - 16 * i - 8, (y - rng.uniform(10, 118)) / 1.6)
+        paint(image, knot < 3, (98, 58, 26))
+        paint(image, (np.abs(x - 16 * i) < 1) & (y > 0), (84, 50, 24))
+    return image
+
+
+def _spotted() -> Image:
+    """Blue-green spots in staggered rows on a cream wall."""
+    image = plain(128, 128, (238, 230, 208))
+    x, y = grid(image)
+    for i in range(4):
+        for j in range(4):
+            cx, cy = 16 + 32 * j + 16 * (i % 2), 16 + 32 * i
+            across = np.abs(x - cx) % 128
+            paint(image, np.hypot(np.minimum(across, 128 - across), y - cy) < 10, (26, 128, 140))
+    return image
+
+
+def _striped() -> Image:
+    """Broad upright stripes of pink and white."""
+    image = plain(128, 128, (244, 238, 236))
+    x, y = grid(image)
+    paint(image, (x % 32 < 16) & (y > 0), (206, 70, 120))
+    return image
+
+
+def _checkered() -> Image:
+    image = plain(64, 64, (255, 224, 40))
+    x, y = grid(image)
+    paint(image, (x // 16 + y // 16) % 2 == 1, (206, 150, 0))
+    return image
+
+
+def _floor() -> Image:
+    """One cell: grey tile with a dark border, so that cells can be counted."""
+    image = speckled(plain(64, 64, (186, 188, 190)), 4, 17)
+    x, y = grid(image)
+    border = (np.minimum(x, 64 - x) < 2) | (np.minimum(y, 64 - y) < 2)
+    paint(image, border, (70, 76, 84))
+    return image
+
+
+def _brick_wall() -> Image:
+    return bricks(128, 128, (172, 62, 44), (214, 200, 188), 18, course=16, length=32)
+
+
+_MAKERS: dict[str, Callable[[], Image]] = {
+    "asphalt": _asphalt,
+    "pavement": _pavement,
+    "roof": _roof,
+    "kerb": lambda: plain(8, 8, (206, 204, 196)),
+    "marking": lambda: plain(8, 8, (226, 220, 190)),
+    "wall/wood": _wood,
+    "wall/brick": _brick_wall,
+    "wall/spotted": _spotted,
+    "wall/striped": _striped,
+    "start": _checkered,
+    "floor": _floor,
+}
+
+
+@cache
+def texture(name: str) -> Image:
+    """A texture of the ground or the room by its name. Read-only: callers share it.
+
+    Raises:
+        KeyError: for an unknown name.
+    """
+    image = _MAKERS[name]()
+    image.flags.writeable = False
+    return image
