@@ -1,11 +1,11 @@
 """The error tree: everything that the server can say is wrong, in words for whoever caused it.
 
-    ArraMonError
-    ├── BadInput        the caller's words, files or settings are wrong
-    │   └── BadFile     a file is wrong; names file, line and field
-    ├── NotFound        no such run, split, language or episode
-    ├── Conflict        the request is right, but not in this state
-    └── StorageError    the journal or the data folder cannot be read or written
+ArraMonError
+├── BadInput        the caller's words, files or settings are wrong
+│   └── BadFile     a file is wrong; names file, line and field
+├── NotFound        no such run, split, language or episode
+├── Conflict        the request is right, but not in this state
+└── StorageError    the journal or the data folder cannot be read or written
 """
 
 from pathlib import Path
@@ -43,5 +43,9 @@ class Conflict(ArraMonError):
     """The request does not fit the present state, such as the scores of a run that is still being played."""
 
 
-class StorageError(ArraMonError):
+class Unavailable(ArraMonError):
+    """The server cannot go on just now, such as while it shuts down. Nothing that was answered is lost."""
+
+
+class StorageError(Unavailable):
     """The journal or the data folder could not be read or written. Nothing that was answered is lost."""

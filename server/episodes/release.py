@@ -19,7 +19,7 @@ from server.errors import BadFile
 from server.sim.catalogue import ObjectType
 from server.sim.geometry import TURN, Point, Pose, wrap
 from server.sim.room import CELL, START, Placement, Square
-from server.sim.rules import Action, Collectible
+from server.sim.rules import Action, Collectible, moved
 
 SECTION_STARTS = (0, 15000, 25000, 35000, 45000, 55000, 65000)
 """The first `mapId` of each of the seven sections' ranges."""
@@ -181,11 +181,9 @@ def _check_replay(start: Pose, turns: tuple[Turn, Turn]) -> None:
     for number, turn in enumerate(turns):
         visited = [(pose.x, pose.z)]
         for action in turn.actions:
+            pose = moved(pose, action)
             if action is Action.FORWARD:
-                pose = pose.ahead()
                 visited.append((pose.x, pose.z))
-            else:
-                pose = pose.turned({Action.LEFT: -TURN, Action.RIGHT: TURN}.get(action, 0.0))
         if len(visited) != len(turn.path):
             raise ValueError(
                 f"gt_paths.navi_path_gt[{number}] has {len(turn.path)} points, "

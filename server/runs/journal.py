@@ -165,6 +165,14 @@ class Journal:
         causes = {row.cause: row.number for row in rows if row.state == ENDED}
         return Progress(sum(row.number for row in rows), sum(causes.values()), counted[0][0], causes)
 
+    def count_ended(self, run_id: str) -> int:
+        """How many of the run's episodes have ended."""
+        return self._count(run_id, tables.episodes.c.state == ENDED)
+
+    def count_unended(self, run_id: str) -> int:
+        """How many of the run's episodes have not ended."""
+        return self._count(run_id, tables.episodes.c.state != ENDED)
+
     def open_claims(self, run_id: str) -> list[Claim]:
         """The run's episodes that were begun and have not ended."""
         return self._claims(run_id, OPEN, None)
@@ -232,6 +240,11 @@ class Journal:
             .limit(limit)
         )
         return [Claim(row.episode_id, row.state, row.player) for row in self._read(query)]
+
+    def _count(self, run_id: str, condition: sa.ColumnElement[bool]) -> int:
+        rows = self._read(sa.select(sa.func.count()).where(tables.episodes.c.run_id == run_id, condition))
+        count: int = rows[0][0]
+        return count
 
     def _read(self, query: sa.Select[Any]) -> Sequence[Row[Any]]:
         with _storage_errors(), self._engine.connect() as connection:

@@ -23,6 +23,10 @@ REACH_MARGIN = 0.05
 """An object's own extent, by which its centre may lie outside the box; the release's ground truth ends need 0.035."""
 
 
+STEPS_PER_PHASE = 150
+"""Where the original stops a phase."""
+
+
 class Action(IntEnum):
     """The release's numbers."""
 
@@ -51,7 +55,7 @@ class Ground(Protocol):
 class Limits:
     """What a run grants: steps in each phase of each turn."""
 
-    steps_per_phase: int = 150
+    steps_per_phase: int = STEPS_PER_PHASE
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,6 +206,11 @@ def height_at(room: Sequence[PlacedObject], square: Square) -> int:
     return sum((item.placement.column, item.placement.row) == square for item in room)
 
 
+def moved(pose: Pose, action: Action) -> Pose:
+    """Where an action leads from `pose` in the city, if nothing is in the way."""
+    return pose.ahead(STEP) if action is Action.FORWARD else pose.turned(_turn(action))
+
+
 def _turn(action: Action) -> float:
     return {Action.LEFT: -TURN, Action.RIGHT: TURN}.get(action, 0.0)
 
@@ -210,12 +219,12 @@ def _act_in_city(state: State, action: Action, layout: Layout, ground: Ground) -
     if action is Action.INTERACT:
         index = reachable(state.pose, layout.streets[state.turn - 1])
         return (state, ()) if index is None else _pick_up(state, layout, index, forced=False)
+    after = moved(state.pose, action)
     if action is not Action.FORWARD:
-        return replace(state, pose=state.pose.turned(_turn(action))), ()
-    ahead = state.pose.ahead(STEP)
-    if not ground.way_is_free((state.pose.x, state.pose.z), (ahead.x, ahead.z)):
+        return replace(state, pose=after), ()
+    if not ground.way_is_free((state.pose.x, state.pose.z), (after.x, after.z)):
         return state, (Blocked(),)
-    return replace(state, pose=ahead), (Moved(),)
+    return replace(state, pose=after), (Moved(),)
 
 
 def _act_in_room(state: State, action: Action, layout: Layout, ground: Ground) -> Outcome:  # noqa: ARG001 (as in the city)

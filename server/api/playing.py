@@ -1,0 +1,160 @@
+"""One Play stream: between the client's messages on the event loop and the engine on its thread."""
+
+import asyncio
+import uuid
+from collections.abc import AsyncIterator, Sequence
+
+from arramon.v1 import evaluation_pb2 as pb
+from arramon.v1 import types_pb2
+from server.api.encoding import OFFERED, encode_depth, encode_rgb
+from server.api.messages import ACTIONS, PHASES, oracle_message, pose_message, run_message
+from server.config import Config
+from server.errors import ArraMonError, BadInput
+from server.runs.engine import Engine
+from server.runs.events import EpisodeEnded, EpisodeStarted, Event, Observed, Opened, PhaseOver, Problem
+from server.runs.service import Runs
+from server.runs.stream import Act, Stream
+from server.sim.view import visible_pose
+
+
+class Playing:
+    """Serves one Play stream.
+
+    Args:
+        open_: the client's first message.
+        runs: to find the run.
+        engine: plays it.
+        config: what the server allows.
+
+    Raises:
+        ArraMonError: if the run cannot be played, or not like this.
+    """
+
+    def __init__(self, open_: pb.Open, runs: Runs, engine: Engine, config: Config) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._outbox: asyncio.Queue[pb.PlayResponse | ArraMonError | None] = asyncio.Queue()
+        self._engine = engine
+        self._encoding = open_.encoding or OFFERED[0]
+        if self._encoding not in OFFERED:
+            raise BadInput(f"encoding {self._encoding} is not offered; see ServerInfo.encodings")
+        if open_.image_size and open_.image_size not in config.image_sizes:
+            sizes = ", ".join(map(str, config.image_sizes))
+            raise BadInput(f"images of {open_.image_size} pixels are not offered, but {sizes}")
+        if not 1 <= open_.max_episodes <= config.max_episodes_per_stream:
+            raise BadInput(f"max_episodes is {open_.max_episodes}, expected 1 to {config.max_episodes_per_stream}")
+        if len(open_.player) > 100:
+            raise BadInput(f"the player's name has {len(open_.player)} characters; at most 100 are allowed")
+        self._stream = Stream(
+            run=runs.playable(open_.run_id),
+            player=open_.player or uuid.uuid4().hex,
+            max_episodes=open_.max_episodes,
+            image_size=open_.image_size or config.image_sizes[0],
+            history=open_.history,
+            adopt=open_.adopt,
+            deliver=self._deliver,
+            close=self._close,
+            backlog=self._outbox.qsize,
+        )
+
+    async def serve(self, requests: AsyncIterator[pb.PlayRequest]) -> AsyncIterator[pb.PlayResponse]:
+        """Answers until the run ends, the client leaves, or an error closes the stream.
+
+        Raises:
+            ArraMonError: that closed the stream.
+        """
+        reader = asyncio.create_task(self._read(requests))
+        self._engine.join(self._stream)
+        try:
+            while (item := await self._outbox.get()) is not None:
+                if isinstance(item, ArraMonError):
+                    raise item
+                yield item
+        finally:
+            self._engine.leave(self._stream)
+            reader.cancel()
+
+    async def _read(self, requests: AsyncIterator[pb.PlayRequest]) -> None:
+        """Takes the client's messages to the engine. A client that closes its half without an end has left."""
+        async for request in requests:
+            if request.WhichOneof("message") != "actions":
+                self._outbox.put_nowait(BadInput("a stream's first message is `open`, every further one is `actions`"))
+                return
+            self._engine.ask(self._stream, [_act(act) for act in request.actions.acts])
+        self._outbox.put_nowait(None)
+
+    def _deliver(self, events: Sequence[Event]) -> None:
+        """On the engine's thread: images are encoded here, not on the event loop."""
+        response = pb.PlayResponse(events=[self._message(event) for event in events])
+        self._put(response)
+
+    def _close(self, error: ArraMonError | None) -> None:
+        self._put(error)
+
+    def _put(self, item: pb.PlayResponse | ArraMonError | None) -> None:
+        self._loop.call_soon_threadsafe(self._outbox.put_nowait, item)
+
+    def _message(self, event: Event) -> pb.Event:
+        match event:
+            case Observed():
+                return pb.Event(observation=self._observation(event))
+            case EpisodeStarted():
+                return pb.Event(episode_started=self._started(event))
+            case PhaseOver(episode_id, phase):
+                over = pb.PhaseEnded(
+                    episode_id=episode_id, turn=phase.turn, phase=PHASES[phase.phase], forced=phase.forced
+                )
+                return pb.Event(phase_ended=over)
+            case EpisodeEnded(episode_id, cause, ended):
+                value = types_pb2.Cause.Value(f"CAUSE_{cause}")
+                return pb.Event(episode_ended=pb.EpisodeEnded(episode_id=episode_id, cause=value, episodes_ended=ended))
+            case Opened(run, progress, episode_ids):
+                opened = pb.Opened(
+                    run=run_message(run, progress),
+                    episode_ids=episode_ids,
+                    encoding=self._encoding,
+                    image_size=self._stream.image_size,
+                )
+                return pb.Event(opened=opened)
+            case Problem(code, message, episode_id, step):
+                value_ = pb.Problem.Code.Value(f"CODE_{code}")
+                return pb.Event(problem=pb.Problem(code=value_, message=message, episode_id=episode_id, step=step))
+            case _:
+                return pb.Event(run_ended=pb.RunEnded(run=run_message(event.run, event.progress)))
+
+    def _started(self, event: EpisodeStarted) -> pb.EpisodeStarted:
+        message = pb.EpisodeStarted(
+            episode_id=event.episode.episode_id, language=event.run.language, split=event.run.split, step=event.step
+        )
+        if "oracle" in event.run.sensors:
+            message.oracle.CopyFrom(oracle_message(event.episode, event.scene))
+        return message
+
+    def _observation(self, event: Observed) -> pb.Observation:
+        state, sensors = event.state, event.run.sensors
+        message = pb.Observation(
+            episode_id=event.episode.episode_id,
+            step=state.step,
+            turn=state.turn,
+            phase=PHASES[state.phase],
+            instruction=event.episode.instruction(event.run.language, state.turn, state.phase.value),
+            phase_step=state.phase_step,
+            steps_left=event.steps_left,
+            taken=None if event.taken is None else ACTIONS[event.taken],
+        )
+        if event.frame is not None and "rgb" in sensors:
+            message.rgb.CopyFrom(encode_rgb(event.frame.rgb, self._encoding))
+        if event.frame is not None and "depth" in sensors:
+            message.depth.CopyFrom(encode_depth(event.frame.depth, self._encoding))
+        if "pose" in sensors:
+            message.pose.CopyFrom(pose_message(visible_pose(state)))
+        return message
+
+
+def _act(act: pb.Act) -> Act:
+    choice = act.WhichOneof("choice")
+    return Act(
+        act.episode_id,
+        act.step,
+        action=act.action if choice == "action" else None,
+        forfeit=act.forfeit.reason if choice == "forfeit" else None,
+    )

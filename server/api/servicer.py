@@ -1,0 +1,113 @@
+"""The Evaluation service: translate, call, translate."""
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+from typing import TypeVar
+
+import grpc
+
+from arramon.v1 import PROTOCOL, types_pb2
+from arramon.v1 import evaluation_pb2 as pb
+from arramon.v1.evaluation_pb2_grpc import EvaluationServicer
+from server import __version__
+from server.api.encoding import OFFERED
+from server.api.messages import report_message, run_message, split_message
+from server.api.playing import Playing
+from server.api.status import status_of
+from server.config import Config
+from server.errors import ArraMonError, BadInput
+from server.runs.engine import Engine
+from server.runs.journal import Run
+from server.runs.service import Runs
+
+_T = TypeVar("_T")
+_Context = grpc.aio.ServicerContext[object, object]
+
+
+class Servicer(EvaluationServicer):
+    """Serves runs over gRPC.
+
+    Args:
+        runs: all but playing.
+        engine: playing.
+        config: what the server allows.
+    """
+
+    def __init__(self, runs: Runs, engine: Engine, config: Config) -> None:
+        self._runs = runs
+        self._engine = engine
+        self._config = config
+
+    async def GetServerInfo(self, request: pb.GetServerInfoRequest, context: _Context) -> pb.ServerInfo:
+        return pb.ServerInfo(
+            version=__version__,
+            protocol=PROTOCOL,
+            splits=map(split_message, self._runs.splits.values()),
+            encodings=OFFERED,
+            image_sizes=self._config.image_sizes,
+            limits=types_pb2.Limits(steps_per_phase=self._runs.limits.steps_per_phase),
+            max_episodes_per_stream=self._config.max_episodes_per_stream,
+            max_message_bytes=self._config.max_message_bytes,
+        )
+
+    async def CreateRun(self, request: pb.CreateRunRequest, context: _Context) -> pb.Run:
+        def create() -> pb.Run:
+            return self._message(
+                self._runs.create(
+                    participant=request.participant,
+                    agent=request.agent,
+                    split=request.split,
+                    language=request.language,
+                    sensors=request.sensors,
+                    episodes=request.episodes,
+                )
+            )
+
+        return await _answer(context, create)
+
+    async def GetRun(self, request: pb.GetRunRequest, context: _Context) -> pb.Run:
+        return await _answer(context, lambda: self._message(self._runs.get(request.run_id)))
+
+    async def ListRuns(self, request: pb.ListRunsRequest, context: _Context) -> pb.ListRunsResponse:
+        def page() -> pb.ListRunsResponse:
+            size = request.page_size or 50
+            runs = self._runs.page(size, request.page_token or None)
+            token = runs[-1].run_id if len(runs) == size else ""
+            return pb.ListRunsResponse(runs=map(self._message, runs), next_page_token=token)
+
+        return await _answer(context, page)
+
+    async def CancelRun(self, request: pb.CancelRunRequest, context: _Context) -> pb.Run:
+        def cancel() -> pb.Run:
+            self._runs.cancel(request.run_id).result()
+            return self._message(self._runs.get(request.run_id))
+
+        return await _answer(context, cancel)
+
+    async def GetReport(self, request: pb.GetReportRequest, context: _Context) -> pb.Report:
+        return await _answer(context, lambda: report_message(self._runs.report(request.run_id)))
+
+    async def Play(
+        self, request_iterator: AsyncIterator[pb.PlayRequest], context: _Context
+    ) -> AsyncIterator[pb.PlayResponse]:
+        try:
+            first = await anext(request_iterator, None)
+            if first is None or first.WhichOneof("message") != "open":
+                raise BadInput("a stream's first message is `open`")
+            playing = Playing(first.open, self._runs, self._engine, self._config)
+            async for response in playing.serve(request_iterator):
+                yield response
+        except ArraMonError as error:
+            await context.abort(status_of(error), str(error))
+
+    def _message(self, run: Run) -> pb.Run:
+        return run_message(run, self._runs.progress(run.run_id))
+
+
+async def _answer(context: _Context, function: Callable[[], _T]) -> _T:
+    """Calls a function beside the event loop, as it may wait for the journal; its error becomes the call's status."""
+    try:
+        return await asyncio.to_thread(function)
+    except ArraMonError as error:
+        await context.abort(status_of(error), str(error))
+        raise  # abort has raised

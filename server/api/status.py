@@ -1,0 +1,20 @@
+"""The one table from an error to a gRPC status."""
+
+import grpc
+
+from server.errors import ArraMonError, BadInput, Conflict, NotFound, Unavailable
+
+_TABLE = (
+    (BadInput, grpc.StatusCode.INVALID_ARGUMENT),
+    (NotFound, grpc.StatusCode.NOT_FOUND),
+    (Conflict, grpc.StatusCode.FAILED_PRECONDITION),
+    (Unavailable, grpc.StatusCode.UNAVAILABLE),
+)
+
+
+def status_of(error: ArraMonError) -> grpc.StatusCode:
+    """The status under which an error reaches the client; its message goes along as it is."""
+    for kind, code in _TABLE:
+        if isinstance(error, kind):
+            return code
+    return grpc.StatusCode.INTERNAL

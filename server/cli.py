@@ -1,0 +1,98 @@
+"""The command line of the server: `arramon-server serve`, `import-release`, `show`."""
+
+import argparse
+import logging
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from server import __version__
+from server.config import LISTEN, Config
+from server.episodes.importing import import_release
+from server.episodes.splits import Split, read_splits
+from server.errors import ArraMonError
+from server.serving import serve
+from server.sim.rules import STEPS_PER_PHASE, Limits
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs a command; returns the exit status: 0 fine, 1 something was wrong and was said, 2 usage."""
+    arguments = _parser().parse_args(argv)
+    logging.basicConfig(level=arguments.log.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    try:
+        arguments.command(arguments)
+    except ArraMonError as error:
+        print(f"arramon-server: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="arramon-server", description="The ArraMon evaluation server.")
+    parser.add_argument("--version", action="version", version=f"arramon-server {__version__}")
+    common = argparse.ArgumentParser(add_help=False)
+    common.add_argument(
+        "--data",
+        type=Path,
+        default=Path(os.environ.get("ARRAMON_DATA", "arramon-data")),
+        help="folder with episodes and journal (default: $ARRAMON_DATA or ./arramon-data)",
+    )
+    common.add_argument(
+        "--log", default="warning", choices=("debug", "info", "warning", "error"), help="how much to log"
+    )
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+
+    serve_ = commands.add_parser("serve", parents=[common], help="serve the episodes of the data folder")
+    serve_.add_argument("--listen", default=LISTEN, help="host:port or unix:/path (default: %(default)s)")
+    serve_.add_argument("--journal", default="", help="database URL (default: SQLite in the data folder)")
+    serve_.add_argument(
+        "--steps", type=int, default=STEPS_PER_PHASE, help="step limit of a phase (default: %(default)s)"
+    )
+    serve_.set_defaults(command=_serve)
+
+    import_ = commands.add_parser("import-release", parents=[common], help="bring in files of the official release")
+    import_.add_argument(
+        "files", nargs="+", type=Path, metavar="FILE", help="such as val_seen.json, val_seen_hindi.json"
+    )
+    import_.add_argument("--split", help="name of the split (default: from the file's name)")
+    import_.add_argument("--lang", help="language of the instructions (default: from their script)")
+    import_.add_argument("--hidden", action="store_true", help="keep targets, goals and paths on the server")
+    import_.set_defaults(command=_import)
+
+    show = commands.add_parser("show", parents=[common], help="draw an episode: a map, and what the agent sees")
+    show.add_argument("episode", help="its id, such as 8900")
+    show.add_argument("--split", help="where it is (default: the first split that has it)")
+    show.add_argument("--output", type=Path, default=Path(), help="folder for the pictures (default: here)")
+    show.set_defaults(command=_show)
+    return parser
+
+
+def _serve(arguments: argparse.Namespace) -> None:
+    config = Config(
+        data=arguments.data, listen=arguments.listen, journal=arguments.journal, limits=Limits(arguments.steps)
+    )
+    splits = read_splits(config.data)
+    for split in splits.values():
+        print(_describe(split), flush=True)
+    serve(config, splits, lambda line: print(line, flush=True))
+
+
+def _import(arguments: argparse.Namespace) -> None:
+    for split in import_release(
+        arguments.files, arguments.data, split=arguments.split, language=arguments.lang, hidden=arguments.hidden
+    ):
+        print(_describe(split))
+
+
+def _show(arguments: argparse.Namespace) -> None:
+    from server.show.episode import show
+
+    for path in show(arguments.data, arguments.episode, arguments.split, arguments.output):
+        print(path)
+
+
+def _describe(split: Split) -> str:
+    languages = ", ".join(f"{count} in {code}" for code, count in split.languages.items())
+    kind = "hidden" if split.hidden else "open"
+    return f"split {split.name} ({kind}): {languages}; {len(split.sections)} sections; data {split.data_hash[:12]}"

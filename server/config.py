@@ -1,0 +1,45 @@
+"""What a host can set."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from server.errors import BadInput
+from server.sim.rules import Limits
+
+LISTEN = "127.0.0.1:50551"
+"""Loopback: what others may reach, a host says."""
+
+
+@dataclass(frozen=True, slots=True)
+class Config:
+    """The server's settings.
+
+    Attributes:
+        data: folder with the episodes and, unless `journal` says otherwise, the journal.
+        listen: address, `host:port` or `unix:/path`; port 0 takes a free one.
+        journal: database URL; empty for SQLite in the data folder.
+        limits: given to runs that are created.
+        image_sizes: side lengths in pixels that a stream may ask for; the first is the default.
+        max_episodes_per_stream: that a stream may have open at once.
+        max_message_bytes: the largest message accepted.
+
+    Raises:
+        BadInput: for a setting out of range.
+    """
+
+    data: Path
+    listen: str = LISTEN
+    journal: str = ""
+    limits: Limits = field(default_factory=Limits)
+    image_sizes: tuple[int, ...] = (224, 128)
+    max_episodes_per_stream: int = 1024
+    max_message_bytes: int = 1 << 20
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.limits.steps_per_phase <= 10_000:
+            raise BadInput(f"the step limit is {self.limits.steps_per_phase}, expected 1 to 10000")
+
+    @property
+    def journal_url(self) -> str:
+        """The database's URL."""
+        return self.journal or f"sqlite:///{self.data.absolute() / 'journal.db'}"

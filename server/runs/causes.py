@@ -1,0 +1,10 @@
+"""Why an episode ended. Every episode of a run ends with exactly one cause, and stays in the denominator."""
+
+AGENT_FINISHED = "AGENT_FINISHED"
+"""The agent ended all four phases itself."""
+
+STEP_LIMIT = "STEP_LIMIT"
+"""At least one phase was ended by the step limit."""
+
+FORFEITED = "FORFEITED"
+"""The participant gave the episode up, or cancelled the run."""

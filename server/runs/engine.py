@@ -1,0 +1,332 @@
+"""The engine: one thread that plays all episodes of this process. It owns the worlds and the open episodes.
+
+Each round it takes one message from every stream that sent one, applies it, commits all of it at once, and only then
+tells anyone; then it draws and delivers a few observations for every stream in turn, so that no stream starves another.
+"""
+
+import logging
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import Future
+from contextlib import contextmanager
+from dataclasses import replace
+from queue import Empty, SimpleQueue
+from typing import TypeVar
+
+from server.episodes.splits import Split
+from server.errors import ArraMonError, Conflict, NotFound, Unavailable
+from server.runs import causes
+from server.runs.events import EpisodeEnded, EpisodeStarted, Event, Observed, Opened, PhaseOver, Problem, RunEnded
+from server.runs.journal import CANCELLED, COMPLETE, RUNNING, Batch, Claim, Ending, Journal, Run
+from server.runs.session import Session
+from server.runs.stream import Act, Stream
+from server.runs.worlds import Worlds
+from server.sim.rules import Action, Limits
+
+GRACE = 10.0
+"""Seconds for which an episode that a broken stream left open waits for its own player."""
+
+CHUNK = 4
+"""Events told to one stream before the next one's turn."""
+
+MAX_BACKLOG = 8
+"""Deliveries waiting to leave, from which on a slow reader gets nothing more drawn."""
+
+_log = logging.getLogger(__name__)
+_T = TypeVar("_T")
+
+
+class Engine:
+    """Plays episodes. `run` is the thread's body; `join`, `ask`, `leave` and `call` may be called from any thread.
+
+    Args:
+        splits: by name.
+        journal: everything goes there before anyone is told.
+        grace: seconds for which an orphaned episode waits for its player.
+    """
+
+    def __init__(self, splits: Mapping[str, Split], journal: Journal, *, grace: float = GRACE) -> None:
+        self._splits = splits
+        self._journal = journal
+        self._grace = grace
+        self._worlds = Worlds(splits)
+        self._commands: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        self._streams: list[Stream] = []
+        self._left: dict[tuple[str, str], float] = {}
+        self._started = time.monotonic()
+        self._next_sweep = 0.0
+        self._stopping = False
+
+    # From any thread.
+
+    def join(self, stream: Stream) -> None:
+        """A stream comes in."""
+        self._commands.put(lambda: self._join(stream))
+
+    def ask(self, stream: Stream, acts: Iterable[Act]) -> None:
+        """A stream answers observations."""
+        stream.asked.append(tuple(acts))
+        self._commands.put(_wake)
+
+    def leave(self, stream: Stream) -> None:
+        """A stream is gone; its episodes stay open."""
+        self._commands.put(lambda: self._leave(stream))
+
+    def call(self, function: Callable[[], _T]) -> "Future[_T]":
+        """Runs a function on the engine's thread, between two rounds; its errors of the error tree go to the future."""
+        future: Future[_T] = Future()
+
+        def command() -> None:
+            try:
+                future.set_result(function())
+            except ArraMonError as error:
+                future.set_exception(error)
+
+        self._commands.put(command)
+        return future
+
+    def stop(self) -> None:
+        """Lets the thread end after the present round; all streams are closed."""
+        self._commands.put(self._stop)
+
+    # On the engine's thread.
+
+    def run(self) -> None:
+        """Plays until `stop` is called."""
+        while not self._stopping:
+            self._obey()
+            self._sweep()
+            self._apply()
+            self._tell()
+        for stream in list(self._streams):
+            self._drop(stream, Unavailable("the server is shutting down; the run goes on when it is back"))
+        self._obey()  # whoever still waits for a `call`
+        self._worlds.close()
+
+    def cancel(self, run: Run) -> None:
+        """Forfeits what is left of a run. To be used through `call`.
+
+        Raises:
+            Conflict: if the run is over already.
+        """
+        run = self._journal.run(run.run_id)
+        if run.state != RUNNING:
+            raise Conflict(f"run {run.run_id!r} is {run.state.lower()} already")
+        open_claims = self._journal.open_claims(run.run_id)
+        batch = Batch()
+        for claim in (*open_claims, *self._journal.pending(run.run_id)):
+            session = self._session(run, claim.episode_id)
+            for _ in session.replay(self._journal.actions(run.run_id, claim.episode_id)):
+                pass
+            batch.endings.append(_ending(run, session, causes.FORFEITED, "the run was cancelled"))
+        self._journal.commit(batch)
+        self._finish(run, CANCELLED)
+
+    def _obey(self) -> None:
+        """Carries out commands; waits for one where there is nothing else to do."""
+        busy = any(stream.asked for stream in self._streams)
+        blocked = any(stream.told for stream in self._streams)
+        try:
+            timeout = 0.0 if busy or self._can_tell() else 0.005 if blocked else 0.5
+            self._commands.get(timeout=timeout)() if timeout else self._commands.get_nowait()()
+            while True:
+                self._commands.get_nowait()()
+        except Empty:
+            pass
+
+    def _sweep(self) -> None:
+        """Once a second, hands out episodes whose players did not come back."""
+        if time.monotonic() < self._next_sweep:
+            return
+        self._next_sweep = time.monotonic() + 1.0
+        for stream in list(self._streams):
+            if len(stream.sessions) < stream.max_episodes:
+                with self._guard(stream):
+                    self._offer(stream)
+
+    def _can_tell(self) -> bool:
+        return any(stream.told and stream.backlog() < MAX_BACKLOG for stream in self._streams)
+
+    def _apply(self) -> None:
+        asking = [stream for stream in self._streams if stream.asked]
+        batch = Batch()
+        with self._guard(*asking):
+            told = [(stream, self._answers(stream, batch)) for stream in asking]
+            self._journal.commit(batch)
+            for stream, answers in told:
+                stream.told.extend(answers)
+        for stream in asking:
+            if stream in self._streams and any(isinstance(event, EpisodeEnded) for event in stream.told):
+                with self._guard(stream):
+                    self._after_ending(stream)
+
+    @contextmanager
+    def _guard(self, *streams: Stream) -> Iterator[None]:
+        """Drops the streams where the journal fails, as memory may then be ahead of it. Their clients come back."""
+        try:
+            yield
+        except (Unavailable, Conflict, NotFound) as error:
+            _log.error("%s", error)
+            for stream in streams:
+                self._drop(stream, error)
+
+    def _answers(self, stream: Stream, batch: Batch) -> list[Event]:
+        return [event for act in stream.asked.popleft() for event in self._answer(stream, act, batch)]
+
+    def _answer(self, stream: Stream, act: Act, batch: Batch) -> list[Event]:
+        """Applies one act in memory; what it writes goes into the batch, what it says is told after the commit."""
+        session = stream.sessions.get(act.episode_id)
+        if session is None:
+            ended = stream.ended.get(act.episode_id)
+            return [ended] if ended else [_problem(act, "NOT_YOUR_EPISODE", "this stream has no such open episode")]
+        if act.forfeit is not None:
+            return [self._end(stream, session, batch, causes.FORFEITED, act.forfeit[:500])]
+        if act.action is None or not 0 <= act.action < len(Action):
+            given = "none" if act.action is None else act.action
+            return [_problem(act, "BAD_ACTION", f"the action is {given}, expected 0, 1, 2 or 3")]
+        step = session.state.step
+        if act.step > step:
+            return [_problem(act, "STEP_AHEAD", f"step {act.step} is ahead of its turn, expected {step}")]
+        if act.step < step:
+            first = session.actions[act.step]
+            again = self._observe(stream, session)
+            if first == act.action:
+                return [again]
+            return [_problem(act, "STEP_BEHIND", f"step {act.step} was answered with {first:d}; that stands"), again]
+        phases = session.apply(Action(act.action))
+        batch.add_step(stream.run.run_id, act.episode_id, act.step, act.action)
+        events: list[Event] = [PhaseOver(act.episode_id, phase) for phase in phases]
+        if not session.state.finished:
+            return [*events, self._observe(stream, session)]
+        cause = causes.STEP_LIMIT if session.was_forced else causes.AGENT_FINISHED
+        return [*events, self._end(stream, session, batch, cause)]
+
+    def _end(self, stream: Stream, session: Session, batch: Batch, cause: str, note: str = "") -> EpisodeEnded:
+        run_id = stream.run.run_id
+        batch.endings.append(_ending(stream.run, session, cause, note))
+        in_batch = sum(ending.run_id == run_id for ending in batch.endings)
+        ended = EpisodeEnded(session.episode.episode_id, cause, self._journal.count_ended(run_id) + in_batch)
+        stream.ended[session.episode.episode_id] = ended
+        del stream.sessions[session.episode.episode_id]
+        return ended
+
+    def _after_ending(self, stream: Stream) -> None:
+        """Ends the run where nothing is left of it; otherwise gives the stream its next episodes."""
+        run = self._journal.run(stream.run.run_id)
+        if run.state != RUNNING:
+            stream.told.append(RunEnded(run, self._journal.progress(run.run_id)))
+        elif not self._journal.count_unended(run.run_id):
+            self._finish(run, COMPLETE)
+        else:
+            self._offer(stream)
+
+    def _finish(self, run: Run, state: str) -> None:
+        self._journal.set_state(run.run_id, state)
+        over = RunEnded(self._journal.run(run.run_id), self._journal.progress(run.run_id))
+        for stream in self._streams:
+            if stream.run.run_id == run.run_id:
+                stream.sessions.clear()
+                stream.asked.clear()
+                stream.told.append(over)
+
+    def _tell(self) -> None:
+        for stream in list(self._streams):
+            if stream.told and stream.backlog() < MAX_BACKLOG:
+                events = [stream.told.popleft() for _ in range(min(CHUNK, len(stream.told)))]
+                stream.deliver([self._drawn(stream, event) for event in events])
+                if any(isinstance(event, RunEnded) for event in events):
+                    self._streams.remove(stream)
+                    stream.close(None)
+
+    def _drawn(self, stream: Stream, event: Event) -> Event:
+        if not (isinstance(event, Observed) and stream.sees):
+            return event
+        frame = self._worlds.render(stream.run.split, event.episode, event.state, stream.image_size)
+        return replace(event, frame=frame)
+
+    def _join(self, stream: Stream) -> None:
+        for other in list(self._streams):
+            if (other.run.run_id, other.player) == (stream.run.run_id, stream.player):
+                self._drop(other, Conflict("another stream of the same player took this one's place"))
+        self._streams.append(stream)
+        with self._guard(stream):
+            self._offer(stream, first=True)
+            self._after_ending(stream)
+
+    def _leave(self, stream: Stream) -> None:
+        if stream in self._streams:
+            self._streams.remove(stream)
+            now = time.monotonic()
+            self._left.update({(stream.run.run_id, episode_id): now for episode_id in stream.sessions})
+
+    def _drop(self, stream: Stream, error: ArraMonError) -> None:
+        self._leave(stream)
+        stream.close(error)
+
+    def _stop(self) -> None:
+        self._stopping = True
+
+    def _orphans(self, stream: Stream) -> list[Claim]:
+        """Open episodes of the stream's run that nobody plays and that it may take."""
+        run_id = stream.run.run_id
+        held = {episode for other in self._streams if other.run.run_id == run_id for episode in other.sessions}
+        due = time.monotonic() - self._grace
+        return [
+            claim
+            for claim in self._journal.open_claims(run_id)
+            if claim.episode_id not in held
+            and (
+                claim.player == stream.player
+                or stream.adopt
+                or self._left.get((run_id, claim.episode_id), self._started) <= due
+            )
+        ]
+
+    def _offer(self, stream: Stream, *, first: bool = False) -> None:
+        """Gives a stream episodes until it has as many as it asked for, or there are no more."""
+        run_id = stream.run.run_id
+        room = stream.max_episodes - len(stream.sessions)
+        back = self._orphans(stream)[:room]
+        new = self._journal.pending(run_id, room - len(back)) if room > len(back) else []
+        if back or new:
+            self._journal.claim(run_id, [claim.episode_id for claim in (*back, *new)], stream.player)
+        if first:
+            progress = self._journal.progress(run_id)
+            stream.told.append(Opened(stream.run, progress, tuple(claim.episode_id for claim in back)))
+        for claim in (*back, *new):
+            self._left.pop((run_id, claim.episode_id), None)
+            stream.told.extend(self._start(stream, claim, first))
+
+    def _start(self, stream: Stream, claim: Claim, first: bool) -> list[Event]:
+        """Opens an episode for a stream, rebuilt from the journal where it was played before."""
+        session = self._session(stream.run, claim.episode_id)
+        actions = self._journal.actions(stream.run.run_id, claim.episode_id)
+        scene = self._worlds.scene(stream.run.split, session.episode.section)
+        started = EpisodeStarted(stream.run, session.episode, scene, len(actions))
+        remembers = claim.player == stream.player and not (first and stream.history)
+        past = [
+            Observed(stream.run, session.episode, state, session.limits.steps_per_phase - state.phase_step, taken=taken)
+            for state, taken in session.replay(actions)
+        ]
+        stream.sessions[claim.episode_id] = session
+        return [started, *([] if remembers else past), self._observe(stream, session)]
+
+    def _session(self, run: Run, episode_id: str) -> Session:
+        episode = self._splits[run.split].episodes[episode_id]
+        return Session(episode, self._worlds.ground(run.split, episode.section), Limits(run.steps_per_phase))
+
+    def _observe(self, stream: Stream, session: Session) -> Observed:
+        return Observed(stream.run, session.episode, session.state, session.steps_left)
+
+
+def _ending(run: Run, session: Session, cause: str, note: str = "") -> Ending:
+    scores = [dict(turn) for turn in session.scores().turns]
+    return Ending(run.run_id, session.episode.episode_id, cause, session.state.step, scores, note)
+
+
+def _problem(act: Act, code: str, message: str) -> Problem:
+    return Problem(code, f"episode {act.episode_id!r}: {message}", act.episode_id, act.step)
+
+
+def _wake() -> None:
+    """A command that does nothing but end the wait for one."""

@@ -1,0 +1,193 @@
+"""What can be done with runs, short of playing them: create, look, cancel, report."""
+
+import uuid
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+from arramon.v1 import PROTOCOL
+from server import __version__
+from server.episodes.splits import Split
+from server.errors import BadInput, Conflict, NotFound
+from server.runs.engine import Engine
+from server.runs.journal import RUNNING, Ending, Journal, Progress, Run
+from server.scoring.aggregate import ScoreTable, aggregate
+from server.scoring.episode import EpisodeScores
+from server.scoring.signature import Signature
+from server.sim.rules import Limits
+
+MAX_PAGE = 1000
+"""Runs in one page of a listing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """The scores of a run that is over.
+
+    Attributes:
+        table: means and intervals.
+        signature: what the scores were reached under, in one line.
+        endings: each episode's own scores and cause; empty on a hidden split.
+    """
+
+    run: Run
+    progress: Progress
+    table: ScoreTable
+    signature: str
+    endings: tuple[Ending, ...]
+
+
+class Runs:
+    """The runs of this server.
+
+    Args:
+        splits: by name.
+        journal: where they are kept.
+        engine: plays them.
+        limits: given to a run that is created now.
+    """
+
+    def __init__(self, splits: Mapping[str, Split], journal: Journal, engine: Engine, limits: Limits) -> None:
+        self.splits = splits
+        self.limits = limits
+        self._journal = journal
+        self._engine = engine
+
+    def create(
+        self, *, participant: str, agent: str, split: str, language: str, sensors: Sequence[str], episodes: int
+    ) -> Run:
+        """A new run.
+
+        Args:
+            participant: who plays; empty for "anonymous".
+            agent: its name on the leaderboard.
+            split: by name.
+            language: by code.
+            sensors: what the agent is given; none is allowed.
+            episodes: how many of the split's, in its shuffled order; 0 for all.
+
+        Raises:
+            NotFound: for a split or a language that is not there.
+            BadInput: for anything else.
+        """
+        chosen = self._split(split)
+        order = chosen.in_playing_order(language)
+        if not order:
+            raise NotFound(
+                f"split {split!r} has no episodes in {language!r}; it has {', '.join(chosen.languages) or 'none'}"
+            )
+        for name, text, longest in (("agent", agent, 200), ("participant", participant, 100)):
+            if len(text) > longest:
+                raise BadInput(f"the {name}'s name has {len(text)} characters; at most {longest} are allowed")
+        if not agent.strip():
+            raise BadInput("the agent has no name")
+        if episodes > len(order):
+            raise BadInput(f"{episodes} episodes were asked for; split {split!r} has {len(order)} in {language!r}")
+        run = Run(
+            run_id=uuid.uuid4().hex,
+            participant=participant or "anonymous",
+            agent=agent,
+            split=split,
+            language=language,
+            sensors=_check_sensors(sensors, chosen),
+            steps_per_phase=self.limits.steps_per_phase,
+            data_hash=chosen.data_hash,
+            server_version=__version__,
+            state=RUNNING,
+            created_at=datetime.now(UTC),
+        )
+        self._journal.create(run, [episode.episode_id for episode in order[: episodes or None]])
+        return run
+
+    def get(self, run_id: str) -> Run:
+        """A run.
+
+        Raises:
+            NotFound: if there is none of that id.
+        """
+        return self._journal.run(run_id)
+
+    def progress(self, run_id: str) -> Progress:
+        """How far a run is."""
+        return self._journal.progress(run_id)
+
+    def page(self, size: int, before: str | None) -> list[Run]:
+        """Runs, the latest first: at most `size`, from behind run `before` on.
+
+        Raises:
+            BadInput: for a size out of range.
+            NotFound: if there is no run `before`.
+        """
+        if not 1 <= size <= MAX_PAGE:
+            raise BadInput(f"page_size is {size}, expected 1 to {MAX_PAGE}")
+        return self._journal.runs(size, before)
+
+    def playable(self, run_id: str) -> Run:
+        """A run that a stream may join.
+
+        Raises:
+            NotFound: if there is none of that id.
+            Conflict: if the split's data is not what the run began with.
+        """
+        run = self._journal.run(run_id)
+        split = self.splits.get(run.split)
+        if split is None or split.data_hash != run.data_hash:
+            found = "is gone" if split is None else f"now has the data {split.data_hash[:12]}"
+            raise Conflict(
+                f"run {run_id!r} began on split {run.split!r} with the data {run.data_hash[:12]}, which {found}"
+            )
+        return run
+
+    def cancel(self, run_id: str) -> "Future[None]":
+        """Forfeits what is left of a run; the future raises Conflict if nothing is.
+
+        Raises:
+            NotFound: if there is no run of that id.
+        """
+        run = self.playable(run_id)
+        return self._engine.call(lambda: self._engine.cancel(run))
+
+    def report(self, run_id: str) -> Report:
+        """The scores of a run.
+
+        Raises:
+            NotFound: if there is none of that id.
+            Conflict: while it is being played.
+        """
+        run = self.playable(run_id)
+        progress = self._journal.progress(run_id)
+        if run.state == RUNNING:
+            done = f"{progress.ended} of {progress.episodes} episodes have ended"
+            raise Conflict(f"run {run_id!r} is still being played: {done}")
+        split = self.splits[run.split]
+        endings = self._journal.endings(run_id)
+        table = aggregate([_scores(ending, split) for ending in endings])
+        signature = Signature(
+            version=run.server_version,
+            protocol=PROTOCOL,
+            split=run.split,
+            language=run.language,
+            episodes=progress.episodes,
+            steps_per_phase=run.steps_per_phase,
+            sensors=frozenset(run.sensors),
+            data_hash=run.data_hash,
+        )
+        return Report(run, progress, table, str(signature), () if split.hidden else tuple(endings))
+
+    def _split(self, name: str) -> Split:
+        if name not in self.splits:
+            raise NotFound(f"there is no split {name!r}; this server has {', '.join(self.splits)}")
+        return self.splits[name]
+
+
+def _check_sensors(sensors: Sequence[str], split: Split) -> tuple[str, ...]:
+    refused = [sensor for sensor in sensors if sensor not in split.sensors]
+    if refused:
+        raise BadInput(f"split {split.name!r} does not offer the sensor {refused[0]!r}, but {', '.join(split.sensors)}")
+    return tuple(sensor for sensor in split.sensors if sensor in sensors)
+
+
+def _scores(ending: Ending, split: Split) -> EpisodeScores:
+    first, second = ending.scores
+    return EpisodeScores(ending.episode_id, split.episodes[ending.episode_id].section, (first, second))

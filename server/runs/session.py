@@ -1,0 +1,64 @@
+"""One open episode: its state and what was recorded of it. A cache of the journal, which can always rebuild it."""
+
+from collections.abc import Iterable, Iterator
+
+from server.episodes.episode import Episode
+from server.runs.recorder import Recorder
+from server.scoring.episode import EpisodeScores, score_episode
+from server.sim import rules
+from server.sim.rules import Action, Ground, Limits, PhaseEnded, State
+
+
+class Session:
+    """An episode as far as it was played.
+
+    Args:
+        episode: what is played.
+        ground: of its section.
+        limits: of its run.
+
+    Attributes:
+        state: where it stands.
+        actions: all that were applied, in order.
+    """
+
+    def __init__(self, episode: Episode, ground: Ground, limits: Limits) -> None:
+        self.episode = episode
+        self.limits = limits
+        self.state: State = rules.begin(episode.layout)
+        self.actions: list[Action] = []
+        self._ground = ground
+        self._layout = episode.layout
+        self._recorder = Recorder(episode)
+
+    def apply(self, action: Action) -> list[PhaseEnded]:
+        """One step; returns the phases that ended with it.
+
+        Raises:
+            ValueError: if the episode is finished.
+        """
+        self.state, events = rules.step(self.state, action, self._layout, self._ground, self.limits)
+        self.actions.append(action)
+        self._recorder.record(self.state, events)
+        return [event for event in events if isinstance(event, PhaseEnded)]
+
+    def replay(self, actions: Iterable[int]) -> Iterator[tuple[State, Action]]:
+        """Applies recorded actions, one with each turn of the iterator: gives the state before, and the action."""
+        for number in actions:
+            before, action = self.state, Action(number)
+            self.apply(action)
+            yield before, action
+
+    @property
+    def steps_left(self) -> int:
+        """In the present phase."""
+        return self.limits.steps_per_phase - self.state.phase_step
+
+    @property
+    def was_forced(self) -> bool:
+        """Whether the step limit ended any phase."""
+        return self._recorder.forced
+
+    def scores(self) -> EpisodeScores:
+        """What it is worth as it stands."""
+        return score_episode(self._recorder.result())

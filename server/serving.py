@@ -1,0 +1,98 @@
+"""Starts the server, and stops it: what `arramon-server serve` does."""
+
+import asyncio
+import logging
+import signal
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
+from typing import Any
+
+import grpc
+from grpc_health.v1 import health_pb2, health_pb2_grpc
+from grpc_health.v1.health import aio as health
+from grpc_reflection.v1alpha import reflection
+
+from arramon.v1 import evaluation_pb2
+from arramon.v1.evaluation_pb2_grpc import add_EvaluationServicer_to_server
+from server.api.servicer import Servicer
+from server.api.versions import VersionCheck
+from server.config import Config
+from server.episodes.splits import Split
+from server.errors import BadInput
+from server.runs.engine import Engine
+from server.runs.journal import Journal
+from server.runs.service import Runs
+
+SERVICE = evaluation_pb2.DESCRIPTOR.services_by_name["Evaluation"].full_name
+
+DRAIN_SECONDS = 5.0
+"""How long calls may take to end when the server stops."""
+
+_log = logging.getLogger(__name__)
+
+
+def serve(config: Config, splits: Mapping[str, Split], announce: Callable[[str], None]) -> None:
+    """Serves until SIGTERM or SIGINT.
+
+    Args:
+        config: the host's settings.
+        splits: what is served, by name.
+        announce: told where the server listens and what it serves, once it does.
+
+    Raises:
+        ArraMonError: if the journal or the address is not right.
+    """
+    with closing(Journal(config.journal_url)) as journal:
+        asyncio.run(_serve(config, splits, journal, announce))
+
+
+async def _serve(
+    config: Config, splits: Mapping[str, Split], journal: Journal, announce: Callable[[str], None]
+) -> None:
+    engine = Engine(splits, journal)
+    server = grpc.aio.server(
+        interceptors=[VersionCheck()],
+        options=[
+            ("grpc.max_receive_message_length", config.max_message_bytes),
+            ("grpc.so_reuseport", 0),
+            ("grpc.keepalive_time_ms", 20_000),
+            ("grpc.keepalive_timeout_ms", 10_000),
+            ("grpc.http2.min_ping_interval_without_data_ms", 5_000),
+        ],
+    )
+    add_EvaluationServicer_to_server(Servicer(Runs(splits, journal, engine, config.limits), engine, config), server)
+    health_servicer = health.HealthServicer()
+    health_pb2_grpc.add_HealthServicer_to_server(health_servicer, server)
+    reflection.enable_server_reflection(
+        [SERVICE, health_pb2.DESCRIPTOR.services_by_name["Health"].full_name, reflection.SERVICE_NAME], server
+    )
+    address = _bind(server, config.listen)
+    await server.start()
+    stopping = asyncio.Event()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        asyncio.get_running_loop().add_signal_handler(number, stopping.set)
+    with ThreadPoolExecutor(1, "engine") as pool:
+        playing = asyncio.get_running_loop().run_in_executor(pool, engine.run)
+        for name in ("", SERVICE):
+            await health_servicer.set(name, health_pb2.HealthCheckResponse.SERVING)
+        announce(f"listening on {address}")
+        stopped = asyncio.create_task(stopping.wait())
+        either: list[asyncio.Future[Any]] = [playing, stopped]
+        await asyncio.wait(either, return_when=asyncio.FIRST_COMPLETED)
+        _log.info("stopping")
+        stopped.cancel()
+        engine.stop()
+        await health_servicer.enter_graceful_shutdown()
+        await server.stop(DRAIN_SECONDS)
+        await playing  # an engine that broke down raises here: the process ends, and with it what is only in memory
+
+
+def _bind(server: grpc.aio.Server, listen: str) -> str:
+    try:
+        port = server.add_insecure_port(listen)
+    except RuntimeError as error:
+        raise BadInput(f"cannot listen on {listen!r}: it is in use, not of this machine, or malformed") from error
+    if listen.startswith("unix:"):
+        return listen
+    return f"{listen.rpartition(':')[0]}:{port}"

@@ -1,0 +1,57 @@
+"""What there is to see in a state: which scene, from where, and with which objects in it."""
+
+from dataclasses import dataclass
+
+from server.sim.cameras import Actor, Viewpoint
+from server.sim.collectibles import height_of
+from server.sim.geometry import Pose
+from server.sim.room import CELL, OBJECT_SCALE
+from server.sim.rules import Collectible, Layout, Phase, PlacedObject, State
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """What a camera needs for one frame, but for the scene.
+
+    Attributes:
+        indoors: whether the scene is the room; otherwise it is the episode's section.
+        viewpoint: of the agent's eye.
+        actors: the episode's own objects.
+    """
+
+    indoors: bool
+    viewpoint: Viewpoint
+    actors: tuple[Actor, ...]
+
+
+def view(state: State, layout: Layout) -> View:
+    """What the agent sees in `state`. The object it carries is not in view, as in the original."""
+    if state.phase is Phase.ASSEMBLY:
+        viewpoint = Viewpoint(state.square.column * CELL, state.square.row * CELL, state.room_heading)
+        return View(indoors=True, viewpoint=viewpoint, actors=room_actors(state.room))
+    viewpoint = Viewpoint(state.pose.x, state.pose.z, state.pose.heading)
+    return View(indoors=False, viewpoint=viewpoint, actors=tuple(map(street_actor, layout.streets[state.turn - 1])))
+
+
+def visible_pose(state: State) -> Pose:
+    """The agent's pose in the place where it is: in the room x and z are column and row."""
+    if state.phase is Phase.ASSEMBLY:
+        return Pose(state.square.column, state.square.row, state.room_heading)
+    return state.pose
+
+
+def street_actor(item: Collectible) -> Actor:
+    """A collectible on the ground, turned some way that depends on where it stands."""
+    return Actor(item.type, (item.position.x, item.position.z, 0.0), heading=(item.position.x * 97.0) % 360.0)
+
+
+def room_actors(room: tuple[PlacedObject, ...]) -> tuple[Actor, ...]:
+    """The room's objects, each on top of those that were placed on its cell before."""
+    heights: dict[tuple[int, int], float] = {}
+    actors = []
+    for item in room:
+        cell = (item.placement.column, item.placement.row)
+        base = heights.get(cell, 0.0)
+        heights[cell] = base + OBJECT_SCALE * height_of(item.type.kind)
+        actors.append(Actor(item.type, (cell[0] * CELL, cell[1] * CELL, base), scale=OBJECT_SCALE))
+    return tuple(actors)
