@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator
 from server.episodes.episode import Episode
 from server.runs.recorder import Recorder
 from server.scoring.episode import EpisodeScores, score_episode
+from server.scoring.trajectory import EpisodeRecord
 from server.sim import rules
 from server.sim.rules import Action, Ground, Limits, PhaseEnded, State
 
@@ -59,6 +60,10 @@ class Session:
         """Whether the step limit ended any phase."""
         return self._recorder.forced
 
+    def record(self) -> EpisodeRecord:
+        """What was recorded so far."""
+        return self._recorder.result()
+
     def scores(self) -> EpisodeScores:
         """What it is worth as it stands."""
-        return score_episode(self._recorder.result())
+        return score_episode(self.record())

@@ -28,7 +28,9 @@ def view(state: State, layout: Layout) -> View:
     """What the agent sees in `state`. The object it carries is not in view, as in the original."""
     if state.phase is Phase.ASSEMBLY:
         viewpoint = Viewpoint(state.square.column * CELL, state.square.row * CELL, state.room_heading)
-        return View(indoors=True, viewpoint=viewpoint, actors=room_actors(state.room))
+        # An agent may stand where objects are; it looks over them rather than at their insides.
+        around = tuple(item for item in state.room if (item.placement.column, item.placement.row) != state.square)
+        return View(indoors=True, viewpoint=viewpoint, actors=room_actors(around))
     viewpoint = Viewpoint(state.pose.x, state.pose.z, state.pose.heading)
     return View(indoors=False, viewpoint=viewpoint, actors=tuple(map(street_actor, layout.streets[state.turn - 1])))
 

@@ -1,0 +1,15 @@
+"""Where the official release lies, for the tests that need it; it is never part of this repository."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+FOLDER = Path(os.environ.get("ARRAMON_RELEASE", Path(__file__).parents[2] / "shared" / "release"))
+
+VAL_SEEN = FOLDER / "val_seen.json"
+
+needs_release = pytest.mark.skipif(
+    not VAL_SEEN.is_file(),
+    reason=f"the official release's val_seen.json is not in {FOLDER}; name its folder in ARRAMON_RELEASE",
+)
