@@ -1,9 +1,9 @@
 """The rules of the task: `(state, action) -> state, events`, pure but for one question to the ground.
 
 Kinematics, pick-up box, room and fallbacks are those of the paper (sections 3 and 4, appendix D) and of its release, as
-measured. In the room only the walls stop the agent, not the objects: 155 of val-seen's 1,065 second turns walk through the
-very cell in which the first turn's object was placed. Each turn has its own objects in the street: what goes wrong in
-turn 1 costs turn 2 its start, as in the paper, but never the object that it is about.
+measured. In the room only the walls stop the agent, not the objects: 139 of val-seen's 1,065 second turns walk through
+the very cell in which the first turn's object was placed. Each turn has its own objects in the street: what goes wrong
+in turn 1 costs turn 2 its start, as in the paper, but never the object that it is about.
 """
 
 from collections.abc import Sequence
