@@ -1,0 +1,81 @@
+"""Divides a raster of built-up ground into building lots: rectangles along the raster's axes that do not overlap."""
+
+from itertools import pairwise
+from random import Random
+from typing import NamedTuple
+
+import numpy as np
+from scipy import ndimage
+
+from server.episodes.grid import Mask
+
+
+class Rectangle(NamedTuple):
+    """Cells from (top, left) up to but without (bottom, right), on a mask's first and second axis."""
+
+    top: int
+    left: int
+    bottom: int
+    right: int
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Cells along the first and the second axis."""
+        return self.bottom - self.top, self.right - self.left
+
+
+def cover(mask: Mask, shortest: int) -> list[Rectangle]:
+    """Rectangles inside `mask`, the ones with the largest inscribed square first, that do not overlap.
+
+    What is left uncovered holds no more rectangle of `shortest` cells each way.
+    """
+    left = np.pad(mask, 1)
+    rectangles: list[Rectangle] = []
+    while True:
+        depth = ndimage.distance_transform_cdt(left, metric="chessboard")
+        centre = int(depth.argmax())
+        row, column = divmod(centre, left.shape[1])
+        if depth[row, column] == 0:
+            return rectangles
+        reach = int(depth[row, column]) - 1
+        seed = Rectangle(row - reach, column - reach, row + reach + 1, column + reach + 1)
+        best = max((grow(left, seed, order) for order in ("rows", "columns")), key=lambda r: r.shape[0] * r.shape[1])
+        if min(best.shape) < shortest:
+            return rectangles
+        left[best.top : best.bottom, best.left : best.right] = False
+        rectangles.append(Rectangle(*(edge - 1 for edge in best)))
+
+
+def grow(mask: Mask, seed: Rectangle, first: str) -> Rectangle:
+    """`seed` grown inside `mask` as far as it goes, along the rows or the columns first. The mask's border is empty."""
+    top, left, bottom, right = seed
+    for direction in ("rows", "columns") if first == "rows" else ("columns", "rows"):
+        if direction == "rows":
+            while mask[top - 1, left:right].all():
+                top -= 1
+            while mask[bottom, left:right].all():
+                bottom += 1
+        else:
+            while mask[top:bottom, left - 1].all():
+                left -= 1
+            while mask[top:bottom, right].all():
+                right += 1
+    return Rectangle(top, left, bottom, right)
+
+
+def split(rectangle: Rectangle, shortest: int, longest: int, random: Random) -> list[Rectangle]:
+    """The rectangle as lots whose sides are `shortest` to `longest` cells where the rectangle's own are long enough."""
+    rows = cuts(rectangle.top, rectangle.bottom, shortest, longest, random)
+    columns = cuts(rectangle.left, rectangle.right, shortest, longest, random)
+    return [Rectangle(top, left, bottom, right) for top, bottom in pairwise(rows) for left, right in pairwise(columns)]
+
+
+def cuts(start: int, end: int, shortest: int, longest: int, random: Random) -> list[int]:
+    """Where to cut [start, end]: both ends, and between them steps of `shortest` to `longest`."""
+    places = [start]
+    while end - places[-1] > longest:
+        rest = end - places[-1]
+        # What is left after the cut must be a lot itself, or be cut again.
+        step = random.randint(shortest, min(longest, rest - shortest))
+        places.append(places[-1] + step)
+    return [*places, end]
