@@ -1,0 +1,230 @@
+"""What a release does not hold, drawn from an episode's id: the distracters of its streets, the decoys of its room."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from random import Random
+
+import numpy as np
+import numpy.typing as npt
+
+from lang import Language, Mention
+from server.episodes.chance import seeded
+from server.sim.catalogue import ALL_TYPES, EXTENT, ObjectType
+from server.sim.geometry import Point, Pose
+from server.sim.room import COLUMNS, ROWS, START, Placement, Square
+
+Points = npt.NDArray[np.float64]
+
+FROM_PATH, FROM_TARGET, FROM_EACH_OTHER = 1.2, 2.0, 1.0
+"""Units that distracters stay away from the ground-truth path, from the target and from each other."""
+
+NEARBY = (3.0, 12.0)
+"""Distracters at this distance from the path, in units, are in the neighbourhood: two of three are wanted there."""
+
+TRIED = 400
+"""Places tried for the distracters of one turn."""
+
+DECOYS = 8
+"""Objects that stand in the room when the first assembly phase begins (paper, section 3.1)."""
+
+ATTRIBUTES = ("pattern", "colour", "kind")
+
+SHARED = tuple(words for size in (1, 2) for words in combinations(ATTRIBUTES, size))
+"""What a distracter can have in common with the target: at least one attribute, and not all."""
+
+OFFSETS = {"on_top_of": (0, 0), "left_of": (1, 0), "right_of": (-1, 0), "behind": (0, -1), "in_front_of": (0, 1)}
+"""Where, in (columns, rows) from the target's cell, an object stands that the target is so related to."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """An object that an assembly instruction mentions, and how the target is to stand to it.
+
+    Attributes:
+        mention: its name, which may be incomplete.
+        relation: one of `lang`'s, such as "on_top_of" or "left_of"; None where none is said.
+    """
+
+    mention: Mention
+    relation: str | None
+
+    def named(self) -> ObjectType | None:
+        """The type, where the name is complete."""
+        pattern, colour, kind = self.mention.pattern, self.mention.colour, self.mention.kind
+        return ObjectType(pattern, colour, kind) if pattern and colour and kind else None
+
+    def fits(self, candidate: ObjectType) -> bool:
+        """Whether the name, as far as it goes, is one of the candidate's."""
+        return all(getattr(self.mention, word) in (None, getattr(candidate, word)) for word in ATTRIBUTES)
+
+
+def read_references(instruction: str, language: Language) -> tuple[Reference, ...]:
+    """The objects that an assembly instruction mentions, in order."""
+    mentions = language.find_objects(instruction)
+    return tuple(Reference(mention, language.relation_of(instruction, mention)) for mention in mentions)
+
+
+def distracters(
+    episode_id: str,
+    turn: int,
+    target: ObjectType,
+    target_position: Point,
+    path: Points,
+    final_pose: Pose,
+    ground: Points,
+) -> tuple[tuple[ObjectType, Point], ...]:
+    """Five to seven objects that share something with the target, on free ground; fewer where there is no room.
+
+    None is in the way of the ground truth, nor in the pick-up box at its end.
+
+    Args:
+        episode_id: with the turn, draws everything.
+        turn: 1 or 2.
+        target: what is to be picked up.
+        target_position: where it lies.
+        path: (n, 2) of (x, z), the turn's ground truth, n at least 1.
+        final_pose: where the ground truth ends.
+        ground: (m, 2) of (x, z): places where agents can walk, such as all points of the section's paths.
+    """
+    random = seeded(episode_id, turn, "distracters")
+    wanted = random.randint(5, 7)
+    places = ground[random.sample(range(len(ground)), min(TRIED, len(ground)))]
+    distance = distance_to_path(places, path)
+    clear = (distance >= FROM_PATH) & (
+        np.hypot(places[:, 0] - target_position.x, places[:, 1] - target_position.z) >= FROM_TARGET
+    )
+    places, distance = places[clear], distance[clear]
+    is_nearby = (distance >= NEARBY[0]) & (distance <= NEARBY[1])
+    # A stable sort: the order within each group is the one that was drawn.
+    nearby, elsewhere = np.flatnonzero(is_nearby), np.flatnonzero(~is_nearby)
+    chosen: list[Points] = []
+    for order, enough in ((nearby, (2 * wanted + 2) // 3), (elsewhere, wanted), (nearby, wanted)):
+        for index in order:
+            if len(chosen) >= enough:
+                break
+            place = places[index]
+            if not in_pick_up_box(final_pose, place) and stands_alone(place, chosen):
+                chosen.append(place)
+    kinds = similar_types(target, len(chosen), random)
+    return tuple((kind, Point(float(x), 0.0, float(z))) for kind, (x, z) in zip(kinds, chosen, strict=True))
+
+
+def distance_to_path(places: Points, path: Points) -> Points:
+    """(m,): from each of `places` (m, 2) to the nearest point of the line through `path` (n, 2), in units."""
+    starts, ends = (path[:-1], path[1:]) if len(path) > 1 else (path, path)
+    along = ends - starts
+    squared = np.maximum((along**2).sum(axis=1), 1e-12)
+    fraction = np.clip(((places[:, None] - starts) * along).sum(axis=2) / squared, 0.0, 1.0)
+    nearest = starts + fraction[:, :, None] * along
+    distance: Points = np.linalg.norm(places[:, None] - nearest, axis=2).min(axis=1)
+    return distance
+
+
+def in_pick_up_box(pose: Pose, place: Points) -> bool:
+    """Whether an object at `place` reaches into the box from which an agent at `pose` picks up."""
+    right, ahead = pose.local(float(place[0]), float(place[1]))
+    return abs(right) <= 0.5 + EXTENT and -EXTENT <= ahead <= 3.0 + EXTENT
+
+
+def stands_alone(place: Points, others: Sequence[Points]) -> bool:
+    """Whether `place` keeps its distance from the other distracters."""
+    return all(np.hypot(*(place - other)) >= FROM_EACH_OTHER for other in others)
+
+
+def similar_types(target: ObjectType, count: int, random: Random) -> list[ObjectType]:
+    """`count` types, all different, each with something in common with the target: each combination in its turn."""
+    types: list[ObjectType] = []
+    combinations_left: list[tuple[str, ...]] = []
+    while len(types) < count:
+        combinations_left = combinations_left or random.sample(SHARED, len(SHARED))
+        shared = combinations_left.pop()
+        fitting = [other for other in ALL_TYPES if other not in types and common(target, other) == shared]
+        if fitting:
+            types.append(random.choice(fitting))
+    return types
+
+
+def common(one: ObjectType, other: ObjectType) -> tuple[str, ...]:
+    """The attributes in which two types agree."""
+    return tuple(word for word in ATTRIBUTES if getattr(one, word) == getattr(other, word))
+
+
+def decoys(
+    episode_id: str,
+    targets: tuple[ObjectType, ObjectType],
+    placements: tuple[Placement, Placement],
+    walks: tuple[Sequence[Square], Sequence[Square]],
+    references: tuple[Sequence[Reference], Sequence[Reference]],
+) -> tuple[tuple[ObjectType, Square], ...]:
+    """Eight objects on the room's floor when the first assembly phase begins; fewer where there is no room.
+
+    Where a target goes on top of something that is not the first turn's target, a decoy stands there, the one that the
+    instruction names, whoever walks through that cell (the official release's ground truth does). No other decoy stands
+    where the ground truth walks or puts something. Other objects that the instructions name are among the decoys,
+    placed as the words say where that cell is free.
+
+    Args:
+        episode_id: draws what the instructions leave open.
+        targets: of both turns.
+        placements: where they go.
+        walks: the cells of both turns' ground truth.
+        references: what each turn's assembly instruction mentions besides.
+    """
+    random = seeded(episode_id, "decoys")
+    cells = [Square(place.column, place.row) for place in placements]
+    stands = [turn for turn in (0, 1) if placements[turn].level == 2 and not (turn == 1 and rests_on_first(placements))]
+    taken = {START, *walks[0], *walks[1], *(cells[turn] for turn in (0, 1) if placements[turn].level == 1)}
+    free = [Square(column, row) for row in range(ROWS) for column in range(COLUMNS)]
+    free = [cell for cell in free if cell not in taken and cell not in {cells[turn] for turn in stands}]
+    room: dict[Square, ObjectType] = {}
+    for turn in stands:
+        if cells[turn] not in room:
+            room[cells[turn]] = stand_type(targets, turn, references[turn], room, random)
+    for turn in (0, 1):
+        for reference in references[turn]:
+            name = reference.named()
+            if name is None or name in targets or name in room.values() or not free or len(room) >= DECOYS:
+                continue
+            cell = related_cell(cells[turn], reference.relation, free)
+            free.remove(cell)
+            room[cell] = name
+    others = [other for other in ALL_TYPES if other not in targets and other not in room.values()]
+    count = min(DECOYS - len(room), len(free))
+    room |= zip(random.sample(free, count), random.sample(others, count), strict=True)
+    return tuple((kind, cell) for cell, kind in sorted(room.items()))
+
+
+def rests_on_first(placements: tuple[Placement, Placement]) -> bool:
+    """Whether the second turn's target goes on top of the first's, which lies on the floor."""
+    first, second = placements
+    return first.level == 1 and (first.column, first.row) == (second.column, second.row)
+
+
+def stand_type(
+    targets: tuple[ObjectType, ObjectType],
+    turn: int,
+    references: Sequence[Reference],
+    room: dict[Square, ObjectType],
+    random: Random,
+) -> ObjectType:
+    """What the target is put on top of: the type that the instruction names, or any that fits its words.
+
+    It may be the target's own type ("on top of the other striped yellow ball"), if no other is named.
+    """
+    on_top = [reference for reference in references if reference.relation == "on_top_of"]
+    names = [name for name in (reference.named() for reference in on_top) if name is not None]
+    if names:
+        return min(names, key=lambda name: name == targets[turn])
+    unlike = [other for other in ALL_TYPES if other not in targets and other not in room.values()]
+    fitting = [other for other in unlike if any(reference.fits(other) for reference in on_top)]
+    return random.choice(fitting or unlike)
+
+
+def related_cell(target: Square, relation: str | None, free: Sequence[Square]) -> Square:
+    """The free cell in which an object stands that the target's cell is so related to; otherwise the nearest one."""
+    columns, rows = OFFSETS.get(relation or "", (0, 0))
+    wanted = Square(target.column + columns, target.row + rows)
+    if wanted in free:
+        return wanted
+    return min(free, key=lambda cell: (abs(cell.column - target.column) + abs(cell.row - target.row), cell))
