@@ -4,7 +4,7 @@ import math
 import os
 import tempfile
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -39,7 +39,7 @@ with _hushed():
     import pybullet
 
 PROBE_HEIGHT = 0.1
-"""Height in units of the axis of the capsule that feels the way. Colliders are taller, so that their footprints count."""
+"""Units from the ground to the axis of the capsule that feels the way. Colliders are taller: their footprints count."""
 
 _SUN = (0.5, -0.6, 0.9)
 _AMBIENT, _DIFFUSE = 0.68, 0.40
@@ -59,7 +59,7 @@ class World:
         scene: all that the world is made of.
 
     Raises:
-        ValueError: for two bodies of one name, or a mesh or a texture that the scene does not hold; the message names it.
+        ValueError: for two bodies of one name, or a mesh or texture that the scene does not hold; it is named.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -69,6 +69,8 @@ class World:
         self._solid: set[int] = set()
         self._probes: dict[float, int] = {}
         self._actors: dict[tuple[ObjectType, float], list[int]] = {}
+        self._extents = _extents(scene)
+        self._drawn = np.ones(len(scene.bodies), dtype=bool)
         textures = self._load(scene.textures.values())
         texture_ids = dict(zip(scene.textures, textures, strict=True))
         shapes: dict[tuple[str, float], int] = {}
@@ -77,11 +79,14 @@ class World:
             if look not in shapes:
                 shapes[look] = self._shape(scene.meshes[body.mesh], body.scale)
             self._bodies[body.name] = self._add(body, shapes[look], texture_ids[body.texture])
+        self._static = tuple(self._bodies.values())
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.close()
 
     def close(self) -> None:
@@ -130,6 +135,7 @@ class World:
 
         The same arguments give the same bytes, whatever was drawn before.
         """
+        self._cull(viewpoint)
         shown = self._pose(actors)
         _, _, rgba, depth, _ = pybullet.getCameraImage(
             size,
@@ -147,13 +153,24 @@ class World:
         )
         for body in shown:
             self._tint(body, 0.0)
-        distance = FAR * NEAR / (FAR - (FAR - NEAR) * np.asarray(depth, np.float64).reshape(size, size))
-        nothing = distance > FAR * 0.999
-        rgb = np.ascontiguousarray(np.asarray(rgba, np.uint8).reshape(size, size, 4)[..., :3])
-        rgb[nothing] = _sky(size)[nothing]
-        thousandths = np.minimum(np.rint(distance * 1000.0), _FARTHEST).astype(np.uint16)
+        inverse = FAR - (FAR - NEAR) * np.asarray(depth, np.float64).reshape(size, size)
+        thousandths = np.minimum(FAR * NEAR * 1000.0 / inverse + 0.5, _FARTHEST).astype(np.uint16)
+        nothing = inverse < NEAR * 1.001
         thousandths[nothing] = 0
+        rgb = np.asarray(rgba, np.uint8).reshape(size, size, 4)[..., :3].copy()
+        np.copyto(rgb, _sky(size), where=nothing[..., None])
         return Frame(rgb, thousandths)
+
+    def _cull(self, viewpoint: Viewpoint) -> None:
+        """Leaves out the scene's bodies that are wholly outside the picture: even unseen triangles take time."""
+        angle, half = math.radians(viewpoint.heading), math.radians(FIELD_OF_VIEW) / 2
+        x, y, radius = self._extents.T
+        right = (x - viewpoint.x) * math.cos(angle) - (y - viewpoint.y) * math.sin(angle)
+        ahead = (x - viewpoint.x) * math.sin(angle) + (y - viewpoint.y) * math.cos(angle)
+        drawn = (np.abs(right) * math.cos(half) - ahead * math.sin(half) < radius) & (ahead > -radius)
+        for i in np.flatnonzero(drawn != self._drawn):
+            self._tint(self._static[i], float(drawn[i]))
+        self._drawn = drawn
 
     def _pose(self, actors: Sequence[Actor]) -> list[int]:
         """Puts a body in place for each actor, and returns them."""
@@ -194,7 +211,7 @@ class World:
             )
         return self._probes[key]
 
-    def _load(self, textures: Sequence[npt.NDArray[np.uint8]] | object) -> list[int]:
+    def _load(self, textures: Iterable[npt.NDArray[np.uint8]]) -> list[int]:
         """pybullet takes textures from files only."""
         ids = []
         with tempfile.TemporaryDirectory(prefix="arramon-") as folder:
@@ -255,6 +272,13 @@ def _check(scene: Scene) -> None:
                 raise ValueError(f"body {body.name!r} of scene {scene.name!r} names an unknown {kind} {word!r}")
 
 
+def _extents(scene: Scene) -> npt.NDArray[np.float64]:
+    """(n, 3) of the circle (X, Y, radius) on the ground that holds each body."""
+    reach = {name: float(np.hypot(*mesh.vertices[:, :2].T).max()) for name, mesh in scene.meshes.items()}
+    circles = [(body.position[0], body.position[1], reach[body.mesh] * body.scale) for body in scene.bodies]
+    return np.array(circles, np.float64).reshape(-1, 3)
+
+
 def _turn(heading: float) -> tuple[float, float, float, float]:
     """The quaternion (x, y, z, w) of a heading: headings run clockwise, angles about Z anticlockwise."""
     half = math.radians(-heading) / 2
@@ -275,7 +299,7 @@ def _view_matrix(viewpoint: Viewpoint) -> list[float]:
 
 @cache
 def _projection_matrix(size: int) -> list[float]:
-    """From eye to clip coordinates. TinyRenderer samples pixels at their lower left corners: half a pixel's shift mends it."""
+    """From eye to clip coordinates, shifted by half a pixel: TinyRenderer samples a pixel at its lower left corner."""
     focal, shift = 1.0 / math.tan(math.radians(FIELD_OF_VIEW) / 2), 1.0 / size
     return [
         focal, 0.0, 0.0, 0.0,

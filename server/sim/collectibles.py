@@ -49,7 +49,7 @@ _PART_COLOURS = {
 
 
 def mesh_of(kind: str) -> Mesh:
-    """A collectible's mesh at scale 1: a footprint within `catalogue.EXTENT`, 0.1 to 0.3 units tall, its front along +Y.
+    """A collectible's mesh at scale 1: it stays within `catalogue.EXTENT`, is 0.1 to 0.3 units tall and faces +Y.
 
     Raises:
         ValueError: for a kind that is not in the catalogue.
@@ -105,9 +105,9 @@ def _ball() -> Mesh:
 
 
 def _hourglass() -> Mesh:
-    bulbs = [(0.06, 0.03), (0.098, 0.055), (0.092, 0.095), (0.025, 0.15), (0.092, 0.205), (0.098, 0.245), (0.06, 0.27)]
+    bulbs = [(0.06, 0.03), (0.098, 0.055), (0.092, 0.095), (0.025, 0.15), (0.092, 0.205), (0.098, 0.24), (0.06, 0.265)]
     plate = [(0.0, 0.0), (0.118, 0.0), (0.118, 0.03), (0.0, 0.03)]
-    plates = [painted(moved(lathe(plate, 14), (0.0, 0.0, z)), _part("ground")) for z in (0.0, 0.27)]
+    plates = [painted(moved(lathe(plate, 14), (0.0, 0.0, z)), _part("ground")) for z in (0.0, 0.265)]
     posts = []
     for angle in (90.0, 210.0, 330.0):
         x, y = 0.108 * math.cos(math.radians(angle)), 0.108 * math.sin(math.radians(angle))
@@ -128,7 +128,7 @@ def _tv() -> Mesh:
     screen = painted(_facing(0.15, 0.12, 0.077, 0.062), _part("screen"))
     glint = painted(_facing(0.04, 0.03, 0.079, 0.135, shift=0.035), _part("glint"))
     feet = [painted(moved(box(0.03, 0.1, 0.03), (x, 0.0, 0.0)), _part("dark")) for x in (-0.085, 0.085)]
-    rods = [painted(tube([(0.0, -0.03, 0.21), (x, -0.03, 0.295)], 0.008, 4), _part("metal")) for x in (-0.09, 0.09)]
+    rods = [painted(tube([(0.0, -0.03, 0.21), (x, -0.03, 0.29)], 0.008, 4), _part("metal")) for x in (-0.09, 0.09)]
     return merge(cabinet, screen, glint, *feet, *rods)
 
 

@@ -7,9 +7,10 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from itertools import pairwise
 
 from server.sim.banners import banner_mesh
-from server.sim.meshes import Vector, ball, box, lathe, mapped, merge, moved, painted, plate, quad, stretched, tube
+from server.sim.meshes import Vector, ball, box, lathe, mapped, merge, moved, painted, plate, quad, stretched
 from server.sim.palette import SPEED_FACE, STOP_FACE, STRIPES, swatch
 from server.sim.scene import BoxCollider, Mesh
 from server.sim.section import PROP_KINDS
@@ -160,10 +161,22 @@ def _barrier(colour: str) -> Piece:
         legs = [moved(box(0.04, 0.24, 0.04), (x, 0.0, 0.0)) for x in (-0.42, 0.42)]
         posts = [moved(box(0.04, 0.025, 0.4), (x, 0.0, 0.0)) for x in (-0.42, 0.42)]
         return Piece(merge(_in("white", *legs, *posts), *boards), BoxCollider(0.5, 0.12, 0.4))
-    outline = [(-0.16, 0.0), (0.16, 0.0), (0.16, 0.06), (0.07, 0.16), (0.05, 0.38), (-0.05, 0.38), (-0.07, 0.16), (-0.16, 0.06)]
+    outline = [
+        (-0.16, 0.0),
+        (0.16, 0.0),
+        (0.16, 0.06),
+        (0.07, 0.16),
+        (0.05, 0.38),
+        (-0.05, 0.38),
+        (-0.07, 0.16),
+        (-0.16, 0.06),
+    ]
     # A jersey barrier: the plate of its cross-section, a unit thick, turned to lie along X. Its flanks are hollow: the
     # caps are cut into convex halves.
-    caps = [moved(merge(*plate(half, 1.0)[:2]), turn=90.0) for half in (outline[:3] + outline[7:], outline[3:7] + [outline[7], outline[2]])]
+    caps = [
+        moved(merge(*plate(half, 1.0)[:2]), turn=90.0)
+        for half in (outline[:3] + outline[7:], [*outline[3:7], outline[7], outline[2]])
+    ]
     flanks = moved(plate(outline, 1.0)[2], turn=90.0)
     parts = [_in("concrete" if colour == "concrete" else "red", flanks, *caps)]
     if colour == "red":
@@ -175,7 +188,7 @@ def _barrier(colour: str) -> Piece:
 def _barrel(colour: str) -> Piece:
     dark = {"red": "dark red", "yellow": "black", "gold": "bark"}[colour]
     heights = (0.0, 0.1, 0.125, 0.225, 0.25, 0.34)
-    bands = [lathe([(0.145, z0), (0.145, z1)], 12) for z0, z1 in zip(heights, heights[1:], strict=False)]
+    bands = [lathe([(0.145, z0), (0.145, z1)], 12) for z0, z1 in pairwise(heights)]
     lid = lathe([(0.145, 0.34), (0.13, 0.34), (0.13, 0.325), (0.0, 0.325)], 12)
     return Piece(merge(_in(colour, *bands[::2], lid), _in(dark, *bands[1::2])), BoxCollider(0.145, 0.145, 0.34))
 
@@ -190,9 +203,24 @@ def _tyre_stack() -> Piece:
 
 
 def _hydrant() -> Piece:
-    body = lathe([(0.1, 0.0), (0.1, 0.03), (0.068, 0.04), (0.068, 0.19), (0.085, 0.195), (0.085, 0.215), (0.06, 0.25), (0.0, 0.27)], 10)
+    body = lathe(
+        [
+            (0.1, 0.0),
+            (0.1, 0.03),
+            (0.068, 0.04),
+            (0.068, 0.19),
+            (0.085, 0.195),
+            (0.085, 0.215),
+            (0.06, 0.25),
+            (0.0, 0.27),
+        ],
+        10,
+    )
     caps = [moved(lathe([(0.035, 0.0), (0.035, 0.05), (0.0, 0.05)], 8), (0.0, 0.06, 0.14), pitch=-90.0)]
-    arms = [moved(moved(lathe([(0.028, 0.0), (0.028, 0.04), (0.0, 0.04)], 8), (0.0, 0.06, 0.15), pitch=-90.0), turn=turn) for turn in (90.0, 270.0)]
+    arms = [
+        moved(moved(lathe([(0.028, 0.0), (0.028, 0.04), (0.0, 0.04)], 8), (0.0, 0.06, 0.15), pitch=-90.0), turn=turn)
+        for turn in (90.0, 270.0)
+    ]
     nut = box(0.03, 0.03, 0.03, base=0.265)
     return Piece(merge(_in("red", body), _in("yellow", *caps, *arms, nut)), BoxCollider(0.1, 0.1, 0.29))
 
@@ -215,7 +243,9 @@ def _bin() -> Piece:
     body = lathe([(0.11, 0.0), (0.135, 0.27)], 10)
     lid = lathe([(0.15, 0.27), (0.15, 0.3), (0.1, 0.35), (0.0, 0.37)], 10)
     bars = lathe([(0.129, 0.11), (0.132, 0.16)], 10)
-    mesh = merge(_in("dark green", body), _in("green", lid), _in("silver", bars), _in("black", _facing(0.12, 0.04, 0.146, 0.225)))
+    mesh = merge(
+        _in("dark green", body), _in("green", lid), _in("silver", bars), _in("black", _facing(0.12, 0.04, 0.146, 0.225))
+    )
     return Piece(mesh, BoxCollider(0.15, 0.15, 0.37))
 
 
@@ -242,13 +272,19 @@ def _tree() -> Piece:
 def _stop_sign() -> Piece:
     corners = [(0.19 * math.cos(math.radians(a)), 1.0 + 0.19 * math.sin(math.radians(a))) for a in range(22, 382, 45)]
     front, back, rim = plate(corners, 0.02)
-    mesh = merge(_in("metal", _pole(0.02, 1.12), moved(merge(back, rim), (0.0, 0.035, 0.0))), moved(mapped(front, *STOP_FACE), (0.0, 0.035, 0.0)))
+    mesh = merge(
+        _in("metal", _pole(0.02, 1.12), moved(merge(back, rim), (0.0, 0.035, 0.0))),
+        moved(mapped(front, *STOP_FACE), (0.0, 0.035, 0.0)),
+    )
     return Piece(mesh, BoxCollider(0.06, 0.06, 1.2))
 
 
 def _speed_sign() -> Piece:
     front, back, rim = plate([(-0.15, 0.8), (0.15, 0.8), (0.15, 1.18), (-0.15, 1.18)], 0.02)
-    mesh = merge(_in("metal", _pole(0.02, 1.12), moved(merge(back, rim), (0.0, 0.035, 0.0))), moved(mapped(front, *SPEED_FACE), (0.0, 0.035, 0.0)))
+    mesh = merge(
+        _in("metal", _pole(0.02, 1.12), moved(merge(back, rim), (0.0, 0.035, 0.0))),
+        moved(mapped(front, *SPEED_FACE), (0.0, 0.035, 0.0)),
+    )
     return Piece(mesh, BoxCollider(0.06, 0.06, 1.2))
 
 

@@ -6,6 +6,7 @@ texture coordinates that are never negative. "Units a texture" says how many uni
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -98,7 +99,9 @@ def box(width: float, length: float, height: float, base: float = 0.0, per_textu
     return merge(*faces)
 
 
-def lathe(profile: Sequence[tuple[float, float]], sides: int = 14, around: float = 1.0, per_texture: float = 1.0) -> Mesh:
+def lathe(
+    profile: Sequence[tuple[float, float]], sides: int = 14, around: float = 1.0, per_texture: float = 1.0
+) -> Mesh:
     """An outline turned about the Z axis.
 
     Args:
@@ -111,8 +114,8 @@ def lathe(profile: Sequence[tuple[float, float]], sides: int = 14, around: float
     ring = np.linspace(0.0, 2 * math.pi, sides + 1)
     outwards = np.stack([np.cos(ring), np.sin(ring)], axis=1)
     bands, travelled = [], 0.0
-    slopes = [_slope(a, b) for a, b in zip(profile, profile[1:], strict=False)]
-    for i, ((r0, z0), (r1, z1)) in enumerate(zip(profile, profile[1:], strict=False)):
+    slopes = [_slope(a, b) for a, b in pairwise(profile)]
+    for i, ((r0, z0), (r1, z1)) in enumerate(pairwise(profile)):
         length = math.hypot(r1 - r0, z1 - z0)
         first = _joint(slopes[i - 1], slopes[i]) if i > 0 else slopes[i]
         last = _joint(slopes[i + 1], slopes[i]) if i + 1 < len(slopes) else slopes[i]
@@ -167,7 +170,10 @@ def _band(
 def ball(radius: float, height: float, sides: int = 14, rings: int = 8, per_texture: float = 1.0) -> Mesh:
     """A sphere whose centre is at `height`."""
     angles = np.linspace(-math.pi / 2, math.pi / 2, rings + 1)
-    profile = [(radius * abs(math.cos(a)) if 0 < i < rings else 0.0, height + radius * math.sin(a)) for i, a in enumerate(angles)]
+    profile = [
+        (radius * abs(math.cos(a)) if 0 < i < rings else 0.0, height + radius * math.sin(a))
+        for i, a in enumerate(angles)
+    ]
     return lathe(profile, sides, per_texture=per_texture)
 
 
@@ -227,9 +233,10 @@ def plate(outline: Sequence[tuple[float, float]], thickness: float) -> tuple[Mes
         mirrored = np.column_stack([1.0 - uvs[:, 0], uvs[:, 1]]) if sign > 0 else uvs
         vertices = np.column_stack([points[:, 0], np.full(n, sign * y), points[:, 1]])
         normals = np.tile([0.0, sign, 0.0], (n, 1))
-        faces.append(Mesh(*(a.astype(np.float32) for a in (vertices, mirrored, normals)), order.astype(np.int32)))
+        vertices, mirrored, normals = (array.astype(np.float32) for array in (vertices, mirrored, normals))
+        faces.append(Mesh(vertices, mirrored, normals, order.astype(np.int32)))
     rim = [
-        quad([(a[0], -y, a[1]), (a[0], y, a[1]), (b[0], y, b[1]), (b[0], -y, b[1])])
+        quad([(b[0], -y, b[1]), (b[0], y, b[1]), (a[0], y, a[1]), (a[0], -y, a[1])])
         for a, b in zip(np.roll(points, -1, axis=0).tolist(), points.tolist(), strict=True)
     ]
     return faces[0], faces[1], merge(*rim)

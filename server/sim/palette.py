@@ -1,4 +1,4 @@
-"""The one texture that all street furniture shares: plain colours, hazard stripes, and the faces of the two road signs."""
+"""The one texture that all street furniture shares: plain colours, hazard stripes, the faces of two road signs."""
 
 from functools import cache
 

@@ -44,11 +44,19 @@ def paint(image: Image, mask: npt.NDArray[np.bool_], colour: Colour) -> None:
 def grid(image: Image) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Each pixel centre's (x to the right, y down), in pixels; of shapes that broadcast to the image's."""
     height, width = image.shape[:2]
-    return np.arange(width)[None, :] + 0.5, np.arange(height)[:, None] + 0.5
+    return np.arange(0.5, width)[None, :], np.arange(0.5, height)[:, None]
 
 
 def bricks(
-    height: int, width: int, colour: Colour, mortar: Colour, seed: int, course: int = 8, length: int = 16, vary: float = 16
+    height: int,
+    width: int,
+    colour: Colour,
+    mortar: Colour,
+    seed: int,
+    course: int = 8,
+    length: int = 16,
+    vary: float = 16,
+    joint: int = 1,
 ) -> Image:
     """Courses of bricks, every second one shifted by half a brick; they repeat where both sizes divide the image's."""
     image = plain(height, width, mortar)
@@ -58,17 +66,18 @@ def bricks(
         offset = (length // 2) * (i % 2)
         for j, shade in enumerate(shades):
             tone = np.clip(np.asarray(colour) + shade, 0, 255).astype(np.uint8)
-            columns = (np.arange(j * length, (j + 1) * length - 1) + offset) % width
-            image[top : top + course - 1, columns] = tone
+            columns = (np.arange(j * length, (j + 1) * length - joint) + offset) % width
+            image[top : top + course - joint, columns] = tone
     return image
 
 
 def _asphalt() -> Image:
-    image = speckled(speckled(plain(128, 128, (84, 86, 90)), 9, 11), 5, 12, grain=16)
+    image = speckled(speckled(plain(128, 128, (104, 106, 110)), 5, 11, grain=2), 4, 12, grain=16)
     x, y = grid(image)
-    for cx, cy, r in ((30.0, 40.0, 9.0), (95.0, 100.0, 7.0)):  # a patch of tar, a manhole
-        paint(image, (np.hypot(x - cx, y - cy) < r) & (cx < 60), (72, 73, 76))
-        paint(image, (np.abs(np.hypot(x - cx, y - cy) - r) < 1.2) & (cx > 60), (58, 58, 60))
+    paint(image, (np.abs(x - 34) < 13) & (np.abs(y - 40) < 8), (94, 95, 99))  # where it was mended
+    away = np.hypot(x - 96, y - 96)
+    paint(image, away < 7, (84, 84, 88))  # a manhole's lid
+    paint(image, (away > 6) & (away < 7.5), (70, 70, 74))
     return image
 
 
@@ -128,13 +137,13 @@ def _floor() -> Image:
     """One cell: grey tile with a dark border, so that cells can be counted."""
     image = speckled(plain(64, 64, (186, 188, 190)), 4, 17)
     x, y = grid(image)
-    border = (np.minimum(x, 64 - x) < 2) | (np.minimum(y, 64 - y) < 2)
+    border = (np.minimum(x, 64 - x) < 1.5) | (np.minimum(y, 64 - y) < 1.5)
     paint(image, border, (70, 76, 84))
     return image
 
 
 def _brick_wall() -> Image:
-    return bricks(128, 128, (172, 62, 44), (214, 200, 188), 18, course=16, length=32)
+    return bricks(128, 128, (172, 62, 44), (216, 204, 192), 18, course=16, length=32, joint=2)
 
 
 _MAKERS: dict[str, Callable[[], Image]] = {

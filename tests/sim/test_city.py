@@ -1,0 +1,95 @@
+"""A section's scene: its bodies, buildings whose storeys and windows keep their shape, ground everywhere."""
+
+import numpy as np
+import pytest
+
+from server.sim.bullet import World
+from server.sim.cameras import Viewpoint
+from server.sim.city import building_mesh, city_scene
+from server.sim.facades import BAYS, STOREYS
+from server.sim.section import FACADES, PROP_KINDS, Building, Prop, Section
+
+BLOCKS = tuple(
+    Building(x, z, 5.0, 4.0, 28.8, height, facade)
+    for (x, z), height, facade in zip([(-8, 0), (8, 0), (-8, 12), (8, 12)], (2.6, 4.0, 7.3, 9.0), FACADES, strict=False)
+)
+PROPS = (Prop("cone", 0, 5, 0, "blue"), Prop("cone", 0, 6, 0), Prop("banner", -3, 3, 90, "red", "star", "white"))
+SECTION = Section("toy", 28.8, (-15.0, -5.0, 15.0, 18.0), BLOCKS, PROPS)
+
+
+def test_bodies_and_their_names() -> None:
+    scene = city_scene(SECTION)
+    names = [body.name for body in scene.bodies]
+    assert names[:3] == ["cone/0", "cone/1", "banner/0"]
+    assert names[3:] == [*(f"building/{i}" for i in range(4)), "roofs", "pavements", "kerbs", "asphalt"]
+    solid = {body.name for body in scene.bodies if body.collider}
+    assert solid == {"cone/0", "cone/1", *(f"building/{i}" for i in range(4))}
+    assert {body.label for body in scene.bodies} == {"cone", "banner", "building", "pavement", "road"}
+    assert scene.bodies[0].position == (0, 5, 0.0)
+
+
+def test_every_kind_of_prop_and_facade_finds_its_place() -> None:
+    props = tuple(
+        Prop(kind, 3.0 * i, 0, 0, *(("green", "dot", "white") if kind == "banner" else ()))
+        for i, kind in enumerate(PROP_KINDS)
+    )
+    buildings = tuple(Building(12.0 * i, 20, 5, 5, 0, 3, facade) for i, facade in enumerate(FACADES))
+    scene = city_scene(Section("all", 0.0, (0, 0, 100, 30), buildings, props))
+    assert {body.texture for body in scene.bodies} == set(scene.textures)
+    assert {body.mesh for body in scene.bodies} == set(scene.meshes)
+
+
+@pytest.mark.parametrize(("height", "storeys"), [(2.6, 3), (4.0, 4), (7.3, 7), (9.0, 9), (0.4, 1)])
+def test_storeys_are_about_a_unit_high_and_doors_at_the_bottom_only(height: float, storeys: int) -> None:
+    mesh = building_mesh(Building(0, 0, 5.0, 4.0, 0, height, "brick"))
+    assert mesh.vertices[:, 2].max() == pytest.approx(height)
+    quads = mesh.triangles[::2]
+    low, high = mesh.vertices[quads[:, 0]], mesh.vertices[quads[:, 2]]
+    v_low, v_high = mesh.uvs[quads[:, 0], 1], mesh.uvs[quads[:, 2], 1]
+    assert ((v_high - v_low) * STOREYS / (high[:, 2] - low[:, 2])) == pytest.approx(storeys / height, rel=1e-5)
+    assert ((v_low < 0.2) == (low[:, 2] == 0.0)).all()
+    across = np.hypot(*(high - low)[:, :2].T)
+    bays = (mesh.uvs[quads[:, 2], 0] - mesh.uvs[quads[:, 0], 0]) * BAYS
+    assert sorted(set((across / bays).round(3))) == [1.0]
+
+
+def test_the_roofs_and_the_pavements_lie_where_the_buildings_stand() -> None:
+    scene = city_scene(SECTION)
+    first = scene.meshes["roofs"].vertices[:4]
+    np.testing.assert_allclose(first.mean(axis=0), (-8.0, 0.0, 2.6), atol=1e-5)
+    # The building's own z axis points 28.8 degrees clockwise from +z.
+    turn = np.radians(28.8)
+    ahead = (first[2] + first[3] - first[0] - first[1]) / 2
+    np.testing.assert_allclose(ahead, (8 * np.sin(turn), 8 * np.cos(turn), 0.0), atol=1e-4)
+
+
+def test_buildings_stop_the_agent_where_they_are_seen() -> None:
+    with World(city_scene(SECTION)) as world:
+        assert world.way_is_free((0, 3.4), (0, 4.4))
+        assert not world.way_is_free((0, 4), (0, 5))  # the cone
+        frame = world.render(Viewpoint(-1.0, 0.5, 270), [], 64)
+        wall = frame.depth[30, 32] / 1000.0
+        # Up to the agent's radius from the wall, by sight; no farther.
+        assert world.way_is_free((-1.0, 0.5), (-1.0 - (wall - 0.35), 0.5))
+        assert not world.way_is_free((-1.0, 0.5), (-1.0 - (wall - 0.15), 0.5))
+
+
+def test_there_is_ground_wherever_one_looks_down() -> None:
+    with World(city_scene(SECTION)) as world:
+        for heading in range(0, 360, 30):
+            frame = world.render(Viewpoint(0.0, 2.0, heading), [], 64)
+            assert (frame.depth[36:] > 0).all(), heading
+
+
+def test_a_section_without_buildings_is_a_plain() -> None:
+    scene = city_scene(Section("bare", 0.0, (0, 0, 10, 10), (), ()))
+    assert [body.name for body in scene.bodies] == ["asphalt"]
+
+
+@pytest.mark.parametrize(("prop", "words"), [
+    (Prop("fountain", 0, 0, 0), "'fountain'"), (Prop("barrel", 0, 0, 0, "pink"), "'pink'"),
+    (Prop("banner", 0, 0, 0, "red", "moon", "blue"), "'moon'"),
+])  # fmt: skip
+def test_an_unknown_prop_is_named(prop: Prop, words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        city_scene(Section("bad", 0.0, (0, 0, 10, 10), (), (prop,)))

@@ -1,0 +1,63 @@
+"""The room: which wall is where, the start tile, and the grid."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from server.sim.bullet import World
+from server.sim.cameras import Viewpoint
+from server.sim.room import CELL, COLUMNS, ROWS, START
+from server.sim.room_scene import WALL_HEIGHT, room_scene
+from server.sim.textures import texture
+
+
+@pytest.fixture(scope="module")
+def world() -> Iterator[World]:
+    with World(room_scene()) as built:
+        yield built
+
+
+@pytest.mark.parametrize(
+    ("heading", "wall", "distance"),
+    [
+        (0.0, "brick", (ROWS - 0.5) * CELL),
+        (90.0, "striped", (COLUMNS - 0.5 - START.column) * CELL),
+        (180.0, "spotted", 0.5 * CELL),
+        (270.0, "wood", (START.column + 0.5) * CELL),
+    ],
+)
+def test_walls_stand_around_the_start(world: World, heading: float, wall: str, distance: float) -> None:
+    frame = world.render(Viewpoint(START.column * CELL, START.row * CELL, heading), [], 224)
+    assert frame.depth[111, 112] / 1000 == pytest.approx(distance, rel=0.005)
+    seen = frame.rgb[100:112, 100:124].reshape(-1, 3).astype(float).mean(axis=0)
+    painted = texture(f"wall/{wall}").reshape(-1, 3).astype(float).mean(axis=0)
+    others = [texture(f"wall/{w}").reshape(-1, 3).astype(float).mean(axis=0) for w in ("brick", "striped", "wood")]
+    if wall != "spotted":  # from half a cell away a single spot fills the view
+        assert np.argmin([np.abs(tint(seen) - tint(o)).sum() for o in others]) == ("brick", "striped", "wood").index(
+            wall
+        )
+        assert np.abs(tint(seen) - tint(painted)).max() < 0.08
+
+
+def tint(colour: np.ndarray) -> np.ndarray:
+    """The colour without its brightness."""
+    share: np.ndarray = colour / colour.sum()
+    return share
+
+
+def test_the_start_tile_is_yellow_and_the_floor_is_not(world: World) -> None:
+    away = world.render(Viewpoint(START.column * CELL, 2 * CELL, 180.0), [], 224)
+    red, green, blue = away.rgb[145, 112].astype(int)
+    assert red > green > blue + 60
+    ahead = world.render(Viewpoint(START.column * CELL, START.row * CELL, 0.0), [], 224)
+    assert np.ptp(ahead.rgb[200, 112].astype(int)) < 20
+
+
+def test_the_floor_ends_at_the_walls() -> None:
+    scene = room_scene()
+    floor = next(body for body in scene.bodies if body.name == "floor")
+    corners = scene.meshes["floor"].vertices + np.array(floor.position)
+    assert corners.min(axis=0)[:2] == pytest.approx((-0.75, -0.75))
+    assert corners.max(axis=0)[:2] == pytest.approx((6.75, 5.25))
+    assert {body.collider.height for body in scene.bodies if body.collider} == {WALL_HEIGHT}
