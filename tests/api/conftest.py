@@ -1,0 +1,26 @@
+"""One server on tiny splits for all tests of the service."""
+
+from collections.abc import Iterator
+
+import grpc
+import pytest
+
+from arramon.v1.evaluation_pb2_grpc import EvaluationStub
+from tests import tiny
+from tests.serving import Server
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    data = tmp_path_factory.mktemp("data")
+    tiny.write(data)
+    tiny.write(data, "secret", 3, hidden=True)
+    server = Server(data, "127.0.0.1:0", "--steps", "8")
+    yield server
+    assert server.stop() == 0
+
+
+@pytest.fixture
+def stub(server: Server) -> Iterator[EvaluationStub]:
+    with grpc.insecure_channel(server.address) as channel:
+        yield EvaluationStub(channel)

@@ -1,0 +1,266 @@
+"""The Play stream, message by message."""
+
+import io
+from typing import Any
+
+import grpc
+import numpy as np
+import pytest
+from PIL import Image
+
+from arramon.v1 import evaluation_pb2 as pb
+from arramon.v1 import types_pb2
+from arramon.v1.evaluation_pb2_grpc import EvaluationStub
+from tests import tiny
+from tests.api.player import Player, create
+from tests.api.test_runs import refused
+from tests.serving import METADATA
+
+F, L, R, P = 0, 1, 2, 3
+
+
+def test_an_episode_from_end_to_end(stub: EvaluationStub) -> None:
+    run = create(stub, episodes=1, sensors=["pose"])
+    with Player(stub, run.run_id, 4) as player:
+        events = player.play(tiny.ACTIONS)
+    kinds = [event.WhichOneof("event") for event in events]
+    assert kinds[:3] == ["opened", "episode_started", "observation"]
+    assert kinds[-2:] == ["episode_ended", "run_ended"]
+    seen = [event.observation for event in events if event.HasField("observation")]
+    assert [o.step for o in seen] == list(range(13))
+    assert [(o.turn, o.phase) for o in seen] == [(1, 1)] * 3 + [(1, 2)] * 2 + [(2, 1)] * 6 + [(2, 2)] * 2
+    assert [o.phase_step for o in seen] == [0, 1, 2, 0, 1, 0, 1, 2, 3, 4, 5, 0, 1]
+    assert [o.steps_left for o in seen] == [8 - o.phase_step for o in seen]
+    assert {o.instruction for o in seen} == {"Go on to the striped red mug.", "Put it two steps ahead."}
+    assert (seen[2].pose.x, seen[2].pose.z, seen[2].pose.heading) == (0.0, 2.0, 0.0)
+    assert (seen[4].pose.x, seen[4].pose.z) == (2.0, 1.0)  # in the room: column and row
+    phases = [event.phase_ended for event in events if event.HasField("phase_ended")]
+    assert [(p.turn, p.phase, p.forced) for p in phases] == [(1, 1, False), (1, 2, False), (2, 1, False), (2, 2, False)]
+
+
+def test_the_step_limit_ends_phases_and_is_an_outcome(stub: EvaluationStub) -> None:
+    run = create(stub, episodes=1)
+    with Player(stub, run.run_id) as player:
+        events = player.play([L])
+    assert [event.phase_ended.forced for event in events if event.HasField("phase_ended")] == [True] * 4
+    assert events[-2].episode_ended.cause == types_pb2.CAUSE_STEP_LIMIT
+    assert events[-1].run_ended.run.steps == 4 * 8
+
+
+def test_instructions_come_in_the_run_s_language(stub: EvaluationStub) -> None:
+    run = create(stub, language="hi", episodes=1)
+    with Player(stub, run.run_id) as player:
+        assert player.observation().instruction == "धारीदार लाल मग तक चलें।"
+
+
+def decode(image: types_pb2.Image, depth: bool = False) -> Any:
+    if image.encoding == types_pb2.ENCODING_RAW:
+        shape = (image.height, image.width) if depth else (image.height, image.width, 3)
+        return np.frombuffer(image.data, "<u2" if depth else np.uint8).reshape(shape)
+    return np.asarray(Image.open(io.BytesIO(image.data)))
+
+
+@pytest.mark.parametrize("size", [224, 128])
+def test_images_are_the_same_in_every_lossless_encoding(stub: EvaluationStub, size: int) -> None:
+    frames = {}
+    for encoding in (types_pb2.ENCODING_RAW, types_pb2.ENCODING_PNG, types_pb2.ENCODING_JPEG):
+        run = create(stub, episodes=1, sensors=["rgb", "depth"])
+        with Player(stub, run.run_id, encoding=encoding, image_size=size) as player:
+            seen = player.observation()
+        frames[encoding] = decode(seen.rgb), decode(seen.depth, depth=True)
+        assert frames[encoding][0].shape == (size, size, 3)
+    raw, png, jpeg = frames.values()
+    assert (raw[0] == png[0]).all()
+    assert (raw[1] == png[1]).all()
+    assert (raw[1] == jpeg[1]).all()
+    assert 0 < np.abs(raw[0].astype(int) - jpeg[0]).mean() < 6
+    middle = raw[1][size // 2, size // 2]
+    assert middle == pytest.approx(11_000, abs=60)  # the brick wall, 11 units ahead
+
+
+def test_only_the_sensors_asked_for_are_sent(stub: EvaluationStub) -> None:
+    run = create(stub, episodes=1)
+    with Player(stub, run.run_id) as player:
+        seen = player.observation()
+    assert not any(seen.HasField(name) for name in ("rgb", "depth", "pose"))
+
+
+def test_the_oracle(stub: EvaluationStub) -> None:
+    run = create(stub, episodes=1, sensors=["oracle"])
+    with Player(stub, run.run_id) as player:
+        player.next()
+        oracle = player.next().episode_started.oracle
+    assert (oracle.start.x, oracle.start.z, oracle.start.heading) == (0.0, 0.0, 0.0)
+    assert [(t.position.x, t.position.z) for t in oracle.targets] == [(0.0, 3.5), (3.5, 2.0)]
+    assert [(t.cell.column, t.cell.level, t.cell.row) for t in oracle.targets] == [(2, 1, 2), (2, 2, 2)]
+    assert [(o.x, o.z, o.half_width, o.half_length) for o in oracle.obstacles] == [(0.0, 12.0, 5.0, 1.0)]
+
+
+@pytest.mark.parametrize(
+    ("act", "code", "message"),
+    [
+        (pb.Act(step=0), pb.Problem.CODE_BAD_ACTION, "the action is none, expected 0, 1, 2 or 3"),
+        (pb.Act(step=0, action=4), pb.Problem.CODE_BAD_ACTION, "the action is 4, expected 0, 1, 2 or 3"),  # type: ignore[arg-type]
+        (pb.Act(step=0, action=-1), pb.Problem.CODE_BAD_ACTION, "the action is -1, expected 0, 1, 2 or 3"),  # type: ignore[arg-type]
+        (pb.Act(step=1, action=F), pb.Problem.CODE_STEP_AHEAD, "step 1 is ahead of its turn, expected 0"),  # type: ignore[arg-type]
+        (
+            pb.Act(episode_id="no such", action=F),  # type: ignore[arg-type]
+            pb.Problem.CODE_NOT_YOUR_EPISODE,
+            "this stream has no such open episode",
+        ),
+    ],
+)
+def test_problems_are_told_and_the_stream_goes_on(
+    stub: EvaluationStub, act: pb.Act, code: pb.Problem.Code.ValueType, message: str
+) -> None:
+    run = create(stub, episodes=1)
+    with Player(stub, run.run_id) as player:
+        episode_id = player.observation().episode_id
+        act.episode_id = act.episode_id or episode_id
+        player.send([act])
+        problem = player.problem()
+        assert (problem.code, problem.message) == (code, f"episode {act.episode_id!r}: {message}")
+        player.act(episode_id, 0, F)
+        assert player.observation().step == 1
+
+
+def test_the_same_step_twice_is_answered_again_and_applied_once(stub: EvaluationStub) -> None:
+    run = create(stub, episodes=1, sensors=["pose"])
+    with Player(stub, run.run_id) as player:
+        episode_id = player.observation().episode_id
+        player.act(episode_id, 0, F)
+        player.act(episode_id, 0, F)
+        first, again = player.observation(), player.observation()
+        assert first == again
+        assert (first.step, first.pose.z) == (1, 1.0)
+
+
+def test_the_same_step_with_another_action_is_a_problem_and_the_first_stands(stub: EvaluationStub) -> None:
+    run = create(stub, episodes=1, sensors=["pose"])
+    with Player(stub, run.run_id) as player:
+        episode_id = player.observation().episode_id
+        player.act(episode_id, 0, F)
+        assert player.observation().step == 1
+        player.act(episode_id, 0, L)
+        assert player.problem().code == pb.Problem.CODE_STEP_BEHIND
+        assert player.observation().pose.heading == 0.0
+
+
+def test_an_answer_to_an_ended_episode_is_told_its_end_again(stub: EvaluationStub) -> None:
+    run = create(stub, episodes=2)
+    with Player(stub, run.run_id) as player:
+        episode_id = player.observation().episode_id
+        for step, action in enumerate(tiny.ACTIONS):
+            player.act(episode_id, step, action)
+        while not (event := player.next()).HasField("episode_ended"):
+            pass
+        assert player.observation().episode_id != episode_id  # the next one
+        player.act(episode_id, len(tiny.ACTIONS) - 1, P)
+        assert player.next() == event
+
+
+def test_an_episode_can_be_given_up_and_is_counted(stub: EvaluationStub) -> None:
+    run = create(stub, episodes=2)
+    with Player(stub, run.run_id) as player:
+        episode_id = player.observation().episode_id
+        player.send([pb.Act(episode_id=episode_id, forfeit=pb.Forfeit(reason="the agent broke down"))])
+        assert player.next().episode_ended.cause == types_pb2.CAUSE_FORFEITED
+        last = player.play(tiny.ACTIONS)
+        assert player.call.code() == grpc.StatusCode.OK
+    ended = next(event.run_ended.run for event in last if event.HasField("run_ended"))
+    assert dict(ended.causes) == {"FORFEITED": 1, "AGENT_FINISHED": 1}
+
+
+def test_two_streams_share_a_run_and_never_an_episode(stub: EvaluationStub) -> None:
+    run = create(stub)
+    with Player(stub, run.run_id, 2, player="a") as one, Player(stub, run.run_id, 2, player="b") as other:
+        mine = {one.observation().episode_id, one.observation().episode_id}
+        theirs = {other.observation().episode_id, other.observation().episode_id}
+        assert not mine & theirs
+        other.act(next(iter(mine)), 0, F)
+        assert other.problem().code == pb.Problem.CODE_NOT_YOUR_EPISODE
+
+
+def test_an_episode_of_another_run_is_not_yours(stub: EvaluationStub) -> None:
+    first, second = create(stub, episodes=1), create(stub, language="hi", episodes=1)
+    with Player(stub, first.run_id) as one, Player(stub, second.run_id) as other:
+        theirs = other.observation().episode_id
+        if one.observation().episode_id != theirs:
+            one.act(theirs, 0, F)
+            assert one.problem().code == pb.Problem.CODE_NOT_YOUR_EPISODE
+
+
+def test_a_stream_that_comes_back_goes_on_where_it_was(stub: EvaluationStub) -> None:
+    run = create(stub, episodes=3, sensors=["pose"])
+    with Player(stub, run.run_id, 2, player="p") as player:
+        episodes = {player.observation().episode_id, player.observation().episode_id}
+        for episode_id in episodes:
+            player.act(episode_id, 0, F)
+        assert {player.observation().step, player.observation().step} == {1}
+        with Player(stub, run.run_id, 2, player="p") as back:
+            opened = back.next().opened
+            assert set(opened.episode_ids) == episodes
+            assert back.next().episode_started.step == 1
+            assert back.observation().pose.z == 1.0
+        code, message = refused(lambda: list(player.call))
+        assert code == grpc.StatusCode.FAILED_PRECONDITION
+        assert message == "another stream of the same player took this one's place"
+
+
+def test_history_shows_an_episode_from_its_first_observation(stub: EvaluationStub) -> None:
+    run = create(stub, episodes=1, sensors=["pose", "rgb"])
+    with Player(stub, run.run_id, player="p") as player:
+        episode_id = player.observation().episode_id
+        live = []
+        for step, action in enumerate((F, R, F)):
+            player.act(episode_id, step, action)
+            live.append(player.observation())
+    with Player(stub, run.run_id, player="another", history=True, adopt=True) as back:
+        past = [back.observation() for _ in range(3)]
+        now = back.observation()
+    assert [o.taken for o in past] == [F, R, F]
+    for shown in past:
+        shown.ClearField("taken")
+    assert [*past, now][1:] == live
+
+
+def test_another_player_waits_for_what_was_left_open(stub: EvaluationStub) -> None:
+    run = create(stub, episodes=2)
+    with Player(stub, run.run_id, player="gone") as player:
+        left = player.observation().episode_id
+    with Player(stub, run.run_id, 2, player="other") as other:
+        assert not other.next().opened.episode_ids
+        assert other.observation().episode_id != left
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"encoding": 9}, "encoding 9 is not offered; see ServerInfo.encodings"),
+        ({"image_size": 7}, "images of 7 pixels are not offered, but 224, 128"),
+        ({"player": "x" * 101}, "the player's name has 101 characters; at most 100 are allowed"),
+    ],
+)
+def test_streams_that_cannot_be(stub: EvaluationStub, fields: dict[str, Any], message: str) -> None:
+    run = create(stub)
+    with Player(stub, run.run_id, 1, **fields) as player:
+        assert refused(lambda: list(player.call)) == (grpc.StatusCode.INVALID_ARGUMENT, message)
+
+
+@pytest.mark.parametrize("episodes", [0, 1025])
+def test_too_few_or_too_many_episodes_at_once(stub: EvaluationStub, episodes: int) -> None:
+    run = create(stub)
+    with Player(stub, run.run_id, episodes) as player:
+        expected = f"max_episodes is {episodes}, expected 1 to 1024"
+        assert refused(lambda: list(player.call)) == (grpc.StatusCode.INVALID_ARGUMENT, expected)
+
+
+def test_the_first_message_must_be_open_and_no_other(stub: EvaluationStub) -> None:
+    first = [pb.PlayRequest(actions=pb.ActionBatch())]
+    assert refused(lambda: list(stub.Play(iter(first), metadata=METADATA)))[1] == "a stream's first message is `open`"
+    run = create(stub)
+    with Player(stub, run.run_id) as player:
+        player.observation()
+        player.raw(pb.PlayRequest(open=pb.Open(run_id=run.run_id)))
+        code, message = refused(lambda: list(player.call))
+        assert (code, message[:32]) == (grpc.StatusCode.INVALID_ARGUMENT, "a stream's first message is `ope")

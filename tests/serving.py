@@ -1,0 +1,52 @@
+"""A real server in a process of its own, for tests: started, killed and started again on the same address."""
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+from arramon.v1 import PROTOCOL, PROTOCOL_METADATA
+
+METADATA = ((PROTOCOL_METADATA, str(PROTOCOL)),)
+
+
+class Server:
+    """`arramon-server serve` on a data folder. Without an address it takes a free port of the loopback."""
+
+    def __init__(self, data: Path, listen: str = "127.0.0.1:0", *more: str) -> None:
+        self.data, self.listen, self.more = data, listen, more
+        self.start()
+
+    def start(self) -> None:
+        command = [
+            sys.executable,
+            "-m",
+            "server",
+            "serve",
+            "--data",
+            str(self.data),
+            "--listen",
+            self.listen,
+            *self.more,
+        ]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        assert self.process.stdout is not None
+        self.said = []
+        for line in self.process.stdout:
+            self.said.append(line.strip())
+            if line.startswith("listening on "):
+                self.listen = self.address = line.removeprefix("listening on ").strip()
+                return
+        raise AssertionError(f"the server did not start: {self.process.communicate()[1]}")
+
+    def kill(self) -> None:
+        self.process.kill()
+        self._gone()
+
+    def stop(self) -> int:
+        self.process.send_signal(signal.SIGTERM)
+        return self._gone()
+
+    def _gone(self) -> int:
+        self.process.communicate(timeout=20)
+        return self.process.returncode
