@@ -47,7 +47,8 @@ _ZENITH, _HORIZON, _HAZE = (88, 146, 214), (214, 228, 236), (140, 142, 140)
 """The sky straight up and at the horizon, and what lies below the horizon where the ground ends."""
 
 _FARTHEST = 65535
-_UPRIGHT = (0.0, 0.0, 0.0, 1.0)
+_NUDGE = 1e-4
+"""Units by which the camera is ahead of its place: TinyRenderer loses triangles with a corner right beside the eye."""
 
 
 class World:
@@ -287,8 +288,9 @@ def _turn(heading: float) -> tuple[float, float, float, float]:
 
 def _view_matrix(viewpoint: Viewpoint) -> list[float]:
     """From scene to eye coordinates (X right, Y up, looking along -Z), column by column as OpenGL has it."""
-    x, y, z, angle = viewpoint.x, viewpoint.y, viewpoint.z, math.radians(viewpoint.heading)
+    angle = math.radians(viewpoint.heading)
     sin, cos = math.sin(angle), math.cos(angle)
+    x, y, z = viewpoint.x + _NUDGE * sin, viewpoint.y + _NUDGE * cos, viewpoint.z
     return [
         cos, 0.0, -sin, 0.0,
         -sin, 0.0, -cos, 0.0,

@@ -9,6 +9,7 @@ from server.sim.banners import banner_texture
 from server.sim.cameras import FAR
 from server.sim.facades import BAYS, STOREYS, facade
 from server.sim.furniture import piece_of
+from server.sim.markings import DASH, Dash, dashes
 from server.sim.meshes import Vector, merge, moved, quad
 from server.sim.palette import palette
 from server.sim.scene import Body, BoxCollider, Mesh, Scene
@@ -18,7 +19,7 @@ from server.sim.textures import GROUND_SPAN, Image, texture
 PAVEMENT = 0.8
 """Width of the pavement around a building, in units."""
 
-_KERB = 0.07
+_KERB, _LINE = 0.07, 0.12
 _TILE = 16.0
 """Side of the squares that the ground is laid in, in units: one huge one would lose precision at its edges."""
 
@@ -30,7 +31,7 @@ def city_scene(section: Section) -> Scene:
     """The scene of a section: everything but the episodes' own objects.
 
     Its bodies are named "building/0", "cone/0" and so on, numbered in the section's order, and "asphalt", "kerbs",
-    "pavements", "roofs". What is near the eye comes first: a renderer that draws in order shades fewer pixels twice.
+    "pavements", "lines", "roofs". What is near the eye comes first: who draws in order shades fewer pixels twice.
 
     Raises:
         ValueError: for a prop of an unknown kind or in a colour or shape that it does not come in.
@@ -119,6 +120,9 @@ def _ground(section: Section) -> list[tuple[str, str, str, Mesh]]:
             ("pavements", "pavement", "pavement", merge(*pavements)),
             ("kerbs", "pavement", "kerb", merge(*kerbs)),
         ]
+    lines = dashes(section, PAVEMENT)
+    if lines:
+        layers.append(("lines", "road", "line", merge(*(_line(dash) for dash in lines))))
     layers.append(("asphalt", "road", "asphalt", _asphalt(section)))
     return layers
 
@@ -129,6 +133,11 @@ def _slab(building: Building, margin: float, height: float) -> Mesh:
     corners: list[Vector] = [(-x, -y, 0.0), (x, -y, 0.0), (x, y, 0.0), (-x, y, 0.0)]
     flat = quad(corners, (0.0, 2 * x / GROUND_SPAN), (0.0, 2 * y / GROUND_SPAN))
     return moved(flat, (building.x, building.z, height), building.heading)
+
+
+def _line(dash: Dash) -> Mesh:
+    x, y = _LINE / 2, DASH / 2
+    return moved(quad([(-x, -y, 0.0), (x, -y, 0.0), (x, y, 0.0), (-x, y, 0.0)]), (dash.x, dash.z, 0.003), dash.heading)
 
 
 def _asphalt(section: Section) -> Mesh:

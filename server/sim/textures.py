@@ -76,8 +76,8 @@ def _asphalt() -> Image:
     x, y = grid(image)
     paint(image, (np.abs(x - 34) < 13) & (np.abs(y - 40) < 8), (94, 95, 99))  # where it was mended
     away = np.hypot(x - 96, y - 96)
-    paint(image, away < 7, (84, 84, 88))  # a manhole's lid
-    paint(image, (away > 6) & (away < 7.5), (70, 70, 74))
+    paint(image, away < 5, (84, 84, 88))  # a manhole's lid
+    paint(image, (away > 4.4) & (away < 5.6), (70, 70, 74))
     return image
 
 
@@ -152,6 +152,7 @@ _MAKERS: dict[str, Callable[[], Image]] = {
     "roof": _roof,
     "kerb": lambda: plain(8, 8, (206, 204, 196)),
     "marking": lambda: plain(8, 8, (226, 220, 190)),
+    "line": lambda: plain(8, 8, (222, 216, 190)),
     "wall/wood": _wood,
     "wall/brick": _brick_wall,
     "wall/spotted": _spotted,

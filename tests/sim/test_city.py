@@ -21,7 +21,7 @@ def test_bodies_and_their_names() -> None:
     scene = city_scene(SECTION)
     names = [body.name for body in scene.bodies]
     assert names[:3] == ["cone/0", "cone/1", "banner/0"]
-    assert names[3:] == [*(f"building/{i}" for i in range(4)), "roofs", "pavements", "kerbs", "asphalt"]
+    assert names[3:] == [*(f"building/{i}" for i in range(4)), "roofs", "pavements", "kerbs", "lines", "asphalt"]
     solid = {body.name for body in scene.bodies if body.collider}
     assert solid == {"cone/0", "cone/1", *(f"building/{i}" for i in range(4))}
     assert {body.label for body in scene.bodies} == {"cone", "banner", "building", "pavement", "road"}
@@ -81,9 +81,15 @@ def test_there_is_ground_wherever_one_looks_down() -> None:
             assert (frame.depth[36:] > 0).all(), heading
 
 
-def test_a_section_without_buildings_is_a_plain() -> None:
-    scene = city_scene(Section("bare", 0.0, (0, 0, 10, 10), (), ()))
+@pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (16.0, 3.0), (5.0, -16.0)])
+def test_a_section_without_buildings_is_a_plain(x: float, y: float) -> None:
+    """Its ground is laid in squares of 16 units: their corners may lie beside the eye."""
+    scene = city_scene(Section("bare", 0.0, (-10, -10, 10, 10), (), ()))
     assert [body.name for body in scene.bodies] == ["asphalt"]
+    with World(scene) as world:
+        for heading in (0.0, 90.0, 180.0, 270.0):
+            frame = world.render(Viewpoint(x, y, heading), [], 64)
+            assert (frame.depth[36:] > 0).all(), heading
 
 
 @pytest.mark.parametrize(("prop", "words"), [

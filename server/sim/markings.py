@@ -1,0 +1,102 @@
+"""Dashed lines along the middle of the streets, found from where the buildings stand."""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from server.sim.section import Building, Section
+
+_CELL = 0.5
+_BEYOND = 6.0
+"""How far streets are looked for beyond the bounds, in units."""
+
+NARROWEST, WIDEST = 3.0, 11.0
+"""Widths of a road with a line, between its pavements, in units."""
+
+SHORTEST = 5.0
+"""A stretch of road shorter than this gets no line, in units."""
+
+DRIFT = 1.0
+"""How far the middle of a road may shift between facades that stand back by different amounts, in units."""
+
+DASH, GAP = 1.0, 1.0
+"""Units."""
+
+
+class Dash(NamedTuple):
+    """A dash's middle (x, z) and its direction, degrees clockwise from +z."""
+
+    x: float
+    z: float
+    heading: float
+
+
+def dashes(section: Section, pavement: float) -> list[Dash]:
+    """The dashes of all of a section's roads, along its main heading and across it.
+
+    Args:
+        section: whose streets run along its heading and at right angles to it.
+        pavement: width of what is not road around each building, in units.
+    """
+    x0, z0, x1, z1 = section.bounds
+    middle = ((x0 + x1) / 2, (z0 + z1) / 2)
+    reach = math.hypot(x1 - x0, z1 - z0) / 2 + _BEYOND
+    offsets = np.arange(-reach, reach, _CELL)
+    found = []
+    for heading in (section.heading, section.heading + 90.0):
+        angle = math.radians(heading)
+        sin, cos = math.sin(angle), math.cos(angle)
+        # Rows run across the road, one behind the other along it.
+        along, across = np.meshgrid(offsets, offsets, indexing="ij")
+        x, z = middle[0] + across * cos + along * sin, middle[1] - across * sin + along * cos
+        road = np.ones(x.shape, bool)
+        for building in section.buildings:
+            road &= ~_covers(building, x, z, pavement)
+        for start, end, centre in _stretches(road):
+            for k in range(int((end - start) // (DASH + GAP))):
+                forward = offsets[0] + start + k * (DASH + GAP) + (DASH + GAP) / 2
+                aside = offsets[0] + centre
+                place = (middle[0] + aside * cos + forward * sin, middle[1] - aside * sin + forward * cos)
+                found.append(Dash(float(place[0]), float(place[1]), heading))
+    return found
+
+
+def _covers(
+    building: Building, x: npt.NDArray[np.float64], z: npt.NDArray[np.float64], margin: float
+) -> npt.NDArray[np.bool_]:
+    angle = math.radians(building.heading)
+    sin, cos = math.sin(angle), math.cos(angle)
+    right = (x - building.x) * cos - (z - building.z) * sin
+    ahead = (x - building.x) * sin + (z - building.z) * cos
+    covered: npt.NDArray[np.bool_] = (np.abs(right) < building.half_width + margin) & (
+        np.abs(ahead) < building.half_length + margin
+    )
+    return covered
+
+
+def _stretches(road: npt.NDArray[np.bool_]) -> Iterator[tuple[float, float, float]]:
+    """(from, to, centre) of straight roads along the first axis of a raster, in units from its corner."""
+    running: list[tuple[int, list[float]]] = []  # the row where a road began, and its centre in every row since
+    for row in range(len(road) + 1):
+        centres = _centres(road[row]) if row < len(road) else []
+        going_on = []
+        for begun, before in running:
+            near = [centre for centre in centres if abs(centre - before[0]) <= DRIFT]
+            if near:
+                centres.remove(near[0])
+                going_on.append((begun, [*before, near[0]]))
+            elif len(before) * _CELL >= SHORTEST:
+                yield begun * _CELL, row * _CELL, float(np.median(before))
+        running = going_on + [(row, [centre]) for centre in centres]
+
+
+def _centres(row: npt.NDArray[np.bool_]) -> list[float]:
+    """Centres of the stretches of road in a row that are as wide as a road, between two buildings."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], row, [False]]).astype(np.int8)))
+    starts, ends = edges[::2], edges[1::2]
+    widths = (ends - starts) * _CELL
+    roads = (widths >= NARROWEST) & (widths <= WIDEST) & (starts > 0) & (ends < len(row))
+    return [float(centre) for centre in (starts + ends - 1)[roads] * _CELL / 2]
