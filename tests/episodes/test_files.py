@@ -1,0 +1,129 @@
+"""Episode files and splits: what is written is read back, and what is wrong is named."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from server.episodes.files import read_episodes, read_section
+from server.episodes.splits import read_split, read_splits, write_split
+from server.errors import BadFile, NotFound, StorageError
+from tests import tiny
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    tiny.write(tmp_path)
+    return tmp_path / "splits" / "tiny"
+
+
+def change(path: Path, line: int, edit: Callable[[Any], None]) -> None:
+    lines = path.read_text().splitlines()
+    record = json.loads(lines[line - 1])
+    edit(record)
+    lines[line - 1] = json.dumps(record)
+    path.write_text("\n".join(lines) + "\n")
+
+
+def test_what_is_written_is_read_back(folder: Path) -> None:
+    split = read_split(folder)
+    assert list(split.episodes.values()) == [
+        tiny.episode(str(i), ("en",) if i % 3 == 0 else ("en", "hi")) for i in range(6)
+    ]
+    assert split.sections == {"1": tiny.SECTION}
+    assert split.languages == {"en": 6, "hi": 4}
+
+
+def test_the_same_data_gives_the_same_hash_and_other_data_another(tmp_path: Path) -> None:
+    one = tiny.write(tmp_path / "a").data_hash
+    assert tiny.write(tmp_path / "b").data_hash == one
+    assert tiny.write(tmp_path / "c", count=5).data_hash != one
+    assert tiny.write(tmp_path / "d", hidden=True).data_hash != one
+
+
+def test_the_playing_order_is_fixed_and_not_the_file_s(folder: Path) -> None:
+    order = [episode.episode_id for episode in read_split(folder).in_playing_order("en")]
+    assert order == ["4", "3", "0", "1", "2", "5"]
+    assert [e.episode_id for e in read_split(folder).in_playing_order("hi")] == ["4", "1", "2", "5"]
+
+
+@pytest.mark.parametrize(
+    ("line", "edit", "message"),
+    [
+        (1, lambda r: r.update(version=2), ":1: version: is 2; this release of the server reads version 1"),
+        (1, lambda r: r.update(format="csv"), ":1: format: is 'csv', expected 'arramon-episodes'"),
+        (2, lambda r: r["start"].pop("x"), ":2: start.x: field required"),
+        (3, lambda r: r["turns"].pop(), ":3: turns[1]: field required"),
+        (3, lambda r: r["turns"][1].update(path=[]), ":3: turns[1]: path is empty"),
+        (
+            3,
+            lambda r: r["turns"][0]["actions"].append(9),
+            ":3: turns[0].actions[3]: input should be 0, 1, 2 or 3; got 9",
+        ),
+        (
+            4,
+            lambda r: r["turns"][0]["street"][0]["type"].update(kind="cat"),
+            ":4: turns[0].street[0].type: 'cat' is not one of ball, hourglass, mug, tv, book, bowl, bucket; got ",
+        ),
+        (5, lambda r: r.update(instructions={}), ":5: there are no instructions in any language"),
+        (
+            5,
+            lambda r: r["instructions"]["en"][1].update(assembly=" "),
+            ":5: instructions.en[1]: the assembly instruction",
+        ),
+        (6, lambda r: r.update(episode_id="1"), ":6: episode_id: episode '1' is there twice"),
+        (7, lambda r: r.update(section="9"), ":7: section: is '9'; there are 1 in "),
+    ],
+)
+def test_what_is_wrong_is_named_by_file_line_and_field(
+    folder: Path, line: int, edit: Callable[[Any], None], message: str
+) -> None:
+    path = folder / "episodes.jsonl"
+    change(path, line, edit)
+    with pytest.raises(BadFile) as caught:
+        read_split(folder)
+    assert str(caught.value).startswith(f"{path}{message}")
+
+
+@pytest.mark.parametrize("damage", [b"", b"{", b"[1, 2]", b'{"episode_id": NaN}'])
+def test_a_line_that_is_not_an_episode(folder: Path, damage: bytes) -> None:
+    path = folder / "episodes.jsonl"
+    lines = path.read_bytes().split(b"\n")
+    path.write_bytes(b"\n".join([*lines[:2], damage, *lines[3:]]))
+    with pytest.raises(BadFile, match=r"episodes\.jsonl:3: "):
+        read_episodes(path)
+
+
+def test_a_file_that_is_cut_off(folder: Path) -> None:
+    path = folder / "episodes.jsonl"
+    path.write_bytes(path.read_bytes()[:-10])
+    with pytest.raises(BadFile, match=r"episodes\.jsonl:7: the file is cut off"):
+        read_episodes(path)
+
+
+def test_a_section_that_is_wrong(folder: Path) -> None:
+    path = folder / "sections" / "1.json"
+    path.write_text(path.read_text().replace('"height": 3.0', '"height": "tall"'))
+    with pytest.raises(BadFile, match=r"1\.json: buildings\[0\]\.height: "):
+        read_section(path)
+
+
+def test_a_folder_without_episodes_says_how_to_get_some(tmp_path: Path) -> None:
+    with pytest.raises(NotFound, match="arramon-server import-release FILE"):
+        read_splits(tmp_path)
+
+
+def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
+    (tmp_path / "splits").write_text("in the way")
+    with pytest.raises(StorageError, match=r"cannot write to .*tiny: "):
+        tiny.write(tmp_path)
+
+
+def test_a_split_that_cannot_be_read_back_does_not_replace_a_good_one(folder: Path) -> None:
+    before = read_split(folder).data_hash
+    with pytest.raises(BadFile):
+        write_split(folder.parents[1], "tiny", hidden=False, source="tests", episodes=[tiny.episode("1")], sections=[])
+    assert read_split(folder).data_hash == before
+    assert [path.name for path in folder.parent.iterdir()] == ["tiny"]

@@ -1,0 +1,127 @@
+"""The journal: what goes in comes out, and nothing goes in twice."""
+
+import sqlite3
+from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+from alembic.autogenerate import compare_metadata
+from alembic.migration import MigrationContext
+from sqlalchemy import create_engine
+
+from server.errors import Conflict, NotFound, StorageError
+from server.runs.journal import COMPLETE, RUNNING, Batch, Ending, Journal, Progress, Run
+from server.runs.tables import metadata
+
+
+def a_run(run_id: str = "r", minutes: int = 0) -> Run:
+    at = datetime(2026, 1, 1, tzinfo=UTC) + timedelta(minutes=minutes)
+    return Run(run_id, "lab", "walker", "tiny", "en", ("rgb",), 150, "f" * 64, "0.1.0", RUNNING, at)
+
+
+@pytest.fixture
+def journal(tmp_path: Path) -> Iterator[Journal]:
+    journal = Journal(f"sqlite:///{tmp_path / 'journal.db'}")
+    yield journal
+    journal.close()
+
+
+def steps(run_id: str, episode_id: str, *actions: int, first: int = 0) -> Batch:
+    batch = Batch()
+    for number, action in enumerate(actions, start=first):
+        batch.add_step(run_id, episode_id, number, action)
+    return batch
+
+
+def test_a_run_comes_back_as_it_was(journal: Journal) -> None:
+    journal.create(a_run(), ["b", "a"])
+    assert journal.run("r") == a_run()
+    assert [claim.episode_id for claim in journal.pending("r")] == ["b", "a"]
+
+
+def test_an_unknown_run(journal: Journal) -> None:
+    with pytest.raises(NotFound, match="there is no run 'x'"):
+        journal.run("x")
+
+
+def test_steps_come_back_in_order(journal: Journal) -> None:
+    journal.create(a_run(), ["a"])
+    journal.commit(steps("r", "a", 0, 1, 2))
+    journal.commit(steps("r", "a", 3, first=3))
+    assert journal.actions("r", "a") == [0, 1, 2, 3]
+
+
+def test_a_step_is_written_once_and_a_batch_whole_or_not_at_all(journal: Journal) -> None:
+    journal.create(a_run(), ["a", "b"])
+    journal.commit(steps("r", "a", 0))
+    batch = steps("r", "b", 0, 0)
+    batch.add_step("r", "a", 0, 2)
+    with pytest.raises(Conflict, match="the journal holds this already"):
+        journal.commit(batch)
+    assert (journal.actions("r", "a"), journal.actions("r", "b")) == ([0], [])
+
+
+def test_a_step_of_an_unknown_run_is_refused(journal: Journal) -> None:
+    with pytest.raises(Conflict):
+        journal.commit(steps("nobody's", "a", 0))
+
+
+def test_claims_and_endings(journal: Journal) -> None:
+    journal.create(a_run(), ["a", "b", "c"])
+    journal.claim("r", ["a", "b"], "p")
+    journal.commit(Batch(endings=[Ending("r", "b", "AGENT_FINISHED", 7, [{"PTC": 1.0}, {"PTC": 0.0}], "fine")]))
+    assert [(claim.episode_id, claim.player) for claim in journal.open_claims("r")] == [("a", "p")]
+    assert [claim.episode_id for claim in journal.pending("r", 5)] == ["c"]
+    assert (journal.count_ended("r"), journal.count_unended("r")) == (1, 2)
+    assert journal.endings("r")[0].scores == [{"PTC": 1.0}, {"PTC": 0.0}]
+    journal.commit(steps("r", "a", 1, 1))
+    assert journal.progress("r") == Progress(3, 1, 2, {"AGENT_FINISHED": 1})
+
+
+def test_runs_are_listed_latest_first(journal: Journal) -> None:
+    for number, minutes in ((1, 5), (2, 0), (3, 5)):
+        journal.create(a_run(f"r{number}", minutes), ["a"])
+    assert [run.run_id for run in journal.runs(2)] == ["r3", "r1"]
+    assert [run.run_id for run in journal.runs(2, before="r1")] == ["r2"]
+
+
+def test_another_process_reads_what_was_committed(journal: Journal, tmp_path: Path) -> None:
+    journal.create(a_run(), ["a"])
+    journal.set_state("r", COMPLETE)
+    other = Journal(f"sqlite:///{tmp_path / 'journal.db'}")
+    assert other.run("r").state == COMPLETE
+    other.close()
+
+
+def test_the_migrations_lead_to_the_tables(journal: Journal, tmp_path: Path) -> None:
+    engine = create_engine(f"sqlite:///{tmp_path / 'journal.db'}")
+    with engine.connect() as connection:
+        assert compare_metadata(MigrationContext.configure(connection), metadata) == []
+    engine.dispose()
+
+
+def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(StorageError, match="the journal cannot be used: unable to open database file"):
+        Journal(f"sqlite:///{tmp_path / 'nowhere' / 'journal.db'}")
+
+
+def test_a_full_disk_is_a_storage_error_and_loses_nothing(journal: Journal, tmp_path: Path) -> None:
+    journal.create(a_run(), ["a"])
+    journal.commit(steps("r", "a", 0))
+    limited = Journal(f"sqlite:///{tmp_path / 'journal.db'}")
+    with limited._engine.connect() as connection:
+        connection.exec_driver_sql("PRAGMA max_page_count=1")
+    with pytest.raises(StorageError, match="full"):
+        limited.commit(steps("r", "a", *[1] * 50_000, first=1))
+    limited.close()
+    assert journal.actions("r", "a") == [0]
+
+
+def test_steps_survive_in_the_file_itself(journal: Journal, tmp_path: Path) -> None:
+    journal.create(a_run(), ["a"])
+    journal.commit(steps("r", "a", 2, 3))
+    with sqlite3.connect(f"file:{tmp_path / 'journal.db'}?mode=ro", uri=True) as raw:
+        assert raw.execute("SELECT step, action FROM steps ORDER BY step").fetchall() == [(0, 2), (1, 3)]
+        assert raw.execute("PRAGMA journal_mode").fetchone() == ("wal",)
+    raw.close()
