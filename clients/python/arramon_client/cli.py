@@ -23,7 +23,7 @@ from arramon_client.progress import shown
 FINE, ERROR, USAGE, AGENT_FAILED, INTERRUPTED = 0, 1, 2, 3, 130
 
 TABLE_WIDTH = 100
-"""Columns of the score table where it is not shown on a terminal."""
+"""Characters that the score table is given at least: a line that is broken says more than one that is cut."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -159,8 +159,7 @@ class _Client:
     def _show(self, report: evaluation_pb2.Report, outcome: Outcome | None) -> int:
         failures = outcome.failures if outcome is not None else ()
         scores = Console()
-        if not scores.is_terminal:
-            scores = Console(width=TABLE_WIDTH)
+        scores.width = max(scores.width, TABLE_WIDTH)
         scores.print(results.score_table(report))
         scores.print(report.signature, markup=False, highlight=False, soft_wrap=True)
         path = results.write_results(report, failures, self.options.output)

@@ -61,10 +61,10 @@ def _load_entry_point(entry: EntryPoint) -> object:
 
 
 def _check_spelling(spec: str, name: str, attribute: str) -> None:
-    wrong = not all(part.isidentifier() for part in name.split(".")) or (":" in spec and not attribute)
-    if wrong:
+    is_path = name.endswith(".py") or "/" in name or "\\" in name
+    if is_path or not all(part.isidentifier() for part in name.split(".")) or (":" in spec and not attribute):
         hint = ""
-        if name.endswith(".py") or "/" in name or "\\" in name:
+        if is_path:
             dotted = name.removesuffix(".py").replace("\\", "/").strip("./").replace("/", ".")
             hint = f" Give it as a module, such as --agent {dotted}, from the folder that it is in."
         raise AgentLoadError(f"--agent {spec!r} is neither a module, a module:Class nor an installed name.{hint}")

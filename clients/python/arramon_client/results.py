@@ -35,12 +35,13 @@ def score_table(report: evaluation_pb2.Report) -> Table:
     run = report.run
     table = Table(
         title=f"{run.agent} on {run.split}, {run.language}, {run.episodes} episodes",
-        caption="below each score its 95% confidence interval; rPOD and PTC where the pick-up was within 3 (CTC-3)",
+        caption="under each score its 95% interval; rPOD and PTC count where CTC-3 is 1",
         box=box.SIMPLE_HEAD,
-        padding=(0, 1),
+        padding=0,
+        show_edge=False,
         pad_edge=False,
     )
-    table.add_column("")
+    table.add_column("", no_wrap=True)
     for heading, _ in COLUMNS:
         table.add_column(heading, justify="right", no_wrap=True)
     for row in report.rows:
@@ -128,4 +129,8 @@ def _numbers(score: evaluation_pb2.Score) -> dict[str, float]:
 
 
 def _cell(score: evaluation_pb2.Score | None) -> str:
-    return "-" if score is None else f"{score.mean:.3f}\n{score.low:.3f}-{score.high:.3f}"
+    """The mean, and under it the interval, without leading zeros so that the table fits 80 columns."""
+    if score is None:
+        return "-"
+    low, high = (f"{value:.3f}".removeprefix("0") for value in (score.low, score.high))
+    return f"{score.mean:.3f}\n{low}-{high}"

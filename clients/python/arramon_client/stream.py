@@ -13,8 +13,8 @@ WAITING = 16
 """Responses that wait to be taken; then the server is held back, so that a long history does not fill the memory."""
 
 
-class StreamEnded(Exception):  # noqa: N818 - it is no error: a server that drains ends its streams
-    """The server ended the stream in good order."""
+class StreamEnded(Exception):
+    """The server ended the stream in good order, as one does that drains."""
 
 
 class PlayStream:

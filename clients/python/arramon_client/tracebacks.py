@@ -1,9 +1,10 @@
 """Tracebacks as an agent's author wants to read them: their own frames, without those of this client."""
 
+import importlib
 import traceback
 from pathlib import Path
 
-_OWN = str(Path(__file__).parent)
+_FOREIGN = (str(Path(__file__).parent), str(importlib.__file__), "<frozen importlib", "<frozen runpy")
 
 
 def own_frames(error: BaseException, limit: int = 12) -> str:
@@ -26,4 +27,4 @@ def own_frames(error: BaseException, limit: int = 12) -> str:
 
 
 def _is_foreign(filename: str) -> bool:
-    return filename.startswith((_OWN, "<frozen importlib", "<frozen runpy"))
+    return filename.startswith(_FOREIGN)
