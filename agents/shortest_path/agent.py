@@ -1,0 +1,147 @@
+"""The agent: plans when a phase begins, follows its plan, and plans again where the world is not as expected."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from agents.shortest_path import room
+from agents.shortest_path.ground import Ground
+from agents.shortest_path.motion import TURN, Walk, plan
+from agents.shortest_path.route import Router
+from arramon.v1.evaluation_pb2 import Oracle, Target
+from arramon_client.agent import Action, Episode, Observation
+
+TOLERANCE = 0.01
+"""How far a pose may be from the expected one, in units and degrees."""
+
+KEPT = 16
+"""Sections whose ground is kept."""
+
+Pose = tuple[float, float, float]
+
+
+@dataclass
+class _Memory:
+    """What is remembered of an episode: its oracle, the plan in force, and the steps that turned out to be blocked."""
+
+    oracle: Oracle
+    phase: tuple[int, str] = (0, "")
+    plan: list[Action] = field(default_factory=list)
+    expected: Pose | None = None
+    blocked_steps: set[tuple[int, int, int]] = field(default_factory=set)
+    blocked_cells: set[tuple[int, int]] = field(default_factory=set)
+
+
+class Agent:
+    """Walks to each target on the shortest way that its own motion allows, and places it where it belongs.
+
+    It needs the ground truth, and so plays on splits that are not hidden. (The paper's S/P baseline, table 2.)
+    """
+
+    name = "shortest_path"
+    sensors = ("pose", "oracle")
+
+    def __init__(self) -> None:
+        self._episodes: dict[str, _Memory] = {}
+        self._grounds: dict[bytes, tuple[Ground, Router]] = {}
+
+    def begin(self, episode: Episode) -> None:
+        """Keeps the ground truth.
+
+        Raises:
+            ValueError: if there is none.
+        """
+        if episode.oracle is None:
+            raise ValueError("shortest_path needs the sensor oracle, and this run does not have it")
+        self._episodes[episode.episode_id] = _Memory(episode.oracle)
+
+    def act(self, observations: Sequence[Observation]) -> list[Action]:
+        """One action for each observation.
+
+        Raises:
+            ValueError: if an observation has no pose.
+        """
+        return [self._act(observation, self._episodes[observation.episode_id]) for observation in observations]
+
+    def _act(self, observation: Observation, memory: _Memory) -> Action:
+        if observation.pose is None:
+            raise ValueError("shortest_path needs the sensor pose, and this run does not have it")
+        phase = observation.turn, observation.phase
+        if phase != memory.phase:
+            memory.phase, memory.plan, memory.expected = phase, [], None
+            memory.blocked_steps.clear()
+            memory.blocked_cells.clear()
+        if memory.expected is None or not _alike(observation.pose, memory.expected):
+            self._plan(observation.pose, memory)
+        action = memory.plan.pop(0) if memory.plan else Action.INTERACT
+        memory.expected = _after(observation.pose, action, in_room=observation.phase == "assembly")
+        return action
+
+    def _plan(self, pose: Pose, memory: _Memory) -> None:
+        """Makes a new plan. Where one was in force, the step that it expected was blocked, and is not tried again."""
+        turn, phase = memory.phase
+        target = memory.oracle.targets[turn - 1]
+        if phase == "assembly":
+            if memory.expected is not None:
+                memory.blocked_cells.add((round(memory.expected[0]), round(memory.expected[1])))
+            memory.plan = _room_plan(pose, target, memory.blocked_cells)
+        else:
+            if memory.expected is not None:
+                memory.blocked_steps.add(_step_key(pose))
+            memory.plan = self._city_plan(pose, target, memory)
+
+    def _city_plan(self, pose: Pose, target: Target, memory: _Memory) -> list[Action]:
+        ground, router = self._ground(memory.oracle, pose, target)
+        goal = target.position.x, target.position.z
+        route = router.route(pose[:2], goal)
+        if route is None:
+            return []
+        blocked = memory.blocked_steps
+        actions = plan(ground, router, route, Walk(*pose), goal, lambda start, _: _step_key(start) not in blocked)
+        return actions if actions is not None else []
+
+    def _ground(self, oracle: Oracle, pose: Pose, target: Target) -> tuple[Ground, Router]:
+        """The ground of the oracle's section; episodes of one section share it."""
+        key = b"".join(obstacle.SerializeToString(deterministic=True) for obstacle in oracle.obstacles)
+        places = (pose[:2], (target.position.x, target.position.z))
+        kept = self._grounds.get(key)
+        if kept is None or not all(kept[0].covers(*place) for place in places):
+            if len(self._grounds) >= KEPT:
+                self._grounds.clear()
+            ground = Ground(oracle.obstacles, oracle.agent_radius, include=places)
+            kept = self._grounds[key] = ground, Router(ground)
+        return kept
+
+
+def _room_plan(pose: Pose, target: Target, found_blocked: set[tuple[int, int]]) -> list[Action]:
+    blocked = {(cell.column, cell.row) for cell in target.blocked} | found_blocked
+    quarter, turns = room.quarter_of(pose[2])
+    start = room.Stand(round(pose[0]), round(pose[1]), quarter)
+    actions = room.plan(start, (target.cell.column, target.cell.row), blocked)
+    return [*turns, *actions] if actions is not None else []
+
+
+def _after(pose: Pose, action: Action, *, in_room: bool) -> Pose:
+    """The pose that an action should lead to, if nothing is in the way."""
+    x, z, heading = pose
+    if action == Action.LEFT:
+        return x, z, (heading - TURN) % 360.0
+    if action == Action.RIGHT:
+        return x, z, (heading + TURN) % 360.0
+    if action == Action.INTERACT:
+        return pose
+    if in_room:
+        columns, rows = room.AHEAD[round(heading / 90.0) % 4]
+        return x + columns, z + rows, heading
+    angle = math.radians(heading)
+    return x + math.sin(angle), z + math.cos(angle), heading
+
+
+def _alike(pose: Pose, expected: Pose) -> bool:
+    turned = abs((pose[2] - expected[2] + 180.0) % 360.0 - 180.0)
+    return math.dist(pose[:2], expected[:2]) <= TOLERANCE and turned <= TOLERANCE
+
+
+def _step_key(pose: Pose) -> tuple[int, int, int]:
+    """A step by where it starts, so that it is known again after rounding."""
+    return round(pose[0] * 20), round(pose[1] * 20), round(pose[2]) % 360

@@ -1,0 +1,134 @@
+"""The shortest way over the free ground, for an agent that could go in any direction: what the motion then follows."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from agents.shortest_path.ground import CELL, Ground, Place, distance_to_segment
+
+STRIDE = 2
+"""Raster cells between two nodes."""
+
+COMFORT = 1.5
+"""Clearance that a way keeps where it can, in units."""
+
+DISCOMFORT = 0.8
+"""How much longer a unit of way counts for each unit of clearance that it lacks."""
+
+SLACK = 0.05
+"""How much nearer to walls a straightened way may come than the one that it straightens, in units."""
+
+MOVES = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (2, -1), (1, 2), (1, -2))
+"""Half of the sixteen directions; the others are their opposites."""
+
+
+@dataclass(frozen=True)
+class Route:
+    """A way to a target.
+
+    Attributes:
+        corners: (x, z), from the start to the target.
+        left: what is left of the way by node of the raster, in units; infinite where the target cannot be reached.
+    """
+
+    corners: tuple[Place, ...]
+    left: npt.NDArray[np.float64]
+
+    def distance(self, x: float, z: float) -> float:
+        """How far a place is from the way, in units."""
+        return min(distance_to_segment(x, z, *a, *b) for a, b in pairwise(self.corners))
+
+
+class Router:
+    """Finds routes over one ground.
+
+    Args:
+        ground: where.
+    """
+
+    def __init__(self, ground: Ground) -> None:
+        self._ground = ground
+        self._clearance = ground.clearance[::STRIDE, ::STRIDE]
+        self._graph = _graph(self._clearance, ground.radius)
+
+    def route(self, start: Place, target: Place) -> Route | None:
+        """The way from one place to another; None where there is none. Both are taken for the nearest free node."""
+        goal, first = self._free_node(target), self._free_node(start)
+        if goal is None or first is None:
+            return None
+        left, following = dijkstra(self._graph, directed=False, indices=goal, return_predecessors=True)
+        if not np.isfinite(left[first]):
+            return None
+        nodes = [first]
+        while nodes[-1] != goal:
+            nodes.append(int(following[nodes[-1]]))
+        places = [start, *(self._place(node) for node in nodes), target]
+        return Route(self._straightened(places), left.reshape(self._clearance.shape))
+
+    def left(self, route: Route, x: float, z: float) -> float:
+        """What is left of the way from a place, in units."""
+        column, row = self._ground.cell(x, z)
+        columns, rows = route.left.shape
+        return float(route.left[min((column + 1) // STRIDE, columns - 1), min((row + 1) // STRIDE, rows - 1)])
+
+    def _free_node(self, place: Place) -> int | None:
+        columns, rows = np.nonzero(self._clearance >= self._ground.radius)
+        if not len(columns):
+            return None
+        x, z = self._ground.centre(0, 0)
+        away = np.hypot(x + columns * STRIDE * CELL - place[0], z + rows * STRIDE * CELL - place[1])
+        nearest = int(away.argmin())
+        return int(columns[nearest] * self._clearance.shape[1] + rows[nearest])
+
+    def _place(self, node: int) -> Place:
+        column, row = divmod(node, self._clearance.shape[1])
+        return self._ground.centre(column * STRIDE, row * STRIDE)
+
+    def _straightened(self, places: Sequence[Place]) -> tuple[Place, ...]:
+        """The places without those that a straight line can leave out without coming nearer to a wall."""
+        kept, at = [places[0]], 0
+        while at < len(places) - 1:
+            ahead = at + 1
+            for further in range(len(places) - 1, at + 1, -1):
+                clearance = min(self._clearance_at(place) for place in places[at : further + 1])
+                if self._clearance_along(places[at], places[further]) >= min(clearance, COMFORT) - SLACK:
+                    ahead = further
+                    break
+            kept.append(places[ahead])
+            at = ahead
+        return tuple(kept)
+
+    def _clearance_at(self, place: Place) -> float:
+        return float(self._ground.clearance[self._ground.cell(*place)])
+
+    def _clearance_along(self, start: Place, end: Place) -> float:
+        count = max(2, math.ceil(math.dist(start, end) / CELL))
+        return min(
+            self._clearance_at((start[0] + (end[0] - start[0]) * i / count, start[1] + (end[1] - start[1]) * i / count))
+            for i in range(count + 1)
+        )
+
+
+def _graph(clearance: npt.NDArray[np.float32], radius: float) -> csr_array:
+    """Neighbouring free nodes and the length of the way between them, more where it is near a wall."""
+    columns, rows = clearance.shape
+    number = np.arange(columns * rows).reshape(columns, rows)
+    free = clearance >= radius
+    factor = 1.0 + DISCOMFORT * np.maximum(COMFORT - clearance, 0.0)
+    starts, ends, lengths = [], [], []
+    for across, along in MOVES:
+        here = slice(0, columns - across), slice(max(-along, 0), rows - max(along, 0))
+        there = slice(across, columns), slice(max(along, 0), rows - max(-along, 0))
+        usable = free[here] & free[there]
+        starts.append(number[here][usable])
+        ends.append(number[there][usable])
+        length = math.hypot(across, along) * STRIDE * CELL
+        lengths.append(length * (factor[here] + factor[there])[usable] / 2)
+    entries = np.concatenate(lengths), (np.concatenate(starts), np.concatenate(ends))
+    return csr_array(entries, shape=(columns * rows, columns * rows))
