@@ -1,0 +1,90 @@
+"""Settings that follow from what was asked for and what the server offers."""
+
+import re
+
+import pytest
+
+from arramon.v1 import evaluation_pb2 as pb
+from arramon.v1 import types_pb2
+from arramon_client import UsageError, choices
+
+INFO = pb.ServerInfo(
+    splits=[
+        pb.Split(name="train", episodes={"en": 9}, sensors=["rgb", "depth", "pose", "oracle"]),
+        pb.Split(name="val_seen", episodes={"en": 9, "hi": 8}, sensors=["rgb", "depth", "pose", "oracle"]),
+        pb.Split(name="test_unseen", episodes={"en": 9}, sensors=["rgb", "depth"], hidden=True),
+    ],
+    encodings=[types_pb2.ENCODING_PNG, types_pb2.ENCODING_RAW],
+    image_sizes=[224, 128],
+    max_episodes_per_stream=16,
+)
+
+
+@pytest.mark.parametrize(("language", "split", "name"), [
+    ("hi", None, "val_seen"), ("hi", "val_seen", "val_seen"), ("en", "train", "train"),
+])  # fmt: skip
+def test_the_split(language: str, split: str | None, name: str) -> None:
+    assert choices.choose_split(INFO, language, split).name == name
+
+
+@pytest.mark.parametrize(("info", "language", "split", "said"), [
+    (INFO, "fr", None, "no language 'fr'; it has en, hi"),
+    (INFO, "fr", "train", "no language 'fr'; it has en, hi"),
+    (INFO, "en", "val", "no split 'val'; it has test_unseen, train, val_seen"),
+    (INFO, "hi", "train", "the split 'train' has no language 'hi'; it has en"),
+    (INFO, "en", None, "several splits have the language 'en'; choose one with --split: test_unseen, train, val_seen"),
+    (pb.ServerInfo(), "en", None, "the server serves no episodes"),
+])  # fmt: skip
+def test_no_such_split(info: pb.ServerInfo, language: str, split: str | None, said: str) -> None:
+    with pytest.raises(UsageError, match=re.escape(said)):
+        choices.choose_split(info, language, split)
+
+
+class Bare:
+    def begin(self, episode: object) -> None: ...
+    def act(self, observations: object) -> list[int]:
+        return []
+
+
+class Privileged(Bare):
+    sensors = ("pose", "oracle")
+
+
+@pytest.mark.parametrize(("agent", "asked", "split", "sensors"), [
+    (Bare(), None, 0, ("rgb", "depth")), (Bare(), (), 0, ()), (Bare(), ("rgb",), 2, ("rgb",)),
+    (Privileged(), None, 0, ("pose", "oracle")), (Privileged(), ("rgb",), 2, ("rgb",)),
+])  # fmt: skip
+def test_the_sensors(agent: Bare, asked: tuple[str, ...] | None, split: int, sensors: tuple[str, ...]) -> None:
+    assert choices.choose_sensors(agent, asked, INFO.splits[split]) == sensors
+
+
+def test_a_hidden_split_has_no_privileged_sensor() -> None:
+    said = "the split 'test_unseen' does not offer the sensor oracle, pose; it offers depth, rgb"
+    with pytest.raises(UsageError, match=said):
+        choices.choose_sensors(Privileged(), None, INFO.splits[2])
+
+
+@pytest.mark.parametrize(("asked", "address", "encoding"), [
+    (None, "unix:/tmp/s", types_pb2.ENCODING_RAW), (None, "localhost:1", types_pb2.ENCODING_RAW),
+    (None, "far.example:1", types_pb2.ENCODING_PNG), ("png", "unix:/tmp/s", types_pb2.ENCODING_PNG),
+    ("raw", "far.example:1", types_pb2.ENCODING_RAW),
+])  # fmt: skip
+def test_the_encoding(asked: str | None, address: str, encoding: types_pb2.Encoding.ValueType) -> None:
+    assert choices.choose_encoding(INFO, asked, address) == encoding
+
+
+@pytest.mark.parametrize(
+    ("asked", "limit", "chosen"), [(None, 16, 8), (None, 4, 4), (16, 16, 16), (1, 16, 1), (99, 0, 99)]
+)
+def test_how_many_at_once(asked: int | None, limit: int, chosen: int) -> None:
+    assert choices.choose_parallel(pb.ServerInfo(max_episodes_per_stream=limit), asked) == chosen
+
+
+def test_what_the_server_does_not_offer() -> None:
+    with pytest.raises(UsageError, match="does not offer the encoding 'jpeg'; it offers png, raw"):
+        choices.choose_encoding(INFO, "jpeg", "localhost:1")
+    with pytest.raises(UsageError, match="does not offer images of 96 pixels; it offers 128, 224"):
+        choices.choose_image_size(INFO, 96)
+    with pytest.raises(UsageError, match="at most 16 episodes at once, --parallel asks for 17"):
+        choices.choose_parallel(INFO, 17)
+    assert (choices.choose_image_size(INFO, None), choices.choose_image_size(INFO, 128)) == (0, 128)

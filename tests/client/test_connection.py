@@ -1,0 +1,117 @@
+"""Connecting: the protocol's number on every call, and what a participant is told when it does not work."""
+
+import socket
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import grpc
+import pytest
+
+from arramon.v1 import evaluation_pb2 as pb
+from arramon_client import (
+    ArramonClientError,
+    MessageTooLargeError,
+    NotArramonError,
+    RefusedError,
+    ServerUnreachableError,
+    VersionMismatchError,
+    connect,
+)
+from arramon_client.connection import call, explain, is_local
+from tests.client.fake import Servicer, World, serving
+
+
+def test_every_call_names_the_protocol(world: World) -> None:
+    servicer = Servicer(world)
+    with serving(servicer) as address, connect(address) as server:
+        assert server.info.version == "9.9.9"
+    assert servicer.metadata[0]["arramon-protocol"] == "1"
+
+
+def test_a_unix_socket(world: World, tmp_path: Path) -> None:
+    with serving(Servicer(world), f"unix:{tmp_path}/s") as address, connect(address) as server:
+        assert server.info.protocol == 1
+
+
+def test_nobody_there() -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        address = f"127.0.0.1:{taken.getsockname()[1]}"
+        with pytest.raises(ServerUnreachableError, match=f"no server answers at {address}"), connect(address):
+            pass
+
+
+def test_something_else_answers() -> None:
+    pool = ThreadPoolExecutor(1)
+    other = grpc.server(pool)
+    port = other.add_insecure_port("127.0.0.1:0")
+    other.start()
+    try:
+        with pytest.raises(NotArramonError, match="not an ArraMon server"), connect(f"127.0.0.1:{port}"):
+            pass
+    finally:
+        other.stop(None).wait()
+        pool.shutdown()
+
+
+def test_a_server_that_refuses_the_protocol(world: World) -> None:
+    class Refusing(Servicer):
+        def GetServerInfo(self, request: pb.GetServerInfoRequest, context: Any) -> pb.ServerInfo:  # noqa: N802
+            context.abort(grpc.StatusCode.FAILED_PRECONDITION, "this server speaks protocol 2")
+            return pb.ServerInfo()
+
+    with (
+        serving(Refusing(world)) as address,
+        pytest.raises(VersionMismatchError, match="this server speaks protocol 2"),
+        connect(address),
+    ):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("protocol", "older"), [(2, "this client is to be upgraded"), (0, "the server is to be upgraded")]
+)
+def test_another_protocol(world: World, protocol: int, older: str) -> None:
+    world.info.protocol = protocol
+    with serving(Servicer(world)) as address, pytest.raises(VersionMismatchError, match=older), connect(address):
+        pass
+
+
+def test_a_refusal_keeps_the_servers_own_words(world: World) -> None:
+    with serving(Servicer(world)) as address, connect(address) as server:
+        with pytest.raises(RefusedError, match=r"there is no run 'x' \(NOT_FOUND\)") as caught:
+            call(server.stub.GetRun, pb.GetRunRequest(run_id="x"), address)
+        assert caught.value.code == grpc.StatusCode.NOT_FOUND
+
+
+class Failure(grpc.RpcError):
+    def __init__(self, code: grpc.StatusCode, details: str) -> None:
+        self._code, self._details = code, details
+
+    def code(self) -> grpc.StatusCode:
+        return self._code
+
+    def details(self) -> str:
+        return self._details
+
+
+@pytest.mark.parametrize(("code", "details", "kind", "said"), [
+    (grpc.StatusCode.RESOURCE_EXHAUSTED, "CLIENT: Received message larger than max (9 vs. 4)", MessageTooLargeError,
+     "a smaller --parallel"),
+    (grpc.StatusCode.RESOURCE_EXHAUSTED, "ten runs a day", RefusedError, "ten runs a day"),
+    (grpc.StatusCode.DEADLINE_EXCEEDED, "", ServerUnreachableError, "no server answers at here"),
+    (grpc.StatusCode.PERMISSION_DENIED, "", RefusedError, "no reason was given"),
+])  # fmt: skip
+def test_statuses(code: grpc.StatusCode, details: str, kind: type[ArramonClientError], said: str) -> None:
+    error = explain(Failure(code, details), "here")
+    assert type(error) is kind
+    assert said in str(error)
+
+
+@pytest.mark.parametrize(("address", "local"), [
+    ("unix:/tmp/x", True), ("localhost:50051", True), ("127.0.0.1:1", True), ("127.8.8.8:1", True), ("[::1]:5", True),
+    ("dns:///localhost:1", True), ("10.0.0.1:1", False), ("arramon.example.org:443", False), ("[2001:db8::1]:1", False),
+])  # fmt: skip
+def test_what_is_on_this_machine(address: str, local: bool) -> None:
+    assert is_local(address) is local

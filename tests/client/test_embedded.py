@@ -1,0 +1,103 @@
+"""The embedded server: started, revived, stopped, and never left behind."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from arramon_client import EmbeddedServerError, connect, embedded_server
+from arramon_client.embedded import default_data
+
+ROOT = Path(__file__).parents[2]
+
+SERVER = """
+import signal, sys, threading
+from tests.client.fake import Servicer, World, serving
+stopped = threading.Event()
+signal.signal(signal.SIGTERM, lambda *_: stopped.set())
+assert sys.argv[1:3] == ["serve", "--listen"] and sys.argv[4] == "--data", sys.argv
+with serving(Servicer(World()), sys.argv[3]):
+    print("a word before", flush=True)
+    print("listening on", sys.argv[3], flush=True)
+    stopped.wait()
+open(sys.argv[5] + "/stopped", "a").write("in good order\\n")
+"""
+
+
+@pytest.fixture
+def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """A module that serves as the real one does; its source is written by the test or is SERVER."""
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{ROOT}")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    (tmp_path / "scripted_server.py").write_text(SERVER)
+    return "scripted_server"
+
+
+def test_it_serves_and_stops_in_good_order(module: str, tmp_path: Path) -> None:
+    with embedded_server(tmp_path, module=module) as embedded:
+        assert embedded.address.startswith("unix:/")
+        with connect(embedded.address) as server:
+            assert server.info.version == "9.9.9"
+    assert (tmp_path / "stopped").read_text() == "in good order\n"
+    assert not Path(embedded.address.removeprefix("unix:")).parent.exists()
+
+
+def test_one_that_was_killed_is_started_again_at_the_same_address(module: str, tmp_path: Path) -> None:
+    with embedded_server(tmp_path, module=module) as embedded:
+        process = embedded._process
+        assert process is not None
+        embedded.revive()
+        assert embedded._process is process, "one that lives is left alone"
+        os.kill(process.pid, signal.SIGKILL)
+        process.wait(5)
+        embedded.revive()
+        with connect(embedded.address) as server:
+            assert server.info.protocol == 1
+
+
+def test_one_that_dies_at_the_start_has_its_last_words_shown(module: str, tmp_path: Path) -> None:
+    (tmp_path / "scripted_server.py").write_text("raise SystemExit('no such data folder: /nowhere')")
+    with (
+        pytest.raises(EmbeddedServerError, match="did not start\nno such data folder: /nowhere"),
+        embedded_server(tmp_path, module=module),
+    ):
+        pass
+
+
+def test_none_installed(tmp_path: Path) -> None:
+    with (
+        pytest.raises(EmbeddedServerError, match="install arramon-server, or name a server with --server"),
+        embedded_server(tmp_path, module="no_such_server"),
+    ):
+        pass
+
+
+def test_it_does_not_outlive_a_client_that_was_killed(module: str, tmp_path: Path) -> None:
+    client = subprocess.Popen(
+        [sys.executable, "-c", "import sys, time, pathlib; from arramon_client import embedded_server\n"
+         f"with embedded_server(pathlib.Path({str(tmp_path)!r}), module={module!r}):\n"
+         "    print('up', flush=True); time.sleep(60)"],
+        stdout=subprocess.PIPE, text=True, cwd=tmp_path,
+    )  # fmt: skip
+    with client:
+        assert client.stdout is not None
+        assert client.stdout.readline() == "up\n"
+        client.kill()
+    for _ in range(100):
+        if (tmp_path / "stopped").exists():
+            break
+        time.sleep(0.05)
+    assert (tmp_path / "stopped").read_text() == "in good order\n"
+
+
+@pytest.mark.parametrize(("value", "path"), [(None, "arramon-data"), ("", "arramon-data"), ("/srv/data", "/srv/data")])
+def test_the_data_folder(monkeypatch: pytest.MonkeyPatch, value: str | None, path: str) -> None:
+    if value is None:
+        monkeypatch.delenv("ARRAMON_DATA", raising=False)
+    else:
+        monkeypatch.setenv("ARRAMON_DATA", value)
+    assert default_data() == Path(path)

@@ -1,0 +1,24 @@
+"""The names that users may rely on."""
+
+import arramon_client
+from arramon_client import agent
+
+
+def test_public_names() -> None:
+    assert sorted(arramon_client.__all__) == [
+        "Action", "Agent", "AgentError", "AgentFailure", "AgentLoadError", "ArramonClientError", "EmbeddedServer",
+        "EmbeddedServerError", "Episode", "MessageTooLargeError", "NotArramonError", "Observation", "Outcome",
+        "OutputError", "Progress", "ProtocolError", "RefusedError", "Server", "ServerUnreachableError", "Settings",
+        "UsageError", "VersionMismatchError", "connect", "embedded_server", "load_agent", "play",
+    ]  # fmt: skip
+    assert all(hasattr(arramon_client, name) for name in arramon_client.__all__)
+
+
+def test_the_contract() -> None:
+    assert [(action.name, action.value) for action in agent.Action] == [
+        ("FORWARD", 0), ("LEFT", 1), ("RIGHT", 2), ("INTERACT", 3),
+    ]  # fmt: skip
+    assert list(agent.Observation.__dataclass_fields__) == [
+        "episode_id", "turn", "phase", "step", "instruction", "phase_step", "steps_left", "rgb", "depth", "pose",
+    ]  # fmt: skip
+    assert list(agent.Episode.__dataclass_fields__) == ["episode_id", "language", "split", "oracle"]
