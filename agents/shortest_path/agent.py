@@ -114,11 +114,15 @@ class Agent:
 
 
 def _room_plan(pose: Pose, target: Target, found_blocked: set[tuple[int, int]]) -> list[Action]:
-    blocked = {(cell.column, cell.row) for cell in target.blocked} | found_blocked
+    """Round what stands in the room where that is possible; otherwise over it, as some of the release's paths go."""
+    occupied = {(cell.column, cell.row) for cell in target.blocked}
     quarter, turns = room.quarter_of(pose[2])
     start = room.Stand(round(pose[0]), round(pose[1]), quarter)
-    actions = room.plan(start, (target.cell.column, target.cell.row), blocked)
-    return [*turns, *actions] if actions is not None else []
+    for blocked in (occupied | found_blocked, found_blocked):
+        actions = room.plan(start, (target.cell.column, target.cell.row), blocked)
+        if actions is not None:
+            return [*turns, *actions]
+    return []
 
 
 def _after(pose: Pose, action: Action, *, in_room: bool) -> Pose:

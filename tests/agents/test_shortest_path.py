@@ -134,6 +134,18 @@ def test_turn_two_goes_to_its_own_target_and_the_room_to_its_cell() -> None:
     assert agent.act([replace(city, turn=2, pose=(0.0, 0.0, 0.0))]) == [Action.INTERACT]
 
 
+def test_where_the_way_through_the_room_is_shut_it_goes_over_what_stands_there() -> None:
+    everything = oracle((0.0, 1.5), [])
+    everything.targets[0].blocked.extend(Cell(column=c, level=1, row=r) for c, r in ((1, 0), (2, 1), (3, 0)))
+    agent = Agent()
+    agent.begin(Episode("e", "en", "toy", everything))
+    room = Observation("e", 1, "assembly", 0, "", 0, 150, pose=(2.0, 0.0, 0.0))
+    actions, poses = [], ((2.0, 0.0), (2.0, 1.0), (2.0, 2.0))
+    for x, z in poses:
+        actions += agent.act([replace(room, pose=(x, z, 0.0))])
+    assert actions == [Action.FORWARD, Action.FORWARD, Action.RIGHT]
+
+
 @pytest.mark.parametrize("missing", ["oracle", "pose"])
 def test_without_its_sensors_it_says_so(missing: str) -> None:
     agent = Agent()
