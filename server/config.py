@@ -38,6 +38,9 @@ class Config:
     def __post_init__(self) -> None:
         if not 1 <= self.limits.steps_per_phase <= 10_000:
             raise BadInput(f"the step limit is {self.limits.steps_per_phase}, expected 1 to 10000")
+        host, _, port = self.listen.rpartition(":")
+        if not (self.listen.startswith("unix:") or (host and port.isdecimal() and int(port) <= 65535)):
+            raise BadInput(f"cannot listen on {self.listen!r}: expected host:port or unix:/path")
 
     @property
     def journal_url(self) -> str:

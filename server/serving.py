@@ -92,7 +92,7 @@ def _bind(server: grpc.aio.Server, listen: str) -> str:
     try:
         port = server.add_insecure_port(listen)
     except RuntimeError as error:
-        raise BadInput(f"cannot listen on {listen!r}: it is in use, not of this machine, or malformed") from error
+        raise BadInput(f"cannot listen on {listen!r}: it is in use, or not of this machine") from error
     if listen.startswith("unix:"):
         return listen
     return f"{listen.rpartition(':')[0]}:{port}"

@@ -160,6 +160,8 @@ def _start_heading(turns: tuple[Turn, Turn]) -> float:
     """The heading at the start, which the release does not state: the one under which the steps go where they go."""
     turned = sin = cos = 0.0
     for turn in turns:
+        if math.hypot(sin, cos) > 0.0:
+            break  # turn 1 tells; turn 2 is asked only where the agent never moved in turn 1
         steps = iter(zip(turn.path, turn.path[1:], strict=False))
         for action in turn.actions:
             if action is Action.LEFT:

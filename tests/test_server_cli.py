@@ -1,0 +1,140 @@
+"""The server's command line: what it says, and what it says when something is wrong."""
+
+import json
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests import tiny
+from tests.release_format import record
+from tests.serving import Server
+
+
+def run(*arguments: object) -> "subprocess.CompletedProcess[str]":
+    command = [sys.executable, "-m", "server", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+
+
+def error(*arguments: object) -> str:
+    """What a command that must fail says, without its name; nothing else may be printed."""
+    done = run(*arguments)
+    assert (done.returncode, done.stdout) == (1, ""), done
+    assert "Traceback" not in done.stderr
+    return done.stderr.removeprefix("arramon-server: ").strip()
+
+
+def test_serve_without_episodes(tmp_path: Path) -> None:
+    said = error("serve", "--data", tmp_path)
+    assert said.startswith(f"there are no episodes in {tmp_path}; bring some in with `arramon-server import-release")
+
+
+def test_serve_on_a_port_in_use(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        address = f"127.0.0.1:{other.getsockname()[1]}"
+        done = run("serve", "--data", tmp_path, "--listen", address)
+    assert done.returncode == 1
+    assert done.stderr.strip().endswith(f"cannot listen on '{address}': it is in use, or not of this machine")
+
+
+@pytest.mark.parametrize("listen", ["nonsense", "127.0.0.1:99999", ":50551", "unix:/no/such/folder/socket"])
+def test_serve_on_an_address_that_cannot_be(tmp_path: Path, listen: str) -> None:
+    tiny.write(tmp_path)
+    done = run("serve", "--data", tmp_path, "--listen", listen)
+    assert done.returncode == 1
+    assert f"cannot listen on '{listen}'" in done.stderr
+
+
+def test_serve_with_a_journal_that_cannot_be_written(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    (tmp_path / "journal.db").mkdir()
+    done = run("serve", "--data", tmp_path)
+    assert done.returncode == 1
+    assert "the journal cannot be used: unable to open database file" in done.stderr
+
+
+def test_serve_with_a_broken_journal(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    (tmp_path / "journal.db").write_bytes(b"this is no database, but it is long enough to look like a file" * 40)
+    done = run("serve", "--data", tmp_path)
+    assert done.returncode == 1
+    assert "the journal cannot be used: file is not a database" in done.stderr
+
+
+def test_serve_with_a_step_limit_out_of_range(tmp_path: Path) -> None:
+    assert error("serve", "--data", tmp_path, "--steps", 0) == "the step limit is 0, expected 1 to 10000"
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_signals_drain_and_exit_0(tmp_path: Path, number: signal.Signals) -> None:
+    tiny.write(tmp_path)
+    server = Server(tmp_path)
+    server.process.send_signal(number)
+    assert server.stop() == 0
+
+
+def write(path: Path, records: Any) -> Path:
+    path.write_text(json.dumps(records))
+    return path
+
+
+def test_import_says_what_it_wrote(tmp_path: Path) -> None:
+    file = write(tmp_path / "mine.json", [record(7), record(8)])
+    done = run("import-release", file, "--data", tmp_path / "data")
+    assert done.returncode == 0
+    assert done.stdout.startswith("split mine (open): 2 in en; 1 sections; data ")
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("", "is not JSON: "),
+        ('[{"mapId": 1', "is not JSON: "),
+        ("{}", "input should be a valid list"),
+        ("[]", "holds no episodes"),
+        ("[{}]", "[0].mapId: field required"),
+    ],
+)
+def test_import_of_a_file_that_is_no_release(tmp_path: Path, content: str, message: str) -> None:
+    file = tmp_path / "bad.json"
+    file.write_text(content)
+    said = error("import-release", file, "--data", tmp_path / "data")
+    assert said.startswith(f"{file}: ")
+    assert message in said
+    assert not (tmp_path / "data").exists()
+
+
+def test_import_of_a_file_that_is_not_there(tmp_path: Path) -> None:
+    said = error("import-release", tmp_path / "gone.json", "--data", tmp_path)
+    assert said == f"{tmp_path / 'gone.json'}: cannot be read: No such file or directory"
+
+
+def test_import_in_an_unknown_language(tmp_path: Path) -> None:
+    file = write(tmp_path / "mine.json", [record(7)])
+    assert (
+        error("import-release", file, "--data", tmp_path, "--lang", "fr")
+        == "there is no language 'fr'; there are en, hi"
+    )
+
+
+def test_import_into_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
+    file = write(tmp_path / "mine.json", [record(7)])
+    said = error("import-release", file, "--data", file)
+    assert said == f"cannot write to {file}/splits/mine: Not a directory"
+
+
+def test_show_draws_and_names_what_is_missing(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    done = run("show", "3", "--data", tmp_path, "--output", tmp_path / "pictures")
+    assert done.stdout.split() == [str(tmp_path / "pictures" / f"tiny-3-{name}.png") for name in ("map", "views")]
+    assert error("show", "99", "--data", tmp_path) == "there is no episode '99' in tiny"
+    assert error("show", "3", "--split", "x", "--data", tmp_path) == "there is no split 'x'; there are tiny"
+    blocked = tmp_path / "pictures" / "tiny-3-map.png"
+    assert error("show", "3", "--data", tmp_path, "--output", blocked).startswith(f"cannot write {blocked}")
