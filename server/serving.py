@@ -58,7 +58,8 @@ async def _serve(
             ("grpc.so_reuseport", 0),
             ("grpc.keepalive_time_ms", 20_000),
             ("grpc.keepalive_timeout_ms", 10_000),
-            ("grpc.http2.min_ping_interval_without_data_ms", 5_000),
+            ("grpc.keepalive_permit_without_calls", 1),
+            ("grpc.http2.min_recv_ping_interval_without_data_ms", 5_000),
         ],
     )
     add_EvaluationServicer_to_server(Servicer(Runs(splits, journal, engine, config.limits), engine, config), server)

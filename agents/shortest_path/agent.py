@@ -115,7 +115,7 @@ class Agent:
 
 def _room_plan(pose: Pose, target: Target, found_blocked: set[tuple[int, int]]) -> list[Action]:
     """Round what stands in the room where that is possible; otherwise over it, as some of the release's paths go."""
-    occupied = {(cell.column, cell.row) for cell in target.blocked}
+    occupied = {(cell.column, cell.row) for cell in target.occupied}
     quarter, turns = room.quarter_of(pose[2])
     start = room.Stand(round(pose[0]), round(pose[1]), quarter)
     for blocked in (occupied | found_blocked, found_blocked):

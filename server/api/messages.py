@@ -95,7 +95,7 @@ def oracle_message(episode: Episode, scene: Scene) -> pb.Oracle:
             pb.Target(
                 position=types_pb2.Position(x=x, y=y, z=z),
                 cell=cell_message(turn.target_cell),
-                blocked=[cell_message(cell) for cell in room],
+                occupied=[cell_message(cell) for cell in room],
             )
         )
         room.append(turn.target_cell)

@@ -1,7 +1,7 @@
 """Frames, poses and headings on the ground plane.
 
-The world frame is the official release's: x and z span the ground, y is up, and a heading is in degrees clockwise from +z
-seen from above (so 90 faces +x). The frame is left-handed, as its authors' engine is; physics and cameras work in the
+The world frame is the official release's: x and z span the ground, y is up, and a heading is in degrees clockwise from
++z seen from above (so 90 faces +x). The frame is left-handed, as its authors' engine is; physics and cameras use the
 *scene frame*, which is right-handed with z up: scene (X, Y, Z) = world (x, z, y).
 """
 

@@ -136,7 +136,7 @@ def test_turn_two_goes_to_its_own_target_and_the_room_to_its_cell() -> None:
 
 def test_where_the_way_through_the_room_is_shut_it_goes_over_what_stands_there() -> None:
     everything = oracle((0.0, 1.5), [])
-    everything.targets[0].blocked.extend(Cell(column=c, level=1, row=r) for c, r in ((1, 0), (2, 1), (3, 0)))
+    everything.targets[0].occupied.extend(Cell(column=c, level=1, row=r) for c, r in ((1, 0), (2, 1), (3, 0)))
     agent = Agent()
     agent.begin(Episode("e", "en", "toy", everything))
     room = Observation("e", 1, "assembly", 0, "", 0, 150, pose=(2.0, 0.0, 0.0))

@@ -577,7 +577,8 @@ class Open(_message.Message):
     history: _builtins.bool
     """The agent lost its memory: send each open episode from its first observation, with the"""
     adopt: _builtins.bool
-    """actions that were taken (`Observation.taken`), so that it can be rebuilt.
+    """actions that were taken (`Observation.taken`), so that it can be rebuilt. An episode that
+    comes from another player is always sent so.
     Take over at once what other players of this run left open, without the grace period.
     """
     def __init__(
@@ -887,25 +888,25 @@ class Target(_message.Message):
 
     POSITION_FIELD_NUMBER: _builtins.int
     CELL_FIELD_NUMBER: _builtins.int
-    BLOCKED_FIELD_NUMBER: _builtins.int
+    OCCUPIED_FIELD_NUMBER: _builtins.int
     @_builtins.property
     def position(self) -> _types_pb2.Position: ...
     @_builtins.property
     def cell(self) -> _types_pb2.Cell: ...
     @_builtins.property
-    def blocked(self) -> _containers.RepeatedCompositeFieldContainer[_types_pb2.Cell]:
-        """Cells of the room that no agent can enter when this turn's assembly begins, if turn 1 went right."""
+    def occupied(self) -> _containers.RepeatedCompositeFieldContainer[_types_pb2.Cell]:
+        """Where something stands in the room when this turn's assembly begins, if turn 1 went right."""
 
     def __init__(
         self,
         *,
         position: _types_pb2.Position | None = ...,
         cell: _types_pb2.Cell | None = ...,
-        blocked: _abc.Iterable[_types_pb2.Cell] | None = ...,
+        occupied: _abc.Iterable[_types_pb2.Cell] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["cell", b"cell", "position", b"position"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["blocked", b"blocked", "cell", b"cell", "position", b"position"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["cell", b"cell", "occupied", b"occupied", "position", b"position"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -1071,7 +1072,7 @@ class Problem(_message.Message):
         CODE_BAD_ACTION: Problem._Code.ValueType  # 2
         """The action is missing or out of range."""
         CODE_NOT_YOUR_EPISODE: Problem._Code.ValueType  # 3
-        """The episode is not one of this stream's."""
+        """The episode is not, or not any more, one of this stream's."""
         CODE_STEP_BEHIND: Problem._Code.ValueType  # 4
         """The step was answered before, with another action; the first stands."""
 
@@ -1082,7 +1083,7 @@ class Problem(_message.Message):
     CODE_BAD_ACTION: Problem.Code.ValueType  # 2
     """The action is missing or out of range."""
     CODE_NOT_YOUR_EPISODE: Problem.Code.ValueType  # 3
-    """The episode is not one of this stream's."""
+    """The episode is not, or not any more, one of this stream's."""
     CODE_STEP_BEHIND: Problem.Code.ValueType  # 4
     """The step was answered before, with another action; the first stands."""
 

@@ -1,0 +1,14 @@
+"""The committed stubs are what the protocol buffers say."""
+
+import subprocess
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_making_the_stubs_again_changes_nothing(tmp_path: Path) -> None:
+    subprocess.run([ROOT / "scripts" / "protos", tmp_path], check=True, capture_output=True, text=True)
+    made = {path.name: path.read_text() for path in (tmp_path / "arramon" / "v1").iterdir()}
+    kept = {path.name: path.read_text() for path in (ROOT / "proto" / "arramon" / "v1").glob("*_pb2*")}
+    assert made == kept
+    assert len(made) == 8
