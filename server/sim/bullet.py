@@ -15,9 +15,10 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from server.sim.cameras import FAR, FIELD_OF_VIEW, NEAR, Actor, Frame, Viewpoint
+from server.sim.cameras import FAR, FIELD_OF_VIEW, NEAR, Actor, Frame, Viewpoint, label_of, labels_of
 from server.sim.catalogue import ObjectType
 from server.sim.collectibles import mesh_of, texture_of
+from server.sim.daylight import AMBIENT, DIFFUSE, SUN, sky
 from server.sim.geometry import AGENT_RADIUS
 from server.sim.scene import Body, BoxCollider, Mesh, Scene
 
@@ -41,11 +42,6 @@ with _hushed():
 PROBE_HEIGHT = 0.1
 """Units from the ground to the axis of the capsule that feels the way. Colliders are taller: their footprints count."""
 
-_SUN = (0.5, -0.6, 0.9)
-_AMBIENT, _DIFFUSE = 0.68, 0.40
-_ZENITH, _HORIZON, _HAZE = (88, 146, 214), (214, 228, 236), (140, 142, 140)
-"""The sky straight up and at the horizon, and what lies below the horizon where the ground ends."""
-
 _FARTHEST = 65535
 _NUDGE = 1e-4
 """Units by which the camera is ahead of its place: TinyRenderer loses triangles with a corner right beside the eye."""
@@ -66,6 +62,8 @@ class World:
     def __init__(self, scene: Scene) -> None:
         _check(scene)
         self._client: int | None = pybullet.connect(pybullet.DIRECT)
+        self._labels = labels_of(scene)
+        self._label_numbers: dict[int, int] = {}
         self._bodies: dict[str, int] = {}
         self._solid: set[int] = set()
         self._probes: dict[float, int] = {}
@@ -95,6 +93,11 @@ class World:
         if self._client is not None:
             pybullet.disconnect(self._client)
             self._client = None
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """What the numbers of a segmentation mean."""
+        return self._labels
 
     def way_is_free(self, start: tuple[float, float], end: tuple[float, float]) -> bool:
         """Whether the agent's disc can move straight from `start` to `end` without touching a solid thing.
@@ -131,25 +134,25 @@ class World:
             for body in near
         )
 
-    def render(self, viewpoint: Viewpoint, actors: Sequence[Actor], size: int) -> Frame:
+    def render(self, viewpoint: Viewpoint, actors: Sequence[Actor], size: int, *, segmentation: bool = False) -> Frame:
         """The frame of `size` x `size` pixels seen from `viewpoint`, with `actors` in the scene for this frame only.
 
         The same arguments give the same bytes, whatever was drawn before.
         """
         self._cull(viewpoint)
         shown = self._pose(actors)
-        _, _, rgba, depth, _ = pybullet.getCameraImage(
+        _, _, rgba, depth, bodies = pybullet.getCameraImage(
             size,
             size,
             _view_matrix(viewpoint),
             _projection_matrix(size),
-            lightDirection=_SUN,
-            lightAmbientCoeff=_AMBIENT,
-            lightDiffuseCoeff=_DIFFUSE,
+            lightDirection=SUN,
+            lightAmbientCoeff=AMBIENT,
+            lightDiffuseCoeff=DIFFUSE,
             lightSpecularCoeff=0.0,
             shadow=0,
             renderer=pybullet.ER_TINY_RENDERER,
-            flags=pybullet.ER_NO_SEGMENTATION_MASK,
+            flags=0 if segmentation else pybullet.ER_NO_SEGMENTATION_MASK,
             physicsClientId=self._client,
         )
         for body in shown:
@@ -159,8 +162,14 @@ class World:
         nothing = inverse < NEAR * 1.001
         thousandths[nothing] = 0
         rgb = np.asarray(rgba, np.uint8).reshape(size, size, 4)[..., :3].copy()
-        np.copyto(rgb, _sky(size), where=nothing[..., None])
-        return Frame(rgb, thousandths)
+        np.copyto(rgb, sky(size), where=nothing[..., None])
+        if not segmentation:
+            return Frame(rgb, thousandths)
+        table = np.zeros(max(self._label_numbers, default=0) + 1, np.uint16)
+        table[list(self._label_numbers)] = list(self._label_numbers.values())
+        numbers = table[np.asarray(bodies, np.int64).reshape(size, size)]
+        numbers[nothing] = 0
+        return Frame(rgb, thousandths, numbers)
 
     def _cull(self, viewpoint: Viewpoint) -> None:
         """Leaves out the scene's bodies that are wholly outside the picture: even unseen triangles take time."""
@@ -194,7 +203,7 @@ class World:
     def _new_actor(self, actor: Actor) -> int:
         pool = self._actors[actor.type, actor.scale]
         name = f"collectible/{actor.type}/{actor.scale}/{len(pool)}"
-        body = Body(name, actor.type.kind, str(actor.type), actor.position)
+        body = Body(name, actor.type.kind, str(actor.type), actor.position, label=str(actor.type))
         (texture,) = self._load([texture_of(actor.type)])
         self._bodies[name] = self._add(body, self._shape(mesh_of(actor.type.kind), actor.scale), texture)
         return self._bodies[name]
@@ -249,6 +258,7 @@ class World:
         pybullet.changeVisualShape(number, -1, textureUniqueId=texture, physicsClientId=self._client)
         if body.collider is not None:
             self._solid.add(number)
+        self._label_numbers[number] = self._labels.index(label_of(body))
         return number
 
     def _collision(self, collider: BoxCollider) -> int:
@@ -309,14 +319,3 @@ def _projection_matrix(size: int) -> list[float]:
         shift, shift, -(FAR + NEAR) / (FAR - NEAR), -1.0,
         0.0, 0.0, -2.0 * FAR * NEAR / (FAR - NEAR), 0.0,
     ]  # fmt: skip
-
-
-@cache
-def _sky(size: int) -> npt.NDArray[np.uint8]:
-    """What a level camera sees where there is nothing, by the elevation of each pixel."""
-    half = math.tan(math.radians(FIELD_OF_VIEW) / 2)
-    across = ((np.arange(size) + 0.5) / size * 2 - 1) * half
-    elevation = np.arctan2(-across[:, None], np.hypot(1.0, across)[None, :])
-    height = np.clip(np.sin(elevation) / math.sin(math.radians(35.0)), 0.0, 1.0)[..., None] ** 0.7
-    colour = np.asarray(_HORIZON) * (1 - height) + np.asarray(_ZENITH) * height
-    return np.where(elevation[..., None] < 0, _HAZE, np.rint(colour)).astype(np.uint8)

@@ -233,3 +233,20 @@ def test_worlds_do_not_disturb_each_other() -> None:
         two.close()
         two.close()
         assert not one.way_is_free((0, 7), (0, 8))
+
+
+def test_segmentation_names_what_is_seen_when_it_is_asked_for(world: World) -> None:
+    view, ball = Viewpoint(0, 0, 0), Actor(BALL, (0.0, 3.0, 0.395))
+    assert world.render(view, [ball], 64).segmentation is None
+    frame = world.render(view, [ball], 64, segmentation=True)
+    assert frame.segmentation is not None
+    assert frame.segmentation.dtype == np.uint16
+    seen = [world.labels[frame.segmentation[row, 32]] for row in (0, 24, 32, 60)]
+    assert seen == ["nothing", "wall", "dotted red ball", "ground"]
+    assert ((frame.segmentation == 0) == (frame.depth == 0)).all()
+
+
+def test_labels_are_the_scenes_then_every_collectible(world: World) -> None:
+    assert world.labels[:5] == ("nothing", "cloth", "ground", "post", "wall")
+    assert len(world.labels) == 5 + 98
+    assert len(set(world.labels)) == len(world.labels)
