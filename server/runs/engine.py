@@ -6,6 +6,7 @@ tells anyone; then it draws and delivers a few observations for every stream in 
 
 import logging
 import time
+import uuid
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Future
 from contextlib import contextmanager
@@ -17,7 +18,7 @@ from server.episodes.splits import Split
 from server.errors import ArraMonError, Conflict, NotFound, Unavailable
 from server.runs import causes
 from server.runs.events import EpisodeEnded, EpisodeStarted, Event, Observed, Opened, PhaseOver, Problem, RunEnded
-from server.runs.journal import CANCELLED, COMPLETE, RUNNING, Batch, Claim, Ending, Journal, Run
+from server.runs.journal import CANCELLED, COMPLETE, OPEN, RUNNING, Batch, Claim, Ending, Journal, Run
 from server.runs.session import Session
 from server.runs.stream import Act, Stream
 from server.runs.worlds import Worlds
@@ -25,6 +26,9 @@ from server.sim.rules import Action, Limits
 
 GRACE = 10.0
 """Seconds for which an episode that a broken stream left open waits for its own player."""
+
+LEASE = 5.0
+"""Seconds after its last sign of life from which on a worker counts as dead, and what it held as left."""
 
 CHUNK = 4
 """Events told to one stream before the next one's turn."""
@@ -51,9 +55,9 @@ class Engine:
         self._grace = grace
         self._worlds = Worlds(splits)
         self._commands: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        self._worker = uuid.uuid4().hex
         self._streams: list[Stream] = []
-        self._left: dict[tuple[str, str], float] = {}
-        self._started = time.monotonic()
+        self._to_release: list[tuple[str, dict[str, int], float]] = []
         self._next_sweep = 0.0
         self._stopping = False
 
@@ -101,6 +105,8 @@ class Engine:
         for stream in list(self._streams):
             self._drop(stream, Unavailable("the server is shutting down; the run goes on when it is back"))
         self._obey()  # whoever still waits for a `call`
+        with self._guard():
+            self._journal.retire(self._worker)
         self._worlds.close()
 
     def cancel(self, run: Run) -> None:
@@ -115,7 +121,7 @@ class Engine:
         open_claims = self._journal.open_claims(run.run_id)
         batch = Batch()
         for claim in (*open_claims, *self._journal.pending(run.run_id)):
-            session = self._session(run, claim.episode_id)
+            session = self._session(run, claim)
             for _ in session.replay(self._journal.actions(run.run_id, claim.episode_id)):
                 pass
             batch.endings.append(_ending(run, session, causes.FORFEITED, "the run was cancelled"))
@@ -135,14 +141,22 @@ class Engine:
             pass
 
     def _sweep(self) -> None:
-        """Once a second, hands out episodes whose players did not come back."""
+        """Once a second: says that this worker lives, and looks for what its idle streams could do."""
         if time.monotonic() < self._next_sweep:
             return
         self._next_sweep = time.monotonic() + 1.0
+        with self._guard():
+            self._journal.beat(self._worker, time.time())
+            self._release()
         for stream in list(self._streams):
             if len(stream.sessions) < stream.max_episodes:
                 with self._guard(stream):
-                    self._offer(stream)
+                    self._after_ending(stream)
+
+    def _release(self) -> None:
+        while self._to_release:
+            self._journal.release(*self._to_release[0])
+            self._to_release.pop(0)
 
     def _can_tell(self) -> bool:
         return any(stream.told and stream.backlog() < MAX_BACKLOG for stream in self._streams)
@@ -194,7 +208,7 @@ class Engine:
                 return [again]
             return [_problem(act, "STEP_BEHIND", f"step {act.step} was answered with {first:d}; that stands"), again]
         phases = session.apply(Action(act.action))
-        batch.add_step(stream.run.run_id, act.episode_id, act.step, act.action)
+        batch.add_step(stream.run.run_id, act.episode_id, session.epoch, act.step, act.action)
         events: list[Event] = [PhaseOver(act.episode_id, phase) for phase in phases]
         if not session.state.finished:
             return [*events, self._observe(stream, session)]
@@ -256,8 +270,10 @@ class Engine:
     def _leave(self, stream: Stream) -> None:
         if stream in self._streams:
             self._streams.remove(stream)
-            now = time.monotonic()
-            self._left.update({(stream.run.run_id, episode_id): now for episode_id in stream.sessions})
+            epochs = {episode_id: session.epoch for episode_id, session in stream.sessions.items()}
+            self._to_release.append((stream.run.run_id, epochs, time.time()))
+            with self._guard():
+                self._release()
 
     def _drop(self, stream: Stream, error: ArraMonError) -> None:
         self._leave(stream)
@@ -267,39 +283,37 @@ class Engine:
         self._stopping = True
 
     def _orphans(self, stream: Stream) -> list[Claim]:
-        """Open episodes of the stream's run that nobody plays and that it may take."""
-        run_id = stream.run.run_id
+        """Open episodes of the stream's run that it may take: its player's own, and those that others left long ago."""
+        run_id, now = stream.run.run_id, time.time()
         held = {episode for other in self._streams if other.run.run_id == run_id for episode in other.sessions}
-        due = time.monotonic() - self._grace
-        return [
-            claim
-            for claim in self._journal.open_claims(run_id)
-            if claim.episode_id not in held
-            and (
-                claim.player == stream.player
-                or stream.adopt
-                or self._left.get((run_id, claim.episode_id), self._started) <= due
-            )
-        ]
+
+        def may_take(claim: Claim) -> bool:
+            if claim.episode_id in held:
+                return False
+            if claim.player == stream.player:
+                return True
+            left = claim.worker in (None, self._worker) or now - claim.left > LEASE
+            return left and (stream.adopt or now - claim.left >= self._grace)
+
+        return [claim for claim in self._journal.open_claims(run_id) if may_take(claim)]
 
     def _offer(self, stream: Stream, *, first: bool = False) -> None:
         """Gives a stream episodes until it has as many as it asked for, or there are no more."""
         run_id = stream.run.run_id
         room = stream.max_episodes - len(stream.sessions)
-        back = self._orphans(stream)[:room]
-        new = self._journal.pending(run_id, room - len(back)) if room > len(back) else []
-        if back or new:
-            self._journal.claim(run_id, [claim.episode_id for claim in (*back, *new)], stream.player)
+        wanted = self._orphans(stream)[:room]
+        if room > len(wanted):
+            wanted += self._journal.pending(run_id, room - len(wanted))
+        won = self._journal.claim(run_id, wanted, stream.player, self._worker) if wanted else []
         if first:
-            progress = self._journal.progress(run_id)
-            stream.told.append(Opened(stream.run, progress, tuple(claim.episode_id for claim in back)))
-        for claim in (*back, *new):
-            self._left.pop((run_id, claim.episode_id), None)
+            back = tuple(claim.episode_id for claim in won if claim.state == OPEN)
+            stream.told.append(Opened(stream.run, self._journal.progress(run_id), back))
+        for claim in won:
             stream.told.extend(self._start(stream, claim, first))
 
     def _start(self, stream: Stream, claim: Claim, first: bool) -> list[Event]:
         """Opens an episode for a stream, rebuilt from the journal where it was played before."""
-        session = self._session(stream.run, claim.episode_id)
+        session = self._session(stream.run, claim)
         actions = self._journal.actions(stream.run.run_id, claim.episode_id)
         scene = self._worlds.scene(stream.run.split, session.episode.section)
         started = EpisodeStarted(stream.run, session.episode, scene, len(actions))
@@ -311,9 +325,10 @@ class Engine:
         stream.sessions[claim.episode_id] = session
         return [started, *([] if remembers else past), self._observe(stream, session)]
 
-    def _session(self, run: Run, episode_id: str) -> Session:
-        episode = self._splits[run.split].episodes[episode_id]
-        return Session(episode, self._worlds.ground(run.split, episode.section), Limits(run.steps_per_phase))
+    def _session(self, run: Run, claim: Claim) -> Session:
+        episode = self._splits[run.split].episodes[claim.episode_id]
+        ground = self._worlds.ground(run.split, episode.section)
+        return Session(episode, ground, Limits(run.steps_per_phase), claim.epoch)
 
     def _observe(self, stream: Stream, session: Session) -> Observed:
         return Observed(stream.run, session.episode, session.state, session.steps_left)
@@ -321,7 +336,7 @@ class Engine:
 
 def _ending(run: Run, session: Session, cause: str, note: str = "") -> Ending:
     scores = [dict(turn) for turn in session.scores().turns]
-    return Ending(run.run_id, session.episode.episode_id, cause, session.state.step, scores, note)
+    return Ending(run.run_id, session.episode.episode_id, cause, session.state.step, scores, note, session.epoch)
 
 
 def _problem(act: Act, code: str, message: str) -> Problem:

@@ -3,9 +3,9 @@
 Steps are append-only and unique by (run, episode, step). Whatever is in memory elsewhere can be rebuilt from here.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -61,16 +61,27 @@ class Progress:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """An episode of a run that has not ended, and the player that has it or last had it."""
+    """An episode of a run that has not ended, and who has it or last had it.
+
+    Attributes:
+        state: PENDING or OPEN.
+        player: the stream's own name; None where nobody has begun it.
+        epoch: grows with every claim; whoever writes names the one that they hold.
+        worker: the server process that holds it; None where its stream has left.
+        left: when its stream left, or when its worker was last seen alive; seconds since 1970.
+    """
 
     episode_id: str
     state: str
     player: str | None
+    epoch: int = 0
+    worker: str | None = None
+    left: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """How an episode of a run ended."""
+    """How an episode of a run ended; `epoch` is that of the claim under which it did."""
 
     run_id: str
     episode_id: str
@@ -78,6 +89,7 @@ class Ending:
     steps: int
     scores: list[dict[str, float]]
     note: str = ""
+    epoch: int = 0
 
 
 @dataclass
@@ -87,9 +99,9 @@ class Batch:
     steps: list[dict[str, Any]] = field(default_factory=list)
     endings: list[Ending] = field(default_factory=list)
 
-    def add_step(self, run_id: str, episode_id: str, step: int, action: int) -> None:
-        """Step number `step` (from 0) of an episode was `action`."""
-        self.steps.append({"run_id": run_id, "episode_id": episode_id, "step": step, "action": action})
+    def add_step(self, run_id: str, episode_id: str, epoch: int, step: int, action: int) -> None:
+        """Step number `step` (from 0) of an episode was `action`, under the claim of an epoch."""
+        self.steps.append({"run": run_id, "episode": episode_id, "epoch": epoch, "number": step, "taken": action})
 
 
 class Journal:
@@ -175,21 +187,80 @@ class Journal:
 
     def open_claims(self, run_id: str) -> list[Claim]:
         """The run's episodes that were begun and have not ended."""
-        return self._claims(run_id, OPEN, None)
+        episodes, workers = tables.episodes, tables.workers
+        query = (
+            sa.select(
+                episodes.c.episode_id,
+                episodes.c.state,
+                episodes.c.player,
+                episodes.c.epoch,
+                workers.c.worker_id,
+                sa.func.coalesce(episodes.c.left, workers.c.seen, 0.0).label("left"),
+            )
+            .outerjoin_from(episodes, workers, episodes.c.worker == workers.c.worker_id)
+            .where(episodes.c.run_id == run_id, episodes.c.state == OPEN)
+            .order_by(episodes.c.ordinal)
+        )
+        return [
+            Claim(row.episode_id, row.state, row.player, row.epoch, row.worker_id, row.left)
+            for row in self._read(query)
+        ]
 
     def pending(self, run_id: str, limit: int | None = None) -> list[Claim]:
         """The run's next episodes that nobody has begun."""
-        return self._claims(run_id, PENDING, limit)
+        table = tables.episodes
+        query = (
+            sa.select(table.c.episode_id, table.c.state, table.c.player, table.c.epoch)
+            .where(table.c.run_id == run_id, table.c.state == PENDING)
+            .order_by(table.c.ordinal)
+            .limit(limit)
+        )
+        return [Claim(row.episode_id, row.state, row.player, row.epoch) for row in self._read(query)]
 
-    def claim(self, run_id: str, episode_ids: Sequence[str], player: str) -> None:
-        """The episodes are `player`'s from now on."""
+    def claim(self, run_id: str, claims: Sequence[Claim], player: str, worker: str) -> list[Claim]:
+        """Makes episodes `player`'s at a worker, and returns those that were still as `claims` has them."""
+        table = tables.episodes
+        won = []
+        with self._write() as connection:
+            for claim in claims:
+                done = connection.execute(
+                    table.update()
+                    .where(
+                        table.c.run_id == run_id,
+                        table.c.episode_id == claim.episode_id,
+                        table.c.epoch == claim.epoch,
+                        table.c.state != ENDED,
+                    )
+                    .values(state=OPEN, player=player, epoch=claim.epoch + 1, worker=worker, left=None)
+                )
+                if done.rowcount:
+                    won.append(replace(claim, epoch=claim.epoch + 1))
+        return won
+
+    def release(self, run_id: str, epochs: Mapping[str, int], now: float) -> None:
+        """Lets go of open episodes that are still held under these epochs."""
         table = tables.episodes
         with self._write() as connection:
-            connection.execute(
-                table.update()
-                .where(table.c.run_id == run_id, table.c.episode_id.in_(episode_ids))
-                .values(state=OPEN, player=player)
-            )
+            for episode_id, epoch in epochs.items():
+                connection.execute(
+                    table.update()
+                    .where(table.c.run_id == run_id, table.c.episode_id == episode_id, table.c.epoch == epoch)
+                    .values(worker=None, left=now)
+                )
+
+    def beat(self, worker: str, now: float) -> None:
+        """A worker is alive."""
+        table = tables.workers
+        with self._write() as connection:
+            done = connection.execute(table.update().where(table.c.worker_id == worker).values(seen=now))
+            if not done.rowcount:
+                connection.execute(table.insert().values(worker_id=worker, seen=now))
+
+    def retire(self, worker: str) -> None:
+        """A worker is gone for good; what it still held is free."""
+        table = tables.workers
+        with self._write() as connection:
+            connection.execute(table.delete().where(table.c.worker_id == worker))
 
     def actions(self, run_id: str, episode_id: str) -> list[int]:
         """The actions recorded for an episode, in order."""
@@ -214,32 +285,23 @@ class Journal:
         """Writes steps and endings, all or nothing.
 
         Raises:
-            Conflict: if a step is there already: another process plays the same episode.
+            Conflict: if a step is there already, or a claim is not held any more: another process plays the episode.
             StorageError: if the database cannot be written.
         """
         if not (batch.steps or batch.endings):
             return
-        table = tables.episodes
         with self._write() as connection:
-            if batch.steps:
-                connection.execute(tables.steps.insert(), batch.steps)
+            if batch.steps and connection.execute(_INSERT_STEP, batch.steps).rowcount != len(batch.steps):
+                raise Conflict("another process of this server has taken over an episode, or it has ended")
             for ending in batch.endings:
                 values = {name: getattr(ending, name) for name in ("cause", "steps", "scores", "note")}
-                connection.execute(
-                    table.update()
-                    .where(table.c.run_id == ending.run_id, table.c.episode_id == ending.episode_id)
+                done = connection.execute(
+                    tables.episodes.update()
+                    .where(_is_held(ending.run_id, ending.episode_id, ending.epoch))
                     .values(state=ENDED, **values)
                 )
-
-    def _claims(self, run_id: str, state: str, limit: int | None) -> list[Claim]:
-        table = tables.episodes
-        query = (
-            sa.select(table.c.episode_id, table.c.state, table.c.player)
-            .where(table.c.run_id == run_id, table.c.state == state)
-            .order_by(table.c.ordinal)
-            .limit(limit)
-        )
-        return [Claim(row.episode_id, row.state, row.player) for row in self._read(query)]
+                if not done.rowcount:
+                    raise Conflict(f"another process of this server has taken over episode {ending.episode_id!r}")
 
     def _count(self, run_id: str, condition: sa.ColumnElement[bool]) -> int:
         rows = self._read(sa.select(sa.func.count()).where(tables.episodes.c.run_id == run_id, condition))
@@ -254,6 +316,24 @@ class Journal:
     def _write(self) -> Iterator[Connection]:
         with _storage_errors(), self._engine.begin() as connection:
             yield connection
+
+
+def _is_held(run_id: Any, episode_id: Any, epoch: Any) -> sa.ColumnElement[bool]:
+    """Whether an episode has not ended and nobody has claimed it since."""
+    c = tables.episodes.c
+    return sa.and_(c.run_id == run_id, c.episode_id == episode_id, c.epoch == epoch, c.state != ENDED)
+
+
+_INSERT_STEP = tables.steps.insert().from_select(
+    ["run_id", "episode_id", "step", "action"],
+    sa.select(
+        tables.episodes.c.run_id,
+        tables.episodes.c.episode_id,
+        sa.bindparam("number", type_=sa.Integer),
+        sa.bindparam("taken", type_=sa.Integer),
+    ).where(_is_held(sa.bindparam("run"), sa.bindparam("episode"), sa.bindparam("epoch"))),
+)
+"""Writes a step under the claim of an epoch, and nothing where that is not held any more."""
 
 
 def _engine(url: str) -> Engine:

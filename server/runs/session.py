@@ -17,15 +17,17 @@ class Session:
         episode: what is played.
         ground: of its section.
         limits: of its run.
+        epoch: of the claim under which it is open.
 
     Attributes:
         state: where it stands.
         actions: all that were applied, in order.
     """
 
-    def __init__(self, episode: Episode, ground: Ground, limits: Limits) -> None:
+    def __init__(self, episode: Episode, ground: Ground, limits: Limits, epoch: int = 0) -> None:
         self.episode = episode
         self.limits = limits
+        self.epoch = epoch
         self.state: State = rules.begin(episode.layout)
         self.actions: list[Action] = []
         self._ground = ground

@@ -4,6 +4,7 @@ from sqlalchemy import (
     JSON,
     Column,
     DateTime,
+    Float,
     ForeignKey,
     ForeignKeyConstraint,
     Index,
@@ -14,6 +15,13 @@ from sqlalchemy import (
 )
 
 metadata = MetaData()
+
+workers = Table(
+    "workers",
+    metadata,
+    Column("worker_id", String(32), primary_key=True),
+    Column("seen", Float, nullable=False),
+)
 
 runs = Table(
     "runs",
@@ -43,6 +51,9 @@ episodes = Table(
     Column("note", String(500)),
     Column("steps", Integer),
     Column("scores", JSON),
+    Column("epoch", Integer, nullable=False, server_default="0"),
+    Column("worker", String(32)),
+    Column("left", Float),
 )
 Index("run_episodes_by_state", episodes.c.run_id, episodes.c.state, episodes.c.ordinal)
 

@@ -30,7 +30,7 @@ def journal(tmp_path: Path) -> Iterator[Journal]:
 def steps(run_id: str, episode_id: str, *actions: int, first: int = 0) -> Batch:
     batch = Batch()
     for number, action in enumerate(actions, start=first):
-        batch.add_step(run_id, episode_id, number, action)
+        batch.add_step(run_id, episode_id, 0, number, action)
     return batch
 
 
@@ -56,27 +56,82 @@ def test_a_step_is_written_once_and_a_batch_whole_or_not_at_all(journal: Journal
     journal.create(a_run(), ["a", "b"])
     journal.commit(steps("r", "a", 0))
     batch = steps("r", "b", 0, 0)
-    batch.add_step("r", "a", 0, 2)
+    batch.add_step("r", "a", 0, 0, 2)
     with pytest.raises(Conflict, match="the journal holds this already"):
         journal.commit(batch)
     assert (journal.actions("r", "a"), journal.actions("r", "b")) == ([0], [])
 
 
 def test_a_step_of_an_unknown_run_is_refused(journal: Journal) -> None:
-    with pytest.raises(Conflict):
+    with pytest.raises(Conflict, match="another process of this server has taken over"):
         journal.commit(steps("nobody's", "a", 0))
 
 
 def test_claims_and_endings(journal: Journal) -> None:
     journal.create(a_run(), ["a", "b", "c"])
-    journal.claim("r", ["a", "b"], "p")
-    journal.commit(Batch(endings=[Ending("r", "b", "AGENT_FINISHED", 7, [{"PTC": 1.0}, {"PTC": 0.0}], "fine")]))
+    won = journal.claim("r", journal.pending("r", 2), "p", "w")
+    assert [(claim.episode_id, claim.epoch) for claim in won] == [("a", 1), ("b", 1)]
+    journal.commit(Batch(endings=[Ending("r", "b", "AGENT_FINISHED", 7, [{"PTC": 1.0}, {"PTC": 0.0}], "fine", 1)]))
     assert [(claim.episode_id, claim.player) for claim in journal.open_claims("r")] == [("a", "p")]
     assert [claim.episode_id for claim in journal.pending("r", 5)] == ["c"]
     assert (journal.count_ended("r"), journal.count_unended("r")) == (1, 2)
     assert journal.endings("r")[0].scores == [{"PTC": 1.0}, {"PTC": 0.0}]
-    journal.commit(steps("r", "a", 1, 1))
+    batch = Batch()
+    for number in (0, 1):
+        batch.add_step("r", "a", 1, number, 1)
+    journal.commit(batch)
     assert journal.progress("r") == Progress(3, 1, 2, {"AGENT_FINISHED": 1})
+
+
+def test_a_claim_is_won_once(journal: Journal) -> None:
+    journal.create(a_run(), ["a", "b"])
+    pending = journal.pending("r")
+    assert len(journal.claim("r", pending, "p", "w1")) == 2
+    assert journal.claim("r", pending, "q", "w2") == []
+    assert {claim.player for claim in journal.open_claims("r")} == {"p"}
+
+
+def test_who_lost_a_claim_cannot_write(journal: Journal) -> None:
+    journal.create(a_run(), ["a"])
+    (first,) = journal.claim("r", journal.pending("r"), "p", "w1")
+    (second,) = journal.claim("r", journal.open_claims("r"), "p", "w2")
+    for batch in (Batch(), Batch(endings=[Ending("r", "a", "FORFEITED", 0, [{}, {}], "", first.epoch)])):
+        if not batch.endings:
+            batch.add_step("r", "a", first.epoch, 0, 3)
+        with pytest.raises(Conflict, match="taken over"):
+            journal.commit(batch)
+    late = Batch()
+    late.add_step("r", "a", second.epoch, 0, 1)
+    journal.commit(late)
+    assert journal.actions("r", "a") == [1]
+
+
+def test_no_step_after_the_end(journal: Journal) -> None:
+    journal.create(a_run(), ["a"])
+    journal.commit(Batch(endings=[Ending("r", "a", "FORFEITED", 0, [{}, {}])]))
+    with pytest.raises(Conflict, match="or it has ended"):
+        journal.commit(steps("r", "a", 0))
+
+
+def test_claims_tell_who_holds_an_episode_and_since_when_not(journal: Journal) -> None:
+    journal.create(a_run(), ["a"])
+    journal.beat("w", 100.0)
+    (claim,) = journal.claim("r", journal.pending("r"), "p", "w")
+
+    def seen() -> tuple[str | None, float]:
+        (now,) = journal.open_claims("r")
+        return now.worker, now.left
+
+    assert seen() == ("w", 100.0)
+    journal.beat("w", 105.0)
+    assert seen() == ("w", 105.0)
+    journal.release("r", {"a": claim.epoch + 1}, 110.0)  # of another claim: nothing happens
+    assert seen() == ("w", 105.0)
+    journal.release("r", {"a": claim.epoch}, 110.0)
+    assert seen() == (None, 110.0)
+    journal.claim("r", journal.open_claims("r"), "p", "w")
+    journal.retire("w")
+    assert seen() == (None, 0.0)
 
 
 def test_runs_are_listed_latest_first(journal: Journal) -> None:
