@@ -8,12 +8,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from server import __version__
-from server.config import LISTEN, Config
+from server.config import LISTEN, MAX_WORKERS, Config
 from server.episodes.importing import import_release
 from server.episodes.splits import Split, read_splits
-from server.errors import ArraMonError
+from server.errors import ArraMonError, BadInput
+from server.runs.journal import Journal
 from server.serving import serve
 from server.sim.rules import STEPS_PER_PHASE, Limits
+from server.workers import serve_with_workers
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -49,6 +51,10 @@ def _parser() -> argparse.ArgumentParser:
     serve_.add_argument(
         "--steps", type=int, default=STEPS_PER_PHASE, help="step limit of a phase (default: %(default)s)"
     )
+    serve_.add_argument("--workers", type=int, default=1, help="processes that serve (default: %(default)s)")
+    # How `workers` starts each of them.
+    serve_.add_argument("--shared-port", action="store_true", help=argparse.SUPPRESS)
+    serve_.add_argument("--own-address", default="", help=argparse.SUPPRESS)
     serve_.set_defaults(command=_serve)
 
     import_ = commands.add_parser("import-release", parents=[common], help="bring in files of the official release")
@@ -70,12 +76,28 @@ def _parser() -> argparse.ArgumentParser:
 
 def _serve(arguments: argparse.Namespace) -> None:
     config = Config(
-        data=arguments.data, listen=arguments.listen, journal=arguments.journal, limits=Limits(arguments.steps)
+        data=arguments.data,
+        listen=arguments.listen,
+        shared_port=arguments.shared_port,
+        own_address=arguments.own_address,
+        journal=arguments.journal,
+        limits=Limits(arguments.steps),
     )
+    if not 1 <= arguments.workers <= MAX_WORKERS:
+        raise BadInput(f"{arguments.workers} workers were asked for, expected 1 to {MAX_WORKERS}")
     splits = read_splits(config.data)
     for split in splits.values():
         print(_describe(split), flush=True)
-    serve(config, splits, lambda line: print(line, flush=True))
+
+    def say(line: str) -> None:
+        print(line, flush=True)
+
+    if arguments.workers == 1:
+        serve(config, splits, say)
+        return
+    Journal(config.journal_url).close()  # makes or migrates it once, before all workers open it
+    own = ["--data", str(config.data), "--journal", config.journal, "--steps", str(config.limits.steps_per_phase)]
+    serve_with_workers(arguments.workers, config.listen, [*own, "--log", arguments.log], say)
 
 
 def _import(arguments: argparse.Namespace) -> None:

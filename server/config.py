@@ -6,6 +6,9 @@ from pathlib import Path
 from server.errors import BadInput
 from server.sim.rules import Limits
 
+MAX_WORKERS = 256
+"""Processes of one server on one machine."""
+
 LISTEN = "127.0.0.1:50551"
 """Loopback: what others may reach, a host says."""
 
@@ -17,6 +20,8 @@ class Config:
     Attributes:
         data: folder with the episodes and, unless `journal` says otherwise, the journal.
         listen: address, `host:port` or `unix:/path`; port 0 takes a free one.
+        shared_port: whether other processes may listen on the same port.
+        own_address: a second address, of this process alone; empty for none.
         journal: database URL; empty for SQLite in the data folder.
         limits: given to runs that are created.
         image_sizes: side lengths in pixels that a stream may ask for; the first is the default.
@@ -29,6 +34,8 @@ class Config:
 
     data: Path
     listen: str = LISTEN
+    shared_port: bool = False
+    own_address: str = ""
     journal: str = ""
     limits: Limits = field(default_factory=Limits)
     image_sizes: tuple[int, ...] = (224, 128)

@@ -50,43 +50,50 @@ def serve(config: Config, splits: Mapping[str, Split], announce: Callable[[str],
 async def _serve(
     config: Config, splits: Mapping[str, Split], journal: Journal, announce: Callable[[str], None]
 ) -> None:
-    engine = Engine(splits, journal)
     server = grpc.aio.server(
         interceptors=[VersionCheck()],
         options=[
             ("grpc.max_receive_message_length", config.max_message_bytes),
-            ("grpc.so_reuseport", 0),
+            ("grpc.so_reuseport", int(config.shared_port)),
             ("grpc.keepalive_time_ms", 20_000),
             ("grpc.keepalive_timeout_ms", 10_000),
             ("grpc.keepalive_permit_without_calls", 1),
             ("grpc.http2.min_recv_ping_interval_without_data_ms", 5_000),
         ],
     )
+    address = _bind(server, config.listen)
+    own_address = _bind(server, config.own_address) if config.own_address else address
+    engine = Engine(splits, journal, address=own_address if config.shared_port else "")
     add_EvaluationServicer_to_server(Servicer(Runs(splits, journal, engine, config.limits), engine, config), server)
     health_servicer = health.HealthServicer()
     health_pb2_grpc.add_HealthServicer_to_server(health_servicer, server)
     reflection.enable_server_reflection(
         [SERVICE, health_pb2.DESCRIPTOR.services_by_name["Health"].full_name, reflection.SERVICE_NAME], server
     )
-    address = _bind(server, config.listen)
     await server.start()
     stopping = asyncio.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         asyncio.get_running_loop().add_signal_handler(number, stopping.set)
     with ThreadPoolExecutor(1, "engine") as pool:
         playing = asyncio.get_running_loop().run_in_executor(pool, engine.run)
-        for name in ("", SERVICE):
-            await health_servicer.set(name, health_pb2.HealthCheckResponse.SERVING)
-        announce(f"listening on {address}")
+        if await _first(playing, asyncio.wrap_future(engine.call(lambda: None))) is not playing:
+            for name in ("", SERVICE):
+                await health_servicer.set(name, health_pb2.HealthCheckResponse.SERVING)
+            announce(f"listening on {address}")
         stopped = asyncio.create_task(stopping.wait())
-        either: list[asyncio.Future[Any]] = [playing, stopped]
-        await asyncio.wait(either, return_when=asyncio.FIRST_COMPLETED)
+        await _first(playing, stopped)
         _log.info("stopping")
         stopped.cancel()
         engine.stop()
         await health_servicer.enter_graceful_shutdown()
         await server.stop(DRAIN_SECONDS)
         await playing  # an engine that broke down raises here: the process ends, and with it what is only in memory
+
+
+async def _first(*futures: asyncio.Future[Any]) -> asyncio.Future[Any]:
+    """The first of the futures that is done, whether well or not."""
+    done, _ = await asyncio.wait(futures, return_when=asyncio.FIRST_COMPLETED)
+    return next(future for future in futures if future in done)
 
 
 def _bind(server: grpc.aio.Server, listen: str) -> str:

@@ -39,6 +39,7 @@ class Servicer(EvaluationServicer):
         self._config = config
 
     async def GetServerInfo(self, request: pb.GetServerInfoRequest, context: _Context) -> pb.ServerInfo:
+        addresses = await _answer(context, self._runs.addresses)
         return pb.ServerInfo(
             version=__version__,
             protocol=PROTOCOL,
@@ -48,6 +49,7 @@ class Servicer(EvaluationServicer):
             limits=types_pb2.Limits(steps_per_phase=self._runs.limits.steps_per_phase),
             max_episodes_per_stream=self._config.max_episodes_per_stream,
             max_message_bytes=self._config.max_message_bytes,
+            addresses=addresses,
         )
 
     async def CreateRun(self, request: pb.CreateRunRequest, context: _Context) -> pb.Run:

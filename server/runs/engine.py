@@ -46,12 +46,16 @@ class Engine:
     Args:
         splits: by name.
         journal: everything goes there before anyone is told.
+        address: of this process alone; empty where it has none.
         grace: seconds for which an orphaned episode waits for its player.
     """
 
-    def __init__(self, splits: Mapping[str, Split], journal: Journal, *, grace: float = GRACE) -> None:
+    def __init__(
+        self, splits: Mapping[str, Split], journal: Journal, *, address: str = "", grace: float = GRACE
+    ) -> None:
         self._splits = splits
         self._journal = journal
+        self._address = address
         self._grace = grace
         self._worlds = Worlds(splits)
         self._commands: SimpleQueue[Callable[[], None]] = SimpleQueue()
@@ -96,7 +100,12 @@ class Engine:
     # On the engine's thread.
 
     def run(self) -> None:
-        """Plays until `stop` is called."""
+        """Plays until `stop` is called.
+
+        Raises:
+            StorageError: if the journal cannot be written at the start.
+        """
+        self._journal.beat(self._worker, time.time(), self._address)
         while not self._stopping:
             self._obey()
             self._sweep()
@@ -146,7 +155,7 @@ class Engine:
             return
         self._next_sweep = time.monotonic() + 1.0
         with self._guard():
-            self._journal.beat(self._worker, time.time())
+            self._journal.beat(self._worker, time.time(), self._address)
             self._release()
         for stream in list(self._streams):
             if len(stream.sessions) < stream.max_episodes:

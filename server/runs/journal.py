@@ -248,13 +248,19 @@ class Journal:
                     .values(worker=None, left=now)
                 )
 
-    def beat(self, worker: str, now: float) -> None:
-        """A worker is alive."""
+    def beat(self, worker: str, now: float, address: str = "") -> None:
+        """A worker is alive, and can be reached at an address of its own, if it has one."""
         table = tables.workers
         with self._write() as connection:
             done = connection.execute(table.update().where(table.c.worker_id == worker).values(seen=now))
             if not done.rowcount:
-                connection.execute(table.insert().values(worker_id=worker, seen=now))
+                connection.execute(table.insert().values(worker_id=worker, seen=now, address=address))
+
+    def addresses(self, since: float) -> list[str]:
+        """The own addresses of the workers seen alive since then."""
+        table = tables.workers
+        query = sa.select(table.c.address).where(table.c.seen >= since, table.c.address != "")
+        return [row.address for row in self._read(query.order_by(table.c.address))]
 
     def retire(self, worker: str) -> None:
         """A worker is gone for good; what it still held is free."""

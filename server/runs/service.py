@@ -1,5 +1,6 @@
 """What can be done with runs, short of playing them: create, look, cancel, report."""
 
+import time
 import uuid
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
@@ -10,7 +11,7 @@ from arramon.v1 import PROTOCOL
 from server import __version__
 from server.episodes.splits import Split
 from server.errors import BadInput, Conflict, NotFound
-from server.runs.engine import Engine
+from server.runs.engine import LEASE, Engine
 from server.runs.journal import RUNNING, Ending, Journal, Progress, Run
 from server.scoring.aggregate import ScoreTable, aggregate
 from server.scoring.episode import EpisodeScores
@@ -53,6 +54,11 @@ class Runs:
         self.limits = limits
         self._journal = journal
         self._engine = engine
+
+    def addresses(self) -> list[str]:
+        """Where the server's processes can be reached one by one; empty where they cannot, or where there is one."""
+        found = self._journal.addresses(time.time() - LEASE)
+        return found if len(found) > 1 else []
 
     def create(
         self, *, participant: str, agent: str, split: str, language: str, sensors: Sequence[str], episodes: int

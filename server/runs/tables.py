@@ -21,6 +21,7 @@ workers = Table(
     metadata,
     Column("worker_id", String(32), primary_key=True),
     Column("seen", Float, nullable=False),
+    Column("address", String(200), nullable=False),
 )
 
 runs = Table(

@@ -66,6 +66,7 @@ class ServerInfo(_message.Message):
     LIMITS_FIELD_NUMBER: _builtins.int
     MAX_EPISODES_PER_STREAM_FIELD_NUMBER: _builtins.int
     MAX_MESSAGE_BYTES_FIELD_NUMBER: _builtins.int
+    ADDRESSES_FIELD_NUMBER: _builtins.int
     version: _builtins.str
     """The server's release, such as "0.1.0"."""
     protocol: _builtins.int
@@ -87,6 +88,10 @@ class ServerInfo(_message.Message):
     def limits(self) -> _types_pb2.Limits:
         """What a run created now is given."""
 
+    @_builtins.property
+    def addresses(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """Where the server's processes can be reached one by one, for a client on the same"""
+
     def __init__(
         self,
         *,
@@ -98,10 +103,11 @@ class ServerInfo(_message.Message):
         limits: _types_pb2.Limits | None = ...,
         max_episodes_per_stream: _builtins.int = ...,
         max_message_bytes: _builtins.int = ...,
+        addresses: _abc.Iterable[_builtins.str] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["limits", b"limits"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["encodings", b"encodings", "image_sizes", b"image_sizes", "limits", b"limits", "max_episodes_per_stream", b"max_episodes_per_stream", "max_message_bytes", b"max_message_bytes", "protocol", b"protocol", "splits", b"splits", "version", b"version"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["addresses", b"addresses", "encodings", b"encodings", "image_sizes", b"image_sizes", "limits", b"limits", "max_episodes_per_stream", b"max_episodes_per_stream", "max_message_bytes", b"max_message_bytes", "protocol", b"protocol", "splits", b"splits", "version", b"version"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 

@@ -13,6 +13,7 @@ def upgrade() -> None:
         "workers",
         sa.Column("worker_id", sa.String(32), primary_key=True),
         sa.Column("seen", sa.Float, nullable=False),
+        sa.Column("address", sa.String(200), nullable=False),
     )
     with op.batch_alter_table("run_episodes") as table:
         table.add_column(sa.Column("epoch", sa.Integer, nullable=False, server_default="0"))

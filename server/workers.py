@@ -1,0 +1,142 @@
+"""Several server processes on one address: starts them, starts anew what dies, and stops them all.
+
+Over TCP they share the port (SO_REUSEPORT), and on the loopback each has an address of its own beside it. A Unix socket
+cannot be shared: the first listens on the path itself, the others on the path with their number. The addresses of their
+own are in `ServerInfo.addresses`, so that a client can spread its streams.
+"""
+
+import logging
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+
+from server.errors import BadInput, Unavailable
+
+START_SECONDS = 120.0
+"""How long a worker may take to start: the first one may have the camera to compile."""
+
+RESTARTS = 5
+"""Deaths in a row, each within a minute of the start, after which a worker is given up, and the server with it."""
+
+_log = logging.getLogger(__name__)
+
+
+def own_address(listen: str, number: int) -> str:
+    """The address that worker `number` has for itself; empty where it has none."""
+    if listen.startswith("unix:"):
+        return f"{listen}.{number}"
+    host = listen.rpartition(":")[0]
+    return f"{host}:0" if host in ("127.0.0.1", "localhost", "[::1]") else ""
+
+
+def serve_with_workers(count: int, listen: str, arguments: Sequence[str], announce: Callable[[str], None]) -> None:
+    """Serves with `count` processes until SIGTERM or SIGINT.
+
+    Args:
+        count: of the processes, at least 2.
+        listen: address that they share.
+        arguments: of `serve` for each, but for addresses and the number of workers.
+        announce: told where the server listens, once all do.
+
+    Raises:
+        BadInput: if the address cannot be listened on.
+        Unavailable: if a worker does not start, or dies again and again.
+    """
+    stopping = threading.Event()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: stopping.set())
+    with _reserved(listen) as address:
+        workers = [_Worker(number, address, arguments) for number in range(count)]
+        try:
+            for worker in workers:
+                worker.start()
+            for worker in workers:
+                worker.wait_until_ready()
+            announce(f"listening on {address}")
+            while not stopping.wait(0.2):
+                for worker in workers:
+                    worker.look_after()
+        finally:
+            for worker in workers:
+                worker.process.terminate()
+            for worker in workers:
+                worker.end()
+
+
+@contextmanager
+def _reserved(listen: str) -> Iterator[str]:
+    """Holds the shared port, so that nobody else takes it while workers come and go; port 0 becomes a real one."""
+    if listen.startswith("unix:"):
+        yield listen
+        return
+    host, _, port = listen.rpartition(":")
+    family = socket.AF_INET6 if host.startswith("[") else socket.AF_INET
+    with socket.socket(family) as holder:
+        holder.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
+        try:
+            holder.bind((host.strip("[]"), int(port)))
+        except OSError as error:
+            raise BadInput(f"cannot listen on {listen!r}: {error.strerror}") from error
+        yield f"{host}:{holder.getsockname()[1]}"
+
+
+class _Worker:
+    """One server process."""
+
+    process: "subprocess.Popen[str]"
+
+    def __init__(self, number: int, listen: str, arguments: Sequence[str]) -> None:
+        # A Unix socket belongs to the first worker; the others have only their own.
+        own = own_address(listen, number)
+        shared = own if listen.startswith("unix:") and number else listen
+        self._number = number
+        # The client's lifeline ends a process whose parent is gone, however it went.
+        program = [sys.executable, "-m", "arramon_client.lifeline", "server", "serve", *arguments]
+        self._command = [*program, "--listen", shared, "--shared-port"]
+        if own and own != shared:
+            self._command += ["--own-address", own]
+        self._deaths = 0
+
+    def start(self) -> None:
+        self._ready = threading.Event()
+        self._started = time.monotonic()
+        # A session of its own: an interrupt at the keyboard is for the parent, which then stops the workers.
+        pipe = subprocess.PIPE
+        self.process = subprocess.Popen(self._command, stdin=pipe, stdout=pipe, text=True, start_new_session=True)  # noqa: S603
+        threading.Thread(target=self._listen, args=(self.process, self._ready), daemon=True).start()
+
+    def wait_until_ready(self) -> None:
+        """Raises Unavailable if the process dies first, or takes too long."""
+        while not self._ready.wait(0.1):
+            if self.process.poll() is not None or time.monotonic() - self._started > START_SECONDS:
+                raise Unavailable(f"worker {self._number} did not start; its own message stands above")
+
+    def look_after(self) -> None:
+        """Starts the process anew if it has died; raises Unavailable if it dies again and again."""
+        if self.process.poll() is None:
+            return
+        self._deaths = self._deaths + 1 if time.monotonic() - self._started < 60.0 else 1
+        if self._deaths > RESTARTS:
+            raise Unavailable(f"worker {self._number} died {self._deaths} times in a row")
+        _log.error("worker %d died with status %d; starting it again", self._number, self.process.returncode)
+        self.end()
+        self.start()
+
+    def end(self) -> None:
+        """Waits until the process is gone."""
+        self.process.wait()
+        if self.process.stdin is not None:
+            self.process.stdin.close()
+
+    @staticmethod
+    def _listen(process: "subprocess.Popen[str]", ready: threading.Event) -> None:
+        assert process.stdout is not None
+        for line in process.stdout:
+            if line.startswith("listening on "):
+                ready.set()
+        process.stdout.close()
