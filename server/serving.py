@@ -4,9 +4,7 @@ import asyncio
 import logging
 import signal
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing
-from typing import Any
+from contextlib import closing, suppress
 
 import grpc
 from grpc_health.v1 import health_pb2, health_pb2_grpc
@@ -74,26 +72,22 @@ async def _serve(
     stopping = asyncio.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         asyncio.get_running_loop().add_signal_handler(number, stopping.set)
-    with ThreadPoolExecutor(1, "engine") as pool:
-        playing = asyncio.get_running_loop().run_in_executor(pool, engine.run)
-        if await _first(playing, asyncio.wrap_future(engine.call(lambda: None))) is not playing:
-            for name in ("", SERVICE):
-                await health_servicer.set(name, health_pb2.HealthCheckResponse.SERVING)
-            announce(f"listening on {address}")
-        stopped = asyncio.create_task(stopping.wait())
-        await _first(playing, stopped)
-        _log.info("stopping")
-        stopped.cancel()
-        engine.stop()
-        await health_servicer.enter_graceful_shutdown()
-        await server.stop(DRAIN_SECONDS)
-        await playing  # an engine that broke down raises here: the process ends, and with it what is only in memory
-
-
-async def _first(*futures: asyncio.Future[Any]) -> asyncio.Future[Any]:
-    """The first of the futures that is done, whether well or not."""
-    done, _ = await asyncio.wait(futures, return_when=asyncio.FIRST_COMPLETED)
-    return next(future for future in futures if future in done)
+    engine.start()
+    playing = asyncio.create_task(engine.run())
+    for name in ("", SERVICE):
+        await health_servicer.set(name, health_pb2.HealthCheckResponse.SERVING)
+    announce(f"listening on {address}")
+    stopped = asyncio.create_task(stopping.wait())
+    # An engine that breaks down ends the process, and with it what is only in memory.
+    await asyncio.wait([playing, stopped], return_when=asyncio.FIRST_COMPLETED)
+    _log.info("stopping")
+    stopped.cancel()
+    playing.cancel()
+    await health_servicer.enter_graceful_shutdown()
+    engine.stop()
+    await server.stop(DRAIN_SECONDS)
+    with suppress(asyncio.CancelledError):
+        await playing
 
 
 def _bind(server: grpc.aio.Server, listen: str) -> str:

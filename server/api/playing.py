@@ -1,4 +1,4 @@
-"""One Play stream: between the client's messages on the event loop and the engine on its thread."""
+"""One Play stream: between the client's messages and the engine."""
 
 import asyncio
 import uuid
@@ -6,7 +6,7 @@ from collections.abc import AsyncIterator, Sequence
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
-from server.api.encoding import OFFERED, encode_depth, encode_rgb
+from server.api.encoding import Encoder
 from server.api.messages import ACTIONS, PHASES, oracle_message, pose_message, run_message
 from server.config import Config
 from server.errors import ArraMonError, BadInput
@@ -31,12 +31,9 @@ class Playing:
     """
 
     def __init__(self, open_: pb.Open, runs: Runs, engine: Engine, config: Config) -> None:
-        self._loop = asyncio.get_running_loop()
         self._outbox: asyncio.Queue[pb.PlayResponse | ArraMonError | None] = asyncio.Queue()
         self._engine = engine
-        self._encoding = open_.encoding or OFFERED[0]
-        if self._encoding not in OFFERED:
-            raise BadInput(f"encoding {self._encoding} is not offered; see ServerInfo.encodings")
+        self._encoder = Encoder(open_.encoding, open_.jpeg_quality)
         if open_.image_size and open_.image_size not in config.image_sizes:
             sizes = ", ".join(map(str, config.image_sizes))
             raise BadInput(f"images of {open_.image_size} pixels are not offered, but {sizes}")
@@ -52,7 +49,7 @@ class Playing:
             history=open_.history,
             adopt=open_.adopt,
             deliver=self._deliver,
-            close=self._close,
+            close=self._outbox.put_nowait,
             backlog=self._outbox.qsize,
         )
 
@@ -69,6 +66,7 @@ class Playing:
                 if isinstance(item, ArraMonError):
                     raise item
                 yield item
+                self._engine.wake()  # a slow reader may have taken what held it back
         finally:
             self._engine.leave(self._stream)
             reader.cancel()
@@ -83,15 +81,7 @@ class Playing:
         self._outbox.put_nowait(None)
 
     def _deliver(self, events: Sequence[Event]) -> None:
-        """On the engine's thread: images are encoded here, not on the event loop."""
-        response = pb.PlayResponse(events=[self._message(event) for event in events])
-        self._put(response)
-
-    def _close(self, error: ArraMonError | None) -> None:
-        self._put(error)
-
-    def _put(self, item: pb.PlayResponse | ArraMonError | None) -> None:
-        self._loop.call_soon_threadsafe(self._outbox.put_nowait, item)
+        self._outbox.put_nowait(pb.PlayResponse(events=[self._message(event) for event in events]))
 
     def _message(self, event: Event) -> pb.Event:
         match event:
@@ -111,8 +101,9 @@ class Playing:
                 opened = pb.Opened(
                     run=run_message(run, progress),
                     episode_ids=episode_ids,
-                    encoding=self._encoding,
+                    encoding=self._encoder.encoding,
                     image_size=self._stream.image_size,
+                    jpeg_quality=self._encoder.jpeg_quality,
                 )
                 return pb.Event(opened=opened)
             case Problem(code, message, episode_id, step):
@@ -142,9 +133,9 @@ class Playing:
             taken=None if event.taken is None else ACTIONS[event.taken],
         )
         if event.frame is not None and "rgb" in sensors:
-            message.rgb.CopyFrom(encode_rgb(event.frame.rgb, self._encoding))
+            self._encoder.rgb(event.frame.rgb, message.rgb)
         if event.frame is not None and "depth" in sensors:
-            message.depth.CopyFrom(encode_depth(event.frame.depth, self._encoding))
+            self._encoder.depth(event.frame.depth, message.depth)
         if "pose" in sensors:
             message.pose.CopyFrom(pose_message(visible_pose(state)))
         return message

@@ -80,11 +80,11 @@ class Servicer(EvaluationServicer):
         return await _answer(context, page)
 
     async def CancelRun(self, request: pb.CancelRunRequest, context: _Context) -> pb.Run:
-        def cancel() -> pb.Run:
-            self._runs.cancel(request.run_id).result()
-            return self._message(self._runs.get(request.run_id))
-
-        return await _answer(context, cancel)
+        try:
+            return self._message(self._runs.cancel(request.run_id))
+        except ArraMonError as error:
+            await context.abort(status_of(error), str(error))
+            raise  # abort has raised
 
     async def GetReport(self, request: pb.GetReportRequest, context: _Context) -> pb.Report:
         return await _answer(context, lambda: report_message(self._runs.report(request.run_id)))

@@ -1,18 +1,17 @@
-"""The engine: one thread that plays all episodes of this process. It owns the worlds and the open episodes.
+"""The engine: plays all episodes of this process. It owns the worlds and the open episodes.
 
 Each round it takes one message from every stream that sent one, applies it, commits all of it at once, and only then
-tells anyone; then it draws and delivers a few observations for every stream in turn, so that no stream starves another.
+tells anyone; then it draws and delivers for every stream in turn, a few milliseconds each, so that no one starves another.
+It runs on the event loop that also carries the streams: between two turns the loop moves bytes.
 """
 
+import asyncio
 import logging
 import time
 import uuid
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import Future
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import replace
-from queue import Empty, SimpleQueue
-from typing import TypeVar
 
 from server.episodes.splits import Split
 from server.errors import ArraMonError, Conflict, NotFound, Unavailable
@@ -30,18 +29,20 @@ GRACE = 10.0
 LEASE = 5.0
 """Seconds after its last sign of life from which on a worker counts as dead, and what it held as left."""
 
-CHUNK = 4
-"""Events told to one stream before the next one's turn."""
+TURN_SECONDS, TURN_EVENTS = 0.004, 16
+"""A stream's turn: so long it is drawn for, and so many events it is told at the most, before the next one's turn."""
+
+SWEEP_SECONDS = 1.0
+"""Between two looks at what nobody asked for: signs of life, and episodes whose players did not come back."""
 
 MAX_BACKLOG = 8
 """Deliveries waiting to leave, from which on a slow reader gets nothing more drawn."""
 
 _log = logging.getLogger(__name__)
-_T = TypeVar("_T")
 
 
 class Engine:
-    """Plays episodes. `run` is the thread's body; `join`, `ask`, `leave` and `call` may be called from any thread.
+    """Plays episodes. Everything is to be called on one event loop.
 
     Args:
         splits: by name.
@@ -58,68 +59,72 @@ class Engine:
         self._address = address
         self._grace = grace
         self._worlds = Worlds(splits)
-        self._commands: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        self._work = asyncio.Event()
         self._worker = uuid.uuid4().hex
         self._streams: list[Stream] = []
         self._to_release: list[tuple[str, dict[str, int], float]] = []
         self._next_sweep = 0.0
-        self._stopping = False
-
-    # From any thread.
 
     def join(self, stream: Stream) -> None:
         """A stream comes in."""
-        self._commands.put(lambda: self._join(stream))
+        for other in list(self._streams):
+            if (other.run.run_id, other.player) == (stream.run.run_id, stream.player):
+                self._drop(other, Conflict("another stream of the same player took this one's place"))
+        self._streams.append(stream)
+        with self._guard(stream):
+            self._offer(stream, first=True)
+            self._after_ending(stream)
+        self.wake()
 
     def ask(self, stream: Stream, acts: Iterable[Act]) -> None:
         """A stream answers observations."""
         stream.asked.append(tuple(acts))
-        self._commands.put(_wake)
+        self.wake()
 
     def leave(self, stream: Stream) -> None:
-        """A stream is gone; its episodes stay open."""
-        self._commands.put(lambda: self._leave(stream))
+        """A stream is gone; its episodes stay open, for its player first and after a while for others."""
+        if stream in self._streams:
+            self._streams.remove(stream)
+            epochs = {episode_id: session.epoch for episode_id, session in stream.sessions.items()}
+            self._to_release.append((stream.run.run_id, epochs, time.time()))
+            with self._guard():
+                self._release()
 
-    def call(self, function: Callable[[], _T]) -> "Future[_T]":
-        """Runs a function on the engine's thread, between two rounds; its errors of the error tree go to the future."""
-        future: Future[_T] = Future()
+    def wake(self) -> None:
+        """There is something to do: a message came in, or a stream that was slow can take more."""
+        self._work.set()
 
-        def command() -> None:
-            try:
-                future.set_result(function())
-            except ArraMonError as error:
-                future.set_exception(error)
-
-        self._commands.put(command)
-        return future
-
-    def stop(self) -> None:
-        """Lets the thread end after the present round; all streams are closed."""
-        self._commands.put(self._stop)
-
-    # On the engine's thread.
-
-    def run(self) -> None:
-        """Plays until `stop` is called.
+    def start(self) -> None:
+        """Makes this process known.
 
         Raises:
-            StorageError: if the journal cannot be written at the start.
+            StorageError: if the journal cannot be written.
         """
         self._journal.beat(self._worker, time.time(), self._address)
-        while not self._stopping:
-            self._obey()
+
+    async def run(self) -> None:
+        """Plays until it is cancelled."""
+        while True:
             self._sweep()
             self._apply()
-            self._tell()
+            for stream in list(self._streams):
+                self._tell(stream)
+                await asyncio.sleep(0)
+            if not self._is_busy():
+                self._work.clear()
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(self._work.wait(), SWEEP_SECONDS)
+
+    def stop(self) -> None:
+        """Closes all streams and lets the worlds go."""
         for stream in list(self._streams):
             self._drop(stream, Unavailable("the server is shutting down; the run goes on when it is back"))
-        self._obey()  # whoever still waits for a `call`
         with self._guard():
             self._journal.retire(self._worker)
         self._worlds.close()
 
     def cancel(self, run: Run) -> None:
-        """Forfeits what is left of a run. To be used through `call`.
+        """Forfeits what is left of a run.
 
         Raises:
             Conflict: if the run is over already.
@@ -136,24 +141,16 @@ class Engine:
             batch.endings.append(_ending(run, session, causes.FORFEITED, "the run was cancelled"))
         self._journal.commit(batch)
         self._finish(run, CANCELLED)
+        self.wake()
 
-    def _obey(self) -> None:
-        """Carries out commands; waits for one where there is nothing else to do."""
-        busy = any(stream.asked for stream in self._streams)
-        blocked = any(stream.told for stream in self._streams)
-        try:
-            timeout = 0.0 if busy or self._can_tell() else 0.005 if blocked else 0.5
-            self._commands.get(timeout=timeout)() if timeout else self._commands.get_nowait()()
-            while True:
-                self._commands.get_nowait()()
-        except Empty:
-            pass
+    def _is_busy(self) -> bool:
+        return any(stream.asked or (stream.told and stream.backlog() < MAX_BACKLOG) for stream in self._streams)
 
     def _sweep(self) -> None:
-        """Once a second: says that this worker lives, and looks for what its idle streams could do."""
+        """Now and then: says that this worker lives, and looks for what its idle streams could do."""
         if time.monotonic() < self._next_sweep:
             return
-        self._next_sweep = time.monotonic() + 1.0
+        self._next_sweep = time.monotonic() + SWEEP_SECONDS
         with self._guard():
             self._journal.beat(self._worker, time.time(), self._address)
             self._release()
@@ -166,9 +163,6 @@ class Engine:
         while self._to_release:
             self._journal.release(*self._to_release[0])
             self._to_release.pop(0)
-
-    def _can_tell(self) -> bool:
-        return any(stream.told and stream.backlog() < MAX_BACKLOG for stream in self._streams)
 
     def _apply(self) -> None:
         asking = [stream for stream in self._streams if stream.asked]
@@ -252,14 +246,18 @@ class Engine:
                 stream.asked.clear()
                 stream.told.append(over)
 
-    def _tell(self) -> None:
-        for stream in list(self._streams):
-            if stream.told and stream.backlog() < MAX_BACKLOG:
-                events = [stream.told.popleft() for _ in range(min(CHUNK, len(stream.told)))]
-                stream.deliver([self._drawn(stream, event) for event in events])
-                if any(isinstance(event, RunEnded) for event in events):
-                    self._streams.remove(stream)
-                    stream.close(None)
+    def _tell(self, stream: Stream) -> None:
+        """Gives a stream its turn."""
+        if not stream.told or stream.backlog() >= MAX_BACKLOG:
+            return
+        events: list[Event] = []
+        until = time.perf_counter() + TURN_SECONDS
+        while stream.told and len(events) < TURN_EVENTS and (not events or time.perf_counter() < until):
+            events.append(self._drawn(stream, stream.told.popleft()))
+        stream.deliver(events)
+        if any(isinstance(event, RunEnded) for event in events):
+            self._streams.remove(stream)
+            stream.close(None)
 
     def _drawn(self, stream: Stream, event: Event) -> Event:
         if not (isinstance(event, Observed) and stream.sees):
@@ -267,29 +265,9 @@ class Engine:
         frame = self._worlds.render(stream.run.split, event.episode, event.state, stream.image_size)
         return replace(event, frame=frame)
 
-    def _join(self, stream: Stream) -> None:
-        for other in list(self._streams):
-            if (other.run.run_id, other.player) == (stream.run.run_id, stream.player):
-                self._drop(other, Conflict("another stream of the same player took this one's place"))
-        self._streams.append(stream)
-        with self._guard(stream):
-            self._offer(stream, first=True)
-            self._after_ending(stream)
-
-    def _leave(self, stream: Stream) -> None:
-        if stream in self._streams:
-            self._streams.remove(stream)
-            epochs = {episode_id: session.epoch for episode_id, session in stream.sessions.items()}
-            self._to_release.append((stream.run.run_id, epochs, time.time()))
-            with self._guard():
-                self._release()
-
     def _drop(self, stream: Stream, error: ArraMonError) -> None:
-        self._leave(stream)
+        self.leave(stream)
         stream.close(error)
-
-    def _stop(self) -> None:
-        self._stopping = True
 
     def _orphans(self, stream: Stream) -> list[Claim]:
         """Open episodes of the stream's run that it may take: its player's own, and those that others left long ago."""
@@ -350,7 +328,3 @@ def _ending(run: Run, session: Session, cause: str, note: str = "") -> Ending:
 
 def _problem(act: Act, code: str, message: str) -> Problem:
     return Problem(code, f"episode {act.episode_id!r}: {message}", act.episode_id, act.step)
-
-
-def _wake() -> None:
-    """A command that does nothing but end the wait for one."""

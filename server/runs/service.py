@@ -3,7 +3,6 @@
 import time
 import uuid
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Future
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
@@ -145,14 +144,15 @@ class Runs:
             )
         return run
 
-    def cancel(self, run_id: str) -> "Future[None]":
-        """Forfeits what is left of a run; the future raises Conflict if nothing is.
+    def cancel(self, run_id: str) -> Run:
+        """Forfeits what is left of a run. To be called on the engine's event loop.
 
         Raises:
             NotFound: if there is no run of that id.
+            Conflict: if it is over already.
         """
-        run = self.playable(run_id)
-        return self._engine.call(lambda: self._engine.cancel(run))
+        self._engine.cancel(self.playable(run_id))
+        return self.get(run_id)
 
     def report(self, run_id: str) -> Report:
         """The scores of a run.

@@ -37,10 +37,10 @@ class Stream:
         image_size: side length of the images, in pixels.
         history: whether its agent needs each open episode from the first observation on.
         adopt: whether it takes over what other players left open at once.
-        deliver: takes events to the client; called on the engine's thread.
-        close: ends the stream, with an error or without; called on the engine's thread.
+        deliver: takes events to the client.
+        close: ends the stream, with an error or without.
         backlog: how many deliveries have not left yet.
-        asked: batches of acts that came in; appended by any thread.
+        asked: batches of acts that came in.
         told: events to deliver, observations among them not drawn yet.
         sessions: its open episodes.
         ended: what it was told at the end of its ended ones.
