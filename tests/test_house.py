@@ -69,7 +69,7 @@ def test_nobody_imports_torch_where_it_is_not_needed() -> None:
 def test_the_client_is_light() -> None:
     project = tomllib.loads((ROOT / "clients" / "python" / "pyproject.toml").read_text())["project"]
     needs = {dependency.split("=")[0].split(">")[0] for dependency in project["dependencies"]}
-    assert needs == {"arramon-proto", "grpcio", "numpy", "pillow", "rich"}
+    assert needs == {"arramon-proto", "grpcio", "numpy", "rich", "simplejpeg", "zstandard"}
 
 
 def test_the_files_that_a_house_has() -> None:

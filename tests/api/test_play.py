@@ -1,16 +1,15 @@
 """The Play stream, message by message."""
 
-import io
 from typing import Any
 
 import grpc
 import numpy as np
 import pytest
-from PIL import Image
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
+from arramon_client.images import decode_depth, decode_rgb
 from tests import tiny
 from tests.api.player import Player, create
 from tests.api.test_runs import refused
@@ -53,29 +52,33 @@ def test_instructions_come_in_the_run_s_language(stub: EvaluationStub) -> None:
         assert player.observation().instruction == "धारीदार लाल मग तक चलें।"
 
 
-def decode(image: types_pb2.Image, depth: bool = False) -> Any:
-    if image.encoding == types_pb2.ENCODING_RAW:
-        shape = (image.height, image.width) if depth else (image.height, image.width, 3)
-        return np.frombuffer(image.data, "<u2" if depth else np.uint8).reshape(shape)
-    return np.asarray(Image.open(io.BytesIO(image.data)))
-
-
 @pytest.mark.parametrize("size", [224, 128])
 def test_images_are_the_same_in_every_lossless_encoding(stub: EvaluationStub, size: int) -> None:
     frames = {}
-    for encoding in (types_pb2.ENCODING_RAW, types_pb2.ENCODING_PNG, types_pb2.ENCODING_JPEG):
+    for encoding in (types_pb2.ENCODING_RAW, types_pb2.ENCODING_ZSTD, types_pb2.ENCODING_JPEG):
         run = create(stub, episodes=1, sensors=["rgb", "depth"])
         with Player(stub, run.run_id, encoding=encoding, image_size=size) as player:
             seen = player.observation()
-        frames[encoding] = decode(seen.rgb), decode(seen.depth, depth=True)
+        frames[encoding] = decode_rgb(seen.rgb), decode_depth(seen.depth)
         assert frames[encoding][0].shape == (size, size, 3)
-    raw, png, jpeg = frames.values()
-    assert (raw[0] == png[0]).all()
-    assert (raw[1] == png[1]).all()
+    raw, compressed, jpeg = frames.values()
+    assert (raw[0] == compressed[0]).all()
+    assert (raw[1] == compressed[1]).all()
     assert (raw[1] == jpeg[1]).all()
     assert 0 < np.abs(raw[0].astype(int) - jpeg[0]).mean() < 6
     middle = raw[1][size // 2, size // 2]
-    assert middle == pytest.approx(11_000, abs=60)  # the brick wall, 11 units ahead
+    assert middle == pytest.approx(11.0, abs=0.06)  # the brick wall, 11 units ahead
+
+
+def test_what_is_in_force_is_said(stub: EvaluationStub) -> None:
+    run = create(stub, episodes=1, sensors=["rgb"])
+    lengths = []
+    for asked, in_force in ((0, 90), (30, 30)):
+        with Player(stub, run.run_id, player="one", encoding=types_pb2.ENCODING_JPEG, jpeg_quality=asked) as player:
+            opened = player.next().opened
+            assert (opened.encoding, opened.jpeg_quality) == (types_pb2.ENCODING_JPEG, in_force)
+            lengths.append(len(player.observation().rgb.data))
+    assert lengths[0] > lengths[1]
 
 
 def test_only_the_sensors_asked_for_are_sent(stub: EvaluationStub) -> None:
@@ -237,6 +240,11 @@ def test_another_player_waits_for_what_was_left_open(stub: EvaluationStub) -> No
     ("fields", "message"),
     [
         ({"encoding": 9}, "encoding 9 is not offered; see ServerInfo.encodings"),
+        ({"encoding": 3, "jpeg_quality": 101}, "jpeg_quality is 101, expected 1 to 100, or 0 for 90"),
+        (
+            {"encoding": 2, "jpeg_quality": 90},
+            "jpeg_quality is 90, but the encoding is ENCODING_ZSTD: it is for ENCODING_JPEG only",
+        ),
         ({"image_size": 7}, "images of 7 pixels are not offered, but 224, 128"),
         ({"player": "x" * 101}, "the player's name has 101 characters; at most 100 are allowed"),
     ],

@@ -29,7 +29,7 @@ def test_server_information(stub: EvaluationStub) -> None:
     assert dict(info.splits[1].episodes) == {"en": 6, "hi": 4}
     assert list(info.splits[1].sensors) == ["rgb", "depth", "pose", "oracle"]
     assert list(info.splits[0].sensors) == ["rgb", "depth"]
-    assert list(info.encodings) == [types_pb2.ENCODING_RAW, types_pb2.ENCODING_PNG, types_pb2.ENCODING_JPEG]
+    assert list(info.encodings) == [types_pb2.ENCODING_RAW, types_pb2.ENCODING_ZSTD, types_pb2.ENCODING_JPEG]
 
 
 def test_what_the_server_says_when_it_starts(server: Server) -> None:

@@ -39,7 +39,7 @@ class World:
             version="9.9.9",
             protocol=PROTOCOL,
             splits=[pb.Split(name="val_seen", episodes={"en": episodes}, sensors=["rgb", "depth", "pose"])],
-            encodings=[types_pb2.ENCODING_RAW, types_pb2.ENCODING_PNG],
+            encodings=[types_pb2.ENCODING_RAW, types_pb2.ENCODING_ZSTD],
             image_sizes=[64, 128],
             max_episodes_per_stream=32,
         )

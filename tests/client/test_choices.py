@@ -14,7 +14,7 @@ INFO = pb.ServerInfo(
         pb.Split(name="val_seen", episodes={"en": 9, "hi": 8}, sensors=["rgb", "depth", "pose", "oracle"]),
         pb.Split(name="test_unseen", episodes={"en": 9}, sensors=["rgb", "depth"], hidden=True),
     ],
-    encodings=[types_pb2.ENCODING_PNG, types_pb2.ENCODING_RAW],
+    encodings=[types_pb2.ENCODING_ZSTD, types_pb2.ENCODING_RAW],
     image_sizes=[224, 128],
     max_episodes_per_stream=16,
 )
@@ -66,11 +66,34 @@ def test_a_hidden_split_has_no_privileged_sensor() -> None:
 
 @pytest.mark.parametrize(("asked", "address", "encoding"), [
     (None, "unix:/tmp/s", types_pb2.ENCODING_RAW), (None, "localhost:1", types_pb2.ENCODING_RAW),
-    (None, "far.example:1", types_pb2.ENCODING_PNG), ("png", "unix:/tmp/s", types_pb2.ENCODING_PNG),
-    ("raw", "far.example:1", types_pb2.ENCODING_RAW),
+    (None, "[::1]:1", types_pb2.ENCODING_RAW), (None, "far.example:1", types_pb2.ENCODING_ZSTD),
+    ("zstd", "unix:/tmp/s", types_pb2.ENCODING_ZSTD), ("raw", "far.example:1", types_pb2.ENCODING_RAW),
 ])  # fmt: skip
 def test_the_encoding(asked: str | None, address: str, encoding: types_pb2.Encoding.ValueType) -> None:
     assert choices.choose_encoding(INFO, asked, address) == encoding
+
+
+@pytest.mark.parametrize(("offered", "address", "encoding"), [
+    ([types_pb2.ENCODING_JPEG, types_pb2.ENCODING_RAW], "far.example:1", types_pb2.ENCODING_RAW),
+    ([types_pb2.ENCODING_JPEG, types_pb2.ENCODING_ZSTD], "unix:/tmp/s", types_pb2.ENCODING_ZSTD),
+])  # fmt: skip
+def test_nothing_lossy_unless_asked_for(
+    offered: list[types_pb2.Encoding.ValueType], address: str, encoding: types_pb2.Encoding.ValueType
+) -> None:
+    assert choices.choose_encoding(pb.ServerInfo(encodings=offered), None, address) == encoding
+    with pytest.raises(UsageError, match="no lossless encoding"):
+        choices.choose_encoding(pb.ServerInfo(encodings=offered[:1]), None, address)
+
+
+@pytest.mark.parametrize(("asked", "quality"), [(None, 0), (75, 75)])
+def test_the_quality(asked: int | None, quality: int) -> None:
+    assert choices.choose_jpeg_quality(types_pb2.ENCODING_JPEG, asked) == quality
+
+
+def test_there_is_no_quality_but_jpeg_s() -> None:
+    assert choices.choose_jpeg_quality(types_pb2.ENCODING_RAW, None) == 0
+    with pytest.raises(UsageError, match="--quality is for --encoding jpeg"):
+        choices.choose_jpeg_quality(types_pb2.ENCODING_ZSTD, 75)
 
 
 @pytest.mark.parametrize(
@@ -81,7 +104,7 @@ def test_how_many_at_once(asked: int | None, limit: int, chosen: int) -> None:
 
 
 def test_what_the_server_does_not_offer() -> None:
-    with pytest.raises(UsageError, match="does not offer the encoding 'jpeg'; it offers png, raw"):
+    with pytest.raises(UsageError, match="does not offer the encoding 'jpeg'; it offers raw, zstd"):
         choices.choose_encoding(INFO, "jpeg", "localhost:1")
     with pytest.raises(UsageError, match="does not offer images of 96 pixels; it offers 128, 224"):
         choices.choose_image_size(INFO, 96)

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from arramon.v1 import evaluation_pb2 as pb
+from arramon.v1 import types_pb2
 from arramon_client.arguments import resume_command
 from arramon_client.cli import main
 from tests.client.fake import Servicer, World, serving
@@ -57,12 +58,19 @@ def test_a_run_from_beginning_to_end(world: World, address: str, capsys: pytest.
 
 def test_settings_reach_the_server(world: World, address: str) -> None:
     arguments = ["--agent", "cli_agents", "--lang", "en", "--server", address, "--split", "val_seen", "--parallel", "3"]
-    arguments += ["--sensors", "rgb,pose", "--image-size", "128", "--encoding", "png", "--output", "out", "--quiet"]
+    arguments += ["--sensors", "rgb,pose", "--image-size", "128", "--encoding", "zstd", "--output", "out", "--quiet"]
     assert main(arguments) == 0
     opening = world.opens[0]
     assert (opening.max_episodes, opening.image_size, opening.encoding) == (3, 128, 2)
     assert list(world.run.sensors) == ["rgb", "pose"]
     assert Path("out/run-1.json").exists()
+
+
+def test_the_quality_reaches_the_server(world: World, address: str) -> None:
+    world.info.encodings.append(types_pb2.ENCODING_JPEG)
+    arguments = ["--agent", "cli_agents", "--lang", "en", "--server", address, "--encoding", "jpeg", "--quality", "75"]
+    assert main(arguments) == 0
+    assert (world.opens[0].encoding, world.opens[0].jpeg_quality) == (types_pb2.ENCODING_JPEG, 75)
 
 
 def test_an_agent_that_fails_is_played_to_the_end_and_told(
@@ -84,6 +92,9 @@ def test_an_agent_that_fails_is_played_to_the_end_and_told(
     (["--agent", "cli_agents", "--lang", "en", "--sensors", "oracle"], 2, "does not offer the sensor oracle"),
     (["--agent", "cli_agents", "--lang", "en", "--image-size", "99"], 2, "does not offer images of 99 pixels"),
     (["--agent", "cli_agents", "--lang", "en", "--encoding", "jpeg"], 2, "does not offer the encoding 'jpeg'"),
+    (["--agent", "cli_agents", "--lang", "en", "--quality", "75"], 2, "--quality is for --encoding jpeg"),
+    (["--agent", "cli_agents", "--lang", "en", "--quality", "101"], 2, "'101' is not a whole number from 1 to 100"),
+    (["--agent", "cli_agents", "--lang", "en", "--quality", "0"], 2, "'0' is not a whole number from 1 to 100"),
     (["--agent", "cli_agents", "--lang", "en", "--parallel", "99"], 2, "at most 32 episodes at once"),
     (["--agent", "cli_agent", "--lang", "en"], 2, "there is no module cli_agent installed"),
     (["--agent", "cli_agents", "--lang", "en", "--output", "cli_agents.py"], 1, "cannot be written to cli_agents.py"),

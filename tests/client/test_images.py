@@ -1,65 +1,99 @@
 """Decoding images in every encoding."""
 
-import io
-
 import numpy as np
 import numpy.typing as npt
 import pytest
-from PIL import Image
+import simplejpeg
+import zstandard
 
 from arramon.v1 import types_pb2
+from arramon.v1.types_pb2 import ENCODING_JPEG, ENCODING_RAW, ENCODING_UNSPECIFIED, ENCODING_ZSTD
 from arramon_client import ProtocolError
 from arramon_client.images import decode_depth, decode_rgb
 
 RGB = np.random.default_rng(0).integers(0, 256, (5, 7, 3), np.uint8)
 DEPTH = np.array([[0, 1, 999], [1000, 65534, 65535]], np.uint16)
-METRES = [[0.0, 0.001, 0.999], [1.0, 65.534, 65.535]]
+METRES = np.array([[0.0, 0.001, 0.999], [1.0, 65.534, 65.535]])
+SMOOTH = np.full((16, 24, 3), (200, 100, 50), np.uint8)
 
 
-def message(pixels: npt.NDArray[np.generic], encoding: types_pb2.Encoding.ValueType, data: bytes) -> types_pb2.Image:
-    return types_pb2.Image(height=pixels.shape[0], width=pixels.shape[1], encoding=encoding, data=data)
+def message(pixels: npt.NDArray[np.generic], encoding: int, data: bytes) -> types_pb2.Image:
+    number = types_pb2.Encoding.ValueType(encoding)
+    return types_pb2.Image(height=pixels.shape[0], width=pixels.shape[1], encoding=number, data=data)
 
 
-def compressed(pixels: npt.NDArray[np.uint8 | np.uint16], format_: str) -> bytes:
-    buffer = io.BytesIO()
-    Image.fromarray(pixels).save(buffer, format_)
-    return buffer.getvalue()
+def zstd(data: bytes, *, sized: bool = True) -> bytes:
+    return zstandard.ZstdCompressor(write_content_size=sized).compress(data)
 
 
-def test_raw_rgb_is_a_view_of_the_message() -> None:
-    decoded = decode_rgb(message(RGB, types_pb2.ENCODING_RAW, RGB.tobytes()))
+def jpeg(pixels: npt.NDArray[np.uint8]) -> bytes:
+    return bytes(simplejpeg.encode_jpeg(pixels, quality=90))
+
+
+def test_raw_rgb_is_a_view_of_the_data() -> None:
+    decoded = decode_rgb(message(RGB, ENCODING_RAW, RGB.tobytes()))
     assert np.array_equal(decoded, RGB)
     assert not decoded.flags.owndata
     assert not decoded.flags.writeable
 
 
-def test_png_rgb_is_exact() -> None:
-    decoded = decode_rgb(message(RGB, types_pb2.ENCODING_PNG, compressed(RGB, "PNG")))
+def test_compressed_rgb_is_exact() -> None:
+    decoded = decode_rgb(message(RGB, ENCODING_ZSTD, zstd(RGB.tobytes())))
+    assert decoded.dtype == np.uint8
     assert np.array_equal(decoded, RGB)
 
 
+def test_a_frame_made_elsewhere() -> None:
+    """Six zeros and the frame's own words: magic, single segment, content size 6, one last RLE block."""
+    data = bytes.fromhex("28b52ffd200633000000")
+    assert decode_rgb(message(RGB[:1, :2], ENCODING_ZSTD, data)).tolist() == [[[0, 0, 0], [0, 0, 0]]]
+
+
 def test_jpeg_rgb_is_near() -> None:
-    smooth = np.full((16, 16, 3), (200, 100, 50), np.uint8)
-    decoded = decode_rgb(message(smooth, types_pb2.ENCODING_JPEG, compressed(smooth, "JPEG")))
-    assert np.abs(decoded.astype(int) - smooth).max() <= 3
+    decoded = decode_rgb(message(SMOOTH, ENCODING_JPEG, jpeg(SMOOTH)))
+    assert decoded.shape == SMOOTH.shape
+    assert decoded.dtype == np.uint8
+    assert np.abs(decoded.astype(int) - SMOOTH).max() <= 3
 
 
 @pytest.mark.parametrize(("encoding", "data"), [
-    (types_pb2.ENCODING_RAW, DEPTH.astype("<u2").tobytes()), (types_pb2.ENCODING_PNG, compressed(DEPTH, "PNG")),
+    (ENCODING_RAW, DEPTH.astype("<u2").tobytes()), (ENCODING_ZSTD, zstd(DEPTH.astype("<u2").tobytes())),
 ])  # fmt: skip
-def test_depth_is_in_metres(encoding: types_pb2.Encoding.ValueType, data: bytes) -> None:
+def test_depth_is_in_metres(encoding: int, data: bytes) -> None:
     decoded = decode_depth(message(DEPTH, encoding, data))
     assert decoded.dtype == np.float32
-    assert np.allclose(decoded, METRES, rtol=1e-6)
+    assert np.allclose(decoded, METRES, rtol=1e-6, atol=0)
+    assert np.array_equal(np.rint(decoded.astype(np.float64) * 1000), DEPTH)
 
 
 @pytest.mark.parametrize(("encoding", "data", "said"), [
-    (types_pb2.ENCODING_RAW, b"12", "has 2 bytes, 105 expected"),
-    (types_pb2.ENCODING_PNG, b"12", "cannot be decoded"),
-    (types_pb2.ENCODING_PNG, compressed(RGB, "PNG")[:60], "cannot be decoded"),
-    (types_pb2.ENCODING_PNG, compressed(RGB[:4], "PNG"), r"shape \(4, 7, 3\), \(5, 7, 3\) was announced"),
-    (types_pb2.ENCODING_PNG, compressed(RGB, "BMP"), "cannot be decoded"),
+    (ENCODING_RAW, b"12", "a raw image of 5 x 7 has 2 bytes, 105 expected"),
+    (ENCODING_RAW, RGB.tobytes() + b"1", "has 106 bytes, 105 expected"),
+    (ENCODING_ZSTD, b"", "should be a Zstandard frame cannot be decoded"),
+    (ENCODING_ZSTD, b"no frame", "should be a Zstandard frame cannot be decoded"),
+    (ENCODING_ZSTD, zstd(RGB.tobytes())[:-9], "should be a Zstandard frame cannot be decoded"),
+    (ENCODING_ZSTD, zstd(RGB.tobytes()) + b"1", "should be a Zstandard frame cannot be decoded"),
+    (ENCODING_ZSTD, zstd(RGB.tobytes(), sized=False), "has an unstated number of bytes, 105 expected"),
+    (ENCODING_ZSTD, zstd(RGB[:4].tobytes()), "a compressed image has 84 bytes, 105 expected"),
+    (ENCODING_ZSTD, zstd(bytes(1 << 30)), "a compressed image has 1073741824 bytes, 105 expected"),
+    (ENCODING_JPEG, b"", "should be JPEG cannot be decoded"),
+    (ENCODING_JPEG, b"12", "should be JPEG cannot be decoded"),
+    (ENCODING_JPEG, jpeg(RGB)[:-20], "should be JPEG cannot be decoded"),
+    (ENCODING_JPEG, jpeg(SMOOTH), "an image of 5 x 7 was announced, but it is of 16 x 24"),
+    (ENCODING_UNSPECIFIED, RGB.tobytes(), "an image of 3 bytes a pixel came in the encoding 0"),
+    (9, RGB.tobytes(), "an image of 3 bytes a pixel came in the encoding 9"),
 ])  # fmt: skip
-def test_what_is_no_image(encoding: types_pb2.Encoding.ValueType, data: bytes, said: str) -> None:
+def test_what_is_no_image(encoding: int, data: bytes, said: str) -> None:
     with pytest.raises(ProtocolError, match=said):
         decode_rgb(message(RGB, encoding, data))
+
+
+@pytest.mark.parametrize(("encoding", "data", "said"), [
+    (ENCODING_RAW, bytes(11), "a raw image of 2 x 3 has 11 bytes, 12 expected"),
+    (ENCODING_ZSTD, zstd(bytes(18)), "a compressed image has 18 bytes, 12 expected"),
+    (ENCODING_ZSTD, zstd(bytes(12))[:-1], "should be a Zstandard frame cannot be decoded"),
+    (ENCODING_JPEG, jpeg(SMOOTH), "an image of 2 bytes a pixel came in the encoding 3"),
+])  # fmt: skip
+def test_what_is_no_depth_map(encoding: int, data: bytes, said: str) -> None:
+    with pytest.raises(ProtocolError, match=said):
+        decode_depth(message(DEPTH, encoding, data))

@@ -29,7 +29,12 @@ def parser() -> argparse.ArgumentParser:
     add("--parallel", type=_positive, metavar="K", help="episodes open at once (default: 8)")
     add("--sensors", type=_sensors, metavar="LIST", help="of rgb,depth,pose,oracle, or none (default: the agent's)")
     add("--image-size", type=_positive, metavar="N", help="side of the images in pixels (default: the server's)")
-    add("--encoding", choices=sorted(ENCODINGS), help="of images (default: raw on this machine, png elsewhere)")
+    add(
+        "--encoding",
+        choices=tuple(ENCODINGS),
+        help="of images (default: raw on this machine, zstd, lossless, elsewhere)",
+    )
+    add("--quality", type=_quality, metavar="Q", help="of JPEG images, 1 to 100 (default: the server's)")
     add("--output", type=Path, default=Path("arramon-results"), metavar="DIR", help="results (default: %(default)s)")
     add("--resume", metavar="RUN", help="go on with a run; its language, split, sensors and length are its own")
     add("--participant", default="", metavar="NAME", help="who plays (default: anonymous)")
@@ -70,6 +75,13 @@ def _positive(text: str) -> int:
     number = int(text) if text.isdecimal() else 0
     if number < 1:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number above 0")
+    return number
+
+
+def _quality(text: str) -> int:
+    number = int(text) if text.isdecimal() else 0
+    if not 1 <= number <= 100:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1 to 100")
     return number
 
 

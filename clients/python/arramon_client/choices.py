@@ -10,7 +10,7 @@ from arramon_client.errors import UsageError
 DEFAULT_SENSORS = ("rgb", "depth")
 DEFAULT_PARALLEL = 8
 
-ENCODINGS = {"raw": types_pb2.ENCODING_RAW, "png": types_pb2.ENCODING_PNG, "jpeg": types_pb2.ENCODING_JPEG}
+ENCODINGS = {"raw": types_pb2.ENCODING_RAW, "zstd": types_pb2.ENCODING_ZSTD, "jpeg": types_pb2.ENCODING_JPEG}
 
 
 def choose_split(info: evaluation_pb2.ServerInfo, language: str, split: str | None) -> evaluation_pb2.Split:
@@ -59,7 +59,7 @@ def choose_sensors(agent: Agent, asked: Sequence[str] | None, split: evaluation_
 
 
 def choose_encoding(info: evaluation_pb2.ServerInfo, asked: str | None, address: str) -> types_pb2.Encoding.ValueType:
-    """How images travel: as asked; otherwise raw from a server on this machine, and PNG from elsewhere.
+    """How images travel: as asked; otherwise raw from a server on this machine, and compressed from elsewhere.
 
     Raises:
         UsageError: if the server does not offer what was asked for.
@@ -69,8 +69,22 @@ def choose_encoding(info: evaluation_pb2.ServerInfo, asked: str | None, address:
             offered = _listed(name for name, encoding in ENCODINGS.items() if encoding in info.encodings)
             raise UsageError(f"the server does not offer the encoding {asked!r}; it offers {offered}")
         return ENCODINGS[asked]
-    preferred = ENCODINGS["raw" if is_local(address) else "png"]
-    return preferred if preferred in info.encodings else types_pb2.ENCODING_UNSPECIFIED
+    # Never JPEG unless it was asked for: what an agent scores must not depend on the link that it happened to have.
+    for name in ("raw", "zstd") if is_local(address) else ("zstd", "raw"):
+        if ENCODINGS[name] in info.encodings:
+            return ENCODINGS[name]
+    raise UsageError("the server offers no lossless encoding that this client knows; choose another with --encoding")
+
+
+def choose_jpeg_quality(encoding: types_pb2.Encoding.ValueType, asked: int | None) -> int:
+    """The quality of JPEG images, 1 to 100; 0 for the server's own choice.
+
+    Raises:
+        UsageError: if it was asked for, but images do not travel as JPEG.
+    """
+    if asked is not None and encoding != types_pb2.ENCODING_JPEG:
+        raise UsageError("--quality is for --encoding jpeg: raw and zstd images lose nothing")
+    return asked or 0
 
 
 def choose_image_size(info: evaluation_pb2.ServerInfo, asked: int | None) -> int:

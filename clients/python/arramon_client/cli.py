@@ -126,9 +126,11 @@ class _Client:
         return run
 
     def _settings(self, server: Server) -> Settings:
+        encoding = choices.choose_encoding(server.info, self.options.encoding, server.address)
         return Settings(
             parallel=choices.choose_parallel(server.info, self.options.parallel),
-            encoding=choices.choose_encoding(server.info, self.options.encoding, server.address),
+            encoding=encoding,
+            jpeg_quality=choices.choose_jpeg_quality(encoding, self.options.quality),
             image_size=choices.choose_image_size(server.info, self.options.image_size),
             resume=self.options.resume is not None,
         )

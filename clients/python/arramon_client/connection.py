@@ -129,7 +129,7 @@ def explain(error: grpc.RpcError, address: str) -> ArramonClientError:
         case grpc.StatusCode.RESOURCE_EXHAUSTED if "message" in details and ("larger" in details or "max" in details):
             return MessageTooLargeError(
                 f"a message is too large ({details}); ask for less at once: a smaller --parallel or --image-size, "
-                "or --encoding png",
+                "or --encoding zstd",
                 code,
             )
         case grpc.StatusCode.INTERNAL | grpc.StatusCode.UNKNOWN:

@@ -44,6 +44,7 @@ class Settings:
     Attributes:
         parallel: episodes to have open at once.
         encoding: of images.
+        jpeg_quality: 1 to 100, with JPEG only; 0 for the server's default.
         image_size: side length in pixels; 0 for the server's first.
         resume: the agent is new to the run: take over its open episodes, and rebuild the agent's memory of each.
         patience: seconds without anything new from the server, while connections break, before it is given up.
@@ -51,6 +52,7 @@ class Settings:
 
     parallel: int
     encoding: types_pb2.Encoding.ValueType = types_pb2.ENCODING_UNSPECIFIED
+    jpeg_quality: int = 0
     image_size: int = 0
     resume: bool = False
     patience: float = 300.0
@@ -113,6 +115,7 @@ def play(
             player=player,
             max_episodes=settings.parallel,
             encoding=settings.encoding,
+            jpeg_quality=settings.jpeg_quality,
             image_size=settings.image_size,
             history=history,
             adopt=adopt,

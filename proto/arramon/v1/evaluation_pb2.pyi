@@ -570,6 +570,7 @@ class Open(_message.Message):
     IMAGE_SIZE_FIELD_NUMBER: _builtins.int
     HISTORY_FIELD_NUMBER: _builtins.int
     ADOPT_FIELD_NUMBER: _builtins.int
+    JPEG_QUALITY_FIELD_NUMBER: _builtins.int
     run_id: _builtins.str
     player: _builtins.str
     """A random name that the client makes up for this stream and keeps when it reconnects: a new"""
@@ -587,6 +588,8 @@ class Open(_message.Message):
     comes from another player is always sent so.
     Take over at once what other players of this run left open, without the grace period.
     """
+    jpeg_quality: _builtins.int
+    """1 to 100, with ENCODING_JPEG only; 0: the server's default."""
     def __init__(
         self,
         *,
@@ -597,10 +600,11 @@ class Open(_message.Message):
         image_size: _builtins.int = ...,
         history: _builtins.bool = ...,
         adopt: _builtins.bool = ...,
+        jpeg_quality: _builtins.int = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["adopt", b"adopt", "encoding", b"encoding", "history", b"history", "image_size", b"image_size", "max_episodes", b"max_episodes", "player", b"player", "run_id", b"run_id"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["adopt", b"adopt", "encoding", b"encoding", "history", b"history", "image_size", b"image_size", "jpeg_quality", b"jpeg_quality", "max_episodes", b"max_episodes", "player", b"player", "run_id", b"run_id"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -756,8 +760,11 @@ class Opened(_message.Message):
     EPISODE_IDS_FIELD_NUMBER: _builtins.int
     ENCODING_FIELD_NUMBER: _builtins.int
     IMAGE_SIZE_FIELD_NUMBER: _builtins.int
+    JPEG_QUALITY_FIELD_NUMBER: _builtins.int
     encoding: _types_pb2.Encoding.ValueType
     image_size: _builtins.int
+    jpeg_quality: _builtins.int
+    """0 where the encoding is not JPEG."""
     @_builtins.property
     def run(self) -> Global___Run: ...
     @_builtins.property
@@ -771,10 +778,11 @@ class Opened(_message.Message):
         episode_ids: _abc.Iterable[_builtins.str] | None = ...,
         encoding: _types_pb2.Encoding.ValueType = ...,
         image_size: _builtins.int = ...,
+        jpeg_quality: _builtins.int = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["run", b"run"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["encoding", b"encoding", "episode_ids", b"episode_ids", "image_size", b"image_size", "run", b"run"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["encoding", b"encoding", "episode_ids", b"episode_ids", "image_size", b"image_size", "jpeg_quality", b"jpeg_quality", "run", b"run"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 

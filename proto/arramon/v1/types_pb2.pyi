@@ -111,23 +111,29 @@ class _EncodingEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_Encoding.Val
     ENCODING_UNSPECIFIED: _Encoding.ValueType  # 0
     """The server chooses the first that it offers."""
     ENCODING_RAW: _Encoding.ValueType  # 1
-    """Row-major bytes: height x width x 3 (RGB, uint8), or height x width (depth, uint16, little-endian)."""
-    ENCODING_PNG: _Encoding.ValueType  # 2
-    """Lossless: 8-bit RGB, or 16-bit greyscale for depth."""
+    """The pixels as they are."""
+    ENCODING_ZSTD: _Encoding.ValueType  # 2
+    """Lossless: the pixels as ENCODING_RAW has them, all together compressed to one Zstandard frame"""
     ENCODING_JPEG: _Encoding.ValueType  # 3
-    """RGB only, lossy; depth travels as PNG beside it."""
+    """(RFC 8878) that states its content size and needs no dictionary. No filter goes before it.
+    RGB only, lossy: one JPEG (JFIF) file with chroma at half resolution (4:2:0), of the quality
+    """
 
 class Encoding(_Encoding, metaclass=_EncodingEnumTypeWrapper):
-    """How an RGB image or a depth map travels."""
+    """How an RGB image or a depth map travels. Its pixels are in rows from the top, each from the left, without padding: of RGB
+    three bytes a pixel, red first; of depth one unsigned 16-bit number a pixel, the low byte first.
+    """
 
 ENCODING_UNSPECIFIED: Encoding.ValueType  # 0
 """The server chooses the first that it offers."""
 ENCODING_RAW: Encoding.ValueType  # 1
-"""Row-major bytes: height x width x 3 (RGB, uint8), or height x width (depth, uint16, little-endian)."""
-ENCODING_PNG: Encoding.ValueType  # 2
-"""Lossless: 8-bit RGB, or 16-bit greyscale for depth."""
+"""The pixels as they are."""
+ENCODING_ZSTD: Encoding.ValueType  # 2
+"""Lossless: the pixels as ENCODING_RAW has them, all together compressed to one Zstandard frame"""
 ENCODING_JPEG: Encoding.ValueType  # 3
-"""RGB only, lossy; depth travels as PNG beside it."""
+"""(RFC 8878) that states its content size and needs no dictionary. No filter goes before it.
+RGB only, lossy: one JPEG (JFIF) file with chroma at half resolution (4:2:0), of the quality
+"""
 Global___Encoding: _TypeAlias = Encoding  # noqa: Y015
 
 @_typing.final

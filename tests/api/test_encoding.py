@@ -1,0 +1,138 @@
+"""Images there and back: what the server encodes, the client decodes."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from arramon.v1.types_pb2 import (
+    ENCODING_JPEG,
+    ENCODING_RAW,
+    ENCODING_UNSPECIFIED,
+    ENCODING_ZSTD,
+    Encoding,
+    Image,
+)
+from arramon_client.images import decode_depth, decode_rgb
+from server.api.encoding import OFFERED, Encoder
+from server.errors import BadInput
+from server.sim.bullet import World
+from server.sim.cameras import Actor, Frame, Viewpoint
+from server.sim.catalogue import ALL_TYPES
+from server.sim.room_scene import room_scene
+
+RANDOM = np.random.default_rng(3)
+SIZES = (224, 128)
+LUMINANCE = np.array([0.299, 0.587, 0.114])
+
+
+@pytest.fixture(scope="module")
+def frames() -> Iterator[dict[int, list[Frame]]]:
+    """Rendered frames of each size: three views of the room, with objects."""
+    actors = [Actor(type_, (1.5 * i, 4.5, 0.0), scale=2.0) for i, type_ in enumerate(ALL_TYPES[:4])]
+    with World(room_scene()) as world:
+        yield {size: [world.render(Viewpoint(3.0, 0.0, h), actors, size) for h in (0.0, 30.0, 180.0)] for size in SIZES}
+
+
+def rgb(
+    encoding: Encoding.ValueType, pixels: npt.NDArray[np.uint8], quality: int = 0
+) -> tuple[Image, npt.NDArray[np.uint8]]:
+    image = Image()
+    Encoder(encoding, quality).rgb(pixels, image)
+    return image, decode_rgb(image)
+
+
+def depth(encoding: Encoding.ValueType, pixels: npt.NDArray[np.uint16]) -> tuple[Image, npt.NDArray[np.uint16]]:
+    image = Image()
+    Encoder(encoding).depth(pixels, image)
+    return image, np.rint(decode_depth(image).astype(np.float64) * 1000).astype(np.uint16)
+
+
+@pytest.mark.parametrize("encoding", [ENCODING_RAW, ENCODING_ZSTD])
+@pytest.mark.parametrize("size", SIZES)
+def test_what_loses_nothing(encoding: Encoding.ValueType, size: int, frames: dict[int, list[Frame]]) -> None:
+    for frame in frames[size]:
+        image, back = rgb(encoding, frame.rgb)
+        assert (image.height, image.width, image.encoding) == (size, size, encoding)
+        assert np.array_equal(back, frame.rgb)
+        image, metres = depth(encoding, frame.depth)
+        assert (image.height, image.width, image.encoding) == (size, size, encoding)
+        assert np.array_equal(metres, frame.depth)
+
+
+@pytest.mark.parametrize("encoding", [ENCODING_RAW, ENCODING_ZSTD])
+@pytest.mark.parametrize("shape", [(224, 224), (128, 128), (1, 1), (3, 5)])
+def test_noise_loses_nothing(encoding: Encoding.ValueType, shape: tuple[int, int]) -> None:
+    pixels = RANDOM.integers(0, 256, (*shape, 3), np.uint8)
+    assert np.array_equal(rgb(encoding, pixels)[1], pixels)
+    distances = RANDOM.integers(0, 65536, shape, np.uint16)
+    assert np.array_equal(depth(encoding, distances)[1], distances)
+
+
+@pytest.mark.parametrize("encoding", OFFERED)
+@pytest.mark.parametrize("values", [(0, 0), (65535, 65535), (0, 65535), (1, 256)])
+def test_the_extremes_of_depth(encoding: Encoding.ValueType, values: tuple[int, int]) -> None:
+    distances = np.resize(np.array(values, np.uint16), (128, 128))
+    assert np.array_equal(depth(encoding, distances)[1], distances)
+
+
+@pytest.mark.parametrize("encoding", OFFERED)
+def test_pixels_that_do_not_lie_in_rows(encoding: Encoding.ValueType) -> None:
+    pixels = np.zeros((16, 8, 4), np.uint8)[..., :3].transpose(1, 0, 2)
+    assert np.array_equal(rgb(encoding, pixels)[1], np.zeros((8, 16, 3)))
+    distances = RANDOM.integers(0, 65536, (4, 6), np.uint16)
+    assert np.array_equal(depth(encoding, distances.T)[1], distances.T)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_jpeg_is_near_and_depth_beside_it_exact(size: int, frames: dict[int, list[Frame]]) -> None:
+    for frame in frames[size]:
+        image, back = rgb(ENCODING_JPEG, frame.rgb)
+        assert (image.height, image.width, image.encoding) == (size, size, ENCODING_JPEG)
+        error = back.astype(int) - frame.rgb
+        assert 0 < np.abs(error).mean() < 8  # stripes of one pixel, and colour at half resolution
+        assert np.abs(error @ LUMINANCE).mean() < 3
+        assert np.abs(error @ LUMINANCE).max() < 32
+        image, metres = depth(ENCODING_JPEG, frame.depth)
+        assert image.encoding == ENCODING_ZSTD
+        assert np.array_equal(metres, frame.depth)
+
+
+def test_a_higher_quality_is_larger_and_nearer(frames: dict[int, list[Frame]]) -> None:
+    pixels = frames[224][1].rgb
+    found = [rgb(ENCODING_JPEG, pixels, quality) for quality in (1, 50, 90, 100)]
+    lengths = [len(image.data) for image, _ in found]
+    errors = [np.abs(back.astype(int) - pixels).mean() for _, back in found]
+    assert lengths == sorted(set(lengths))
+    assert errors == sorted(set(errors), reverse=True)
+    assert rgb(ENCODING_JPEG, pixels)[0] == found[2][0]
+
+
+def test_compressed_is_small(frames: dict[int, list[Frame]]) -> None:
+    for frame in frames[224]:
+        assert len(rgb(ENCODING_ZSTD, frame.rgb)[0].data) < frame.rgb.nbytes / 3
+        assert len(depth(ENCODING_ZSTD, frame.depth)[0].data) < frame.depth.nbytes / 10
+
+
+@pytest.mark.parametrize(("asked", "quality", "encoding", "in_force"), [
+    (ENCODING_UNSPECIFIED, 0, ENCODING_RAW, 0), (ENCODING_ZSTD, 0, ENCODING_ZSTD, 0),
+    (ENCODING_JPEG, 0, ENCODING_JPEG, 90), (ENCODING_JPEG, 1, ENCODING_JPEG, 1),
+    (ENCODING_JPEG, 100, ENCODING_JPEG, 100),
+])  # fmt: skip
+def test_what_is_in_force(asked: Encoding.ValueType, quality: int, encoding: Encoding.ValueType, in_force: int) -> None:
+    encoder = Encoder(asked, quality)
+    assert (encoder.encoding, encoder.jpeg_quality) == (encoding, in_force)
+
+
+@pytest.mark.parametrize(("asked", "quality", "said"), [
+    (9, 0, "encoding 9 is not offered; see ServerInfo.encodings"),
+    (ENCODING_JPEG, 101, "jpeg_quality is 101, expected 1 to 100, or 0 for 90"),
+    (ENCODING_RAW, 90, "jpeg_quality is 90, but the encoding is ENCODING_RAW: it is for ENCODING_JPEG only"),
+    (ENCODING_ZSTD, 1, "jpeg_quality is 1, but the encoding is ENCODING_ZSTD: it is for ENCODING_JPEG only"),
+    (ENCODING_UNSPECIFIED, 90, "jpeg_quality is 90, but the encoding is ENCODING_RAW: it is for ENCODING_JPEG only"),
+])  # fmt: skip
+def test_what_cannot_be(asked: int, quality: int, said: str) -> None:
+    with pytest.raises(BadInput) as caught:
+        Encoder(Encoding.ValueType(asked), quality)
+    assert str(caught.value) == said
