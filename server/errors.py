@@ -43,6 +43,10 @@ class Conflict(ArraMonError):
     """The request does not fit the present state, such as the scores of a run that is still being played."""
 
 
+class TakenOver(Conflict):
+    """Another process of this server has got there first. Whoever reads this tries again, and sees what is now."""
+
+
 class Unavailable(ArraMonError):
     """The server cannot go on just now, such as while it shuts down. Nothing that was answered is lost."""
 

@@ -81,36 +81,38 @@ class Playing:
         self._outbox.put_nowait(None)
 
     def _deliver(self, events: Sequence[Event]) -> None:
-        self._outbox.put_nowait(pb.PlayResponse(events=[self._message(event) for event in events]))
+        response = pb.PlayResponse()
+        for event in events:
+            self._write(event, response.events.add())
+        self._outbox.put_nowait(response)
 
-    def _message(self, event: Event) -> pb.Event:
+    def _write(self, event: Event, message: pb.Event) -> None:
+        """Fills a message in place: an observation is large, and a message set into another is copied."""
         match event:
             case Observed():
-                return pb.Event(observation=self._observation(event))
+                self._write_observation(event, message.observation)
             case EpisodeStarted():
-                return pb.Event(episode_started=self._started(event))
+                message.episode_started.CopyFrom(self._started(event))
             case PhaseOver(episode_id, phase):
-                over = pb.PhaseEnded(
-                    episode_id=episode_id, turn=phase.turn, phase=PHASES[phase.phase], forced=phase.forced
-                )
-                return pb.Event(phase_ended=over)
+                over = message.phase_ended
+                over.episode_id, over.turn, over.forced = episode_id, phase.turn, phase.forced
+                over.phase = PHASES[phase.phase]
             case EpisodeEnded(episode_id, cause, ended):
-                value = types_pb2.Cause.Value(f"CAUSE_{cause}")
-                return pb.Event(episode_ended=pb.EpisodeEnded(episode_id=episode_id, cause=value, episodes_ended=ended))
+                end = message.episode_ended
+                end.episode_id, end.episodes_ended = episode_id, ended
+                end.cause = types_pb2.Cause.Value(f"CAUSE_{cause}")
             case Opened(run, progress, episode_ids):
-                opened = pb.Opened(
-                    run=run_message(run, progress),
-                    episode_ids=episode_ids,
-                    encoding=self._encoder.encoding,
-                    image_size=self._stream.image_size,
-                    jpeg_quality=self._encoder.jpeg_quality,
-                )
-                return pb.Event(opened=opened)
-            case Problem(code, message, episode_id, step):
-                value_ = pb.Problem.Code.Value(f"CODE_{code}")
-                return pb.Event(problem=pb.Problem(code=value_, message=message, episode_id=episode_id, step=step))
+                opened = message.opened
+                opened.run.CopyFrom(run_message(run, progress))
+                opened.episode_ids.extend(episode_ids)
+                opened.encoding, opened.jpeg_quality = self._encoder.encoding, self._encoder.jpeg_quality
+                opened.image_size = self._stream.image_size
+            case Problem(code, text, episode_id, step):
+                problem = message.problem
+                problem.message, problem.episode_id, problem.step = text, episode_id, step
+                problem.code = pb.Problem.Code.Value(f"CODE_{code}")
             case _:
-                return pb.Event(run_ended=pb.RunEnded(run=run_message(event.run, event.progress)))
+                message.run_ended.run.CopyFrom(run_message(event.run, event.progress))
 
     def _started(self, event: EpisodeStarted) -> pb.EpisodeStarted:
         message = pb.EpisodeStarted(
@@ -120,25 +122,20 @@ class Playing:
             message.oracle.CopyFrom(oracle_message(event.episode, event.scene))
         return message
 
-    def _observation(self, event: Observed) -> pb.Observation:
+    def _write_observation(self, event: Observed, message: pb.Observation) -> None:
         state, sensors = event.state, event.run.sensors
-        message = pb.Observation(
-            episode_id=event.episode.episode_id,
-            step=state.step,
-            turn=state.turn,
-            phase=PHASES[state.phase],
-            instruction=event.episode.instruction(event.run.language, state.turn, state.phase.value),
-            phase_step=state.phase_step,
-            steps_left=event.steps_left,
-            taken=None if event.taken is None else ACTIONS[event.taken],
-        )
+        message.episode_id, message.step, message.turn = event.episode.episode_id, state.step, state.turn
+        message.phase = PHASES[state.phase]
+        message.instruction = event.episode.instruction(event.run.language, state.turn, state.phase.value)
+        message.phase_step, message.steps_left = state.phase_step, event.steps_left
+        if event.taken is not None:
+            message.taken = ACTIONS[event.taken]
         if event.frame is not None and "rgb" in sensors:
             self._encoder.rgb(event.frame.rgb, message.rgb)
         if event.frame is not None and "depth" in sensors:
             self._encoder.depth(event.frame.depth, message.depth)
         if "pose" in sensors:
             message.pose.CopyFrom(pose_message(visible_pose(state)))
-        return message
 
 
 def _act(act: pb.Act) -> Act:

@@ -2,11 +2,12 @@
 
 import grpc
 
-from server.errors import ArraMonError, BadInput, Conflict, NotFound, Unavailable
+from server.errors import ArraMonError, BadInput, Conflict, NotFound, TakenOver, Unavailable
 
 _TABLE = (
     (BadInput, grpc.StatusCode.INVALID_ARGUMENT),
     (NotFound, grpc.StatusCode.NOT_FOUND),
+    (TakenOver, grpc.StatusCode.ABORTED),
     (Conflict, grpc.StatusCode.FAILED_PRECONDITION),
     (Unavailable, grpc.StatusCode.UNAVAILABLE),
 )

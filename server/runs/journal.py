@@ -17,7 +17,7 @@ from sqlalchemy import event
 from sqlalchemy.engine import Connection, Engine, Row
 from sqlalchemy.exc import DBAPIError, IntegrityError
 
-from server.errors import Conflict, NotFound, StorageError
+from server.errors import NotFound, StorageError, TakenOver
 from server.runs import tables
 
 RUNNING, COMPLETE, CANCELLED = "RUNNING", "COMPLETE", "CANCELLED"
@@ -291,14 +291,14 @@ class Journal:
         """Writes steps and endings, all or nothing.
 
         Raises:
-            Conflict: if a step is there already, or a claim is not held any more: another process plays the episode.
+            TakenOver: if a step is there already, or a claim is not held any more: another process plays the episode.
             StorageError: if the database cannot be written.
         """
         if not (batch.steps or batch.endings):
             return
         with self._write() as connection:
             if batch.steps and connection.execute(_INSERT_STEP, batch.steps).rowcount != len(batch.steps):
-                raise Conflict("another process of this server has taken over an episode, or it has ended")
+                raise TakenOver("another process of this server has taken over an episode, or it has ended")
             for ending in batch.endings:
                 values = {name: getattr(ending, name) for name in ("cause", "steps", "scores", "note")}
                 done = connection.execute(
@@ -307,7 +307,7 @@ class Journal:
                     .values(state=ENDED, **values)
                 )
                 if not done.rowcount:
-                    raise Conflict(f"another process of this server has taken over episode {ending.episode_id!r}")
+                    raise TakenOver(f"another process of this server has taken over episode {ending.episode_id!r}")
 
     def _count(self, run_id: str, condition: sa.ColumnElement[bool]) -> int:
         rows = self._read(sa.select(sa.func.count()).where(tables.episodes.c.run_id == run_id, condition))
@@ -367,7 +367,7 @@ def _storage_errors() -> Iterator[None]:
     try:
         yield
     except IntegrityError as error:
-        raise Conflict(f"the journal holds this already: {error.orig}") from error
+        raise TakenOver(f"the journal holds this already: {error.orig}") from error
     except DBAPIError as error:
         raise StorageError(f"the journal cannot be used: {error.orig}") from error
 

@@ -10,7 +10,7 @@ from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from sqlalchemy import create_engine
 
-from server.errors import Conflict, NotFound, StorageError
+from server.errors import NotFound, StorageError, TakenOver
 from server.runs.journal import COMPLETE, RUNNING, Batch, Ending, Journal, Progress, Run
 from server.runs.tables import metadata
 
@@ -57,13 +57,13 @@ def test_a_step_is_written_once_and_a_batch_whole_or_not_at_all(journal: Journal
     journal.commit(steps("r", "a", 0))
     batch = steps("r", "b", 0, 0)
     batch.add_step("r", "a", 0, 0, 2)
-    with pytest.raises(Conflict, match="the journal holds this already"):
+    with pytest.raises(TakenOver, match="the journal holds this already"):
         journal.commit(batch)
     assert (journal.actions("r", "a"), journal.actions("r", "b")) == ([0], [])
 
 
 def test_a_step_of_an_unknown_run_is_refused(journal: Journal) -> None:
-    with pytest.raises(Conflict, match="another process of this server has taken over"):
+    with pytest.raises(TakenOver, match="another process of this server has taken over"):
         journal.commit(steps("nobody's", "a", 0))
 
 
@@ -98,7 +98,7 @@ def test_who_lost_a_claim_cannot_write(journal: Journal) -> None:
     for batch in (Batch(), Batch(endings=[Ending("r", "a", "FORFEITED", 0, [{}, {}], "", first.epoch)])):
         if not batch.endings:
             batch.add_step("r", "a", first.epoch, 0, 3)
-        with pytest.raises(Conflict, match="taken over"):
+        with pytest.raises(TakenOver, match="taken over"):
             journal.commit(batch)
     late = Batch()
     late.add_step("r", "a", second.epoch, 0, 1)
@@ -109,7 +109,7 @@ def test_who_lost_a_claim_cannot_write(journal: Journal) -> None:
 def test_no_step_after_the_end(journal: Journal) -> None:
     journal.create(a_run(), ["a"])
     journal.commit(Batch(endings=[Ending("r", "a", "FORFEITED", 0, [{}, {}])]))
-    with pytest.raises(Conflict, match="or it has ended"):
+    with pytest.raises(TakenOver, match="or it has ended"):
         journal.commit(steps("r", "a", 0))
 
 

@@ -25,6 +25,7 @@ def parser() -> argparse.ArgumentParser:
     add("--split", metavar="S", help="episodes to play (default: the server's only split with that language)")
     add("--server", metavar="ADDR", help="host:port or unix:/path (default: a server of its own, embedded)")
     add("--data", type=Path, metavar="DIR", help="the embedded server's data ($ARRAMON_DATA, or ./arramon-data)")
+    add("--workers", type=_positive, metavar="N", help="processes of the embedded server (default: 1)")
     add("--episodes", type=_positive, metavar="N", help="play the first N of the split's fixed order (default: all)")
     add("--parallel", type=_positive, metavar="K", help="episodes open at once (default: 8)")
     add("--sensors", type=_sensors, metavar="LIST", help="of rgb,depth,pose,oracle, or none (default: the agent's)")
@@ -52,8 +53,9 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     arguments = made.parse_args(argv)
     if arguments.resume is None and arguments.lang is None:
         made.error("--lang is needed: the language of the instructions, such as --lang en")
-    if arguments.server is not None and arguments.data is not None:
-        made.error("--data is for the embedded server, and cannot be used together with --server")
+    for option, value in (("--data", arguments.data), ("--workers", arguments.workers)):
+        if arguments.server is not None and value is not None:
+            made.error(f"{option} is for the embedded server, and cannot be used together with --server")
     return arguments
 
 

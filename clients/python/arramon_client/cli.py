@@ -5,7 +5,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
 
 from rich.console import Console
@@ -14,10 +14,11 @@ from arramon.v1 import evaluation_pb2
 from arramon_client import arguments, choices, results
 from arramon_client.agent import Agent
 from arramon_client.connection import Server, call, connect
-from arramon_client.embedded import default_data, embedded_server
+from arramon_client.embedded import EmbeddedServer, default_data, embedded_server
 from arramon_client.errors import AgentLoadError, ArramonClientError, UsageError
+from arramon_client.lanes import play_in_lanes
 from arramon_client.loading import load_agent
-from arramon_client.play import Outcome, Settings, play
+from arramon_client.play import Outcome, Settings
 from arramon_client.progress import shown
 
 FINE, ERROR, USAGE, AGENT_FAILED, INTERRUPTED = 0, 1, 2, 3, 130
@@ -86,7 +87,7 @@ class _Client:
             revive: Callable[[], None] = lambda: None  # noqa: E731 - a default for what an embedded server replaces
             address = options.server
             if address is None:
-                embedded = stack.enter_context(embedded_server(options.data or default_data()))
+                embedded = stack.enter_context(self._embedded())
                 address, revive = embedded.address, embedded.revive
             server = stack.enter_context(connect(address))
             run = self._resumed(server, agent) if options.resume else self._created(server, agent)
@@ -96,6 +97,10 @@ class _Client:
             request = evaluation_pb2.GetReportRequest(run_id=run.run_id)
             report = call(server.stub.GetReport, request, server.address)
         return self._show(report, outcome)
+
+    def _embedded(self) -> AbstractContextManager[EmbeddedServer]:
+        workers = ("--workers", str(self.options.workers or 1))
+        return embedded_server(self.options.data or default_data(), options=workers)
 
     def _created(self, server: Server, agent: Agent) -> evaluation_pb2.Run:
         options = self.options
@@ -144,12 +149,11 @@ class _Client:
         )
         started = time.monotonic()
         with shown(self.console, quiet=self.options.quiet) as progress:
-            outcome = play(
-                server.stub,
+            outcome = play_in_lanes(
+                server,
                 run,
                 agent,
                 settings,
-                address=server.address,
                 notify=self.say,
                 progress=progress,
                 revive=revive,

@@ -1,0 +1,254 @@
+"""Steps a second from end to end: a real server, a real client, a random walk, on this machine.
+
+    python benchmarks/serving.py [--data DIR] [--seconds 6] [--rounds 3] [--json FILE]
+
+Every setting starts its own server process and plays for some seconds with the client's own play loop. The settings
+take turns, round by round, so that a machine that gets slower does so for all, and the medians are shown. The first row
+is the baseline of the ratios: what one core does in process, rules and frames alone, without gRPC, journal or client.
+"""
+
+import argparse
+import json
+import statistics
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from itertools import cycle, islice
+from pathlib import Path
+
+from agents.random_walk import Agent as RandomWalk
+from arramon.v1 import evaluation_pb2, types_pb2
+from arramon_client.agent import Episode, Observation
+from arramon_client.connection import METADATA, connect
+from arramon_client.lanes import play_in_lanes
+from arramon_client.play import Settings
+from server.episodes.importing import import_release
+from server.episodes.splits import Split, read_splits
+from server.runs.session import Session
+from server.runs.worlds import Worlds
+from server.sim.rules import Action, Limits
+
+SAMPLE = Path(__file__).parents[1] / "examples" / "sample" / "sample.json"
+SENSORS = ("rgb", "depth")
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What is measured: one row of the table."""
+
+    name: str
+    parallel: int = 16
+    size: int = 224
+    encoding: types_pb2.Encoding.ValueType = types_pb2.ENCODING_RAW
+    tcp: bool = False
+    workers: int = 1
+    sensors: tuple[str, ...] = SENSORS
+
+
+SETTINGS = (
+    Setting("1 episode", parallel=1),
+    Setting("16 episodes"),
+    Setting("128 episodes", parallel=128),
+    Setting("1000 episodes", parallel=1000),
+    Setting("16, over TCP", tcp=True),
+    Setting("16, lossless", encoding=types_pb2.ENCODING_ZSTD),
+    Setting("16, JPEG", encoding=types_pb2.ENCODING_JPEG),
+    Setting("16, 128x128", size=128),
+    Setting("16, 128x128, JPEG", size=128, encoding=types_pb2.ENCODING_JPEG),
+    Setting("16, 2 workers", workers=2),
+    Setting("128, 2 workers", parallel=128, workers=2),
+    Setting("16, no images", sensors=()),
+)
+
+
+@dataclass
+class Timed:
+    """A random walk that notes when it was asked."""
+
+    steps: int = 0
+    waits: list[float] = field(default_factory=list)
+    _agent: RandomWalk = field(default_factory=RandomWalk)
+    _answered: dict[str, float] = field(default_factory=dict)
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def begin(self, episode: Episode) -> None:
+        """As the random walk."""
+        self._agent.begin(episode)
+
+    def act(self, observations: Sequence[Observation]) -> Sequence[int]:
+        """As the random walk."""
+        now = time.perf_counter()
+        with self._lock:
+            for observation in observations:
+                before = self._answered.get(observation.episode_id)
+                if before is not None:
+                    self.waits.append(now - before)
+        actions = self._agent.act(observations)
+        with self._lock:
+            self.steps += len(observations)
+            self._answered.update((o.episode_id, time.perf_counter()) for o in observations)
+        return actions
+
+    def reset(self) -> None:
+        """Forgets what was noted so far: it was the warm-up."""
+        with self._lock:
+            self.steps, self.waits = 0, []
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One round of one setting.
+
+    Attributes:
+        rate: steps a second.
+        mean, p50, p99: milliseconds from an action to the next observation of its episode.
+        memory: MB that the server's processes hold.
+        ready: seconds until the server listened.
+    """
+
+    rate: float
+    mean: float = 0.0
+    p50: float = 0.0
+    p99: float = 0.0
+    memory: float = 0.0
+    ready: float = 0.0
+
+
+def in_process(split: Split, seconds: float, size: int = 224) -> Measured:
+    """Rules and frames of 16 episodes in turn, in this process."""
+    worlds, limits = Worlds({split.name: split}), Limits()
+    episodes = islice(cycle(split.episodes.values()), 16)
+    sessions = [Session(e, worlds.ground(split.name, e.section), limits) for e in episodes]
+    for session in sessions:
+        worlds.render(split.name, session.episode, session.state, size)
+    steps, started = 0, time.perf_counter()
+    while time.perf_counter() - started < seconds:
+        for number, session in enumerate(sessions):
+            if session.state.finished:
+                session = Session(session.episode, worlds.ground(split.name, session.episode.section), limits)
+                sessions[number] = session
+            session.apply(Action((steps * 7 + number * 3) % 3))
+            worlds.render(split.name, session.episode, session.state, size)
+            steps += 1
+    rate = steps / (time.perf_counter() - started)
+    worlds.close()
+    return Measured(rate)
+
+
+@contextmanager
+def serving(data: Path, setting: Setting) -> Iterator[tuple[str, "subprocess.Popen[str]", float]]:
+    """A server with a journal of its own: its address, its process, and the seconds it took to start."""
+    with tempfile.TemporaryDirectory() as folder:
+        listen = "127.0.0.1:0" if setting.tcp else f"unix:{folder}/socket"
+        command = [sys.executable, "-m", "server", "serve", "--data", str(data), "--listen", listen]
+        command += ["--journal", f"sqlite:///{folder}/journal.db", "--workers", str(setting.workers)]
+        started = time.perf_counter()
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+            try:
+                assert process.stdout is not None
+                address = next(line.split()[-1] for line in process.stdout if line.startswith("listening on "))
+                yield address, process, time.perf_counter() - started
+            finally:
+                process.terminate()
+
+
+def measure(data: Path, split: Split, setting: Setting, seconds: float) -> Measured:
+    """One round: plays for a while to warm up, then for the seconds that count."""
+    with serving(data, setting) as (address, process, ready), connect(address) as server:
+        language = next(iter(split.languages))
+        request = evaluation_pb2.CreateRunRequest(agent="benchmark", split=split.name, language=language)
+        request.sensors.extend(setting.sensors)
+        run = server.stub.CreateRun(request, metadata=METADATA)
+        agent = Timed()
+        settings = Settings(min(setting.parallel, run.episodes), setting.encoding, image_size=setting.size)
+        playing = threading.Thread(target=play_in_lanes, args=(server, run, agent, settings), daemon=True)
+        playing.start()
+        warm_up(agent, settings.parallel)
+        agent.reset()
+        started = time.perf_counter()
+        time.sleep(seconds)
+        steps, waits, elapsed = agent.steps, sorted(agent.waits), time.perf_counter() - started
+        memory = sum(resident(pid) for pid in family(process.pid))
+        server.stub.CancelRun(evaluation_pb2.CancelRunRequest(run_id=run.run_id), metadata=METADATA)
+        playing.join()
+    return Measured(
+        rate=steps / elapsed,
+        mean=1e3 * statistics.fmean(waits),
+        p50=1e3 * waits[len(waits) // 2],
+        p99=1e3 * waits[len(waits) * 99 // 100],
+        memory=memory,
+        ready=ready,
+    )
+
+
+def warm_up(agent: Timed, parallel: int) -> None:
+    """Waits until every open episode has been asked at least once, and a second more."""
+    while agent.steps < parallel:
+        time.sleep(0.05)
+    time.sleep(1.0)
+
+
+def family(process_id: int) -> list[int]:
+    """A process and its children; Linux only."""
+    children = Path(f"/proc/{process_id}/task/{process_id}/children").read_text().split()
+    return [process_id, *(int(child) for child in children)]
+
+
+def resident(process_id: int) -> float:
+    """MB of memory that a process holds for itself and shares."""
+    for line in Path(f"/proc/{process_id}/status").read_text().splitlines():
+        if line.startswith("VmRSS:"):
+            return int(line.split()[1]) / 1000
+    return 0.0
+
+
+def median(rounds: Sequence[Measured]) -> Measured:
+    """Field by field."""
+    return Measured(**{name: statistics.median(getattr(r, name) for r in rounds) for name in Measured.__annotations__})
+
+
+def main() -> None:
+    """Runs the benchmark and prints its table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("--data", type=Path, help="data folder (default: the sample episodes)")
+    parser.add_argument("--seconds", type=float, default=6.0, help="of each round (default: %(default)s)")
+    parser.add_argument("--rounds", type=int, default=3, help="of each setting (default: %(default)s)")
+    parser.add_argument("--only", default="", help="settings whose name holds this text")
+    parser.add_argument("--json", type=Path, help="file for the figures")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        data = options.data or Path(folder)
+        if options.data is None:
+            import_release([SAMPLE], data)
+        split = max(read_splits(data).values(), key=lambda split: len(split.episodes))
+        chosen = [setting for setting in SETTINGS if options.only in setting.name]
+        rounds: dict[str, list[Measured]] = {"in process": [], **{setting.name: [] for setting in chosen}}
+        for _ in range(options.rounds):
+            rounds["in process"].append(in_process(split, options.seconds))
+            for setting in chosen:
+                rounds[setting.name].append(measure(data, split, setting, options.seconds))
+    show({name: median(measured) for name, measured in rounds.items()}, split)
+    if options.json:
+        figures = {name: [vars(each) for each in measured] for name, measured in rounds.items()}
+        options.json.write_text(json.dumps({"split": split.name, "rounds": figures}, indent=1))
+
+
+def show(rows: dict[str, Measured], split: Split) -> None:
+    """Prints the table."""
+    base = rows["in process"].rate
+    print(f"split {split.name}: {len(split.episodes)} episodes, 224x224 RGB and depth, raw, Unix socket where not said")
+    print(f"{'':20} {'steps/s':>8} {'ratio':>6} {'mean ms':>8} {'p50 ms':>8} {'p99 ms':>8} {'MB':>6} {'start s':>8}")
+    for name, row in rows.items():
+        print(
+            f"{name:20} {row.rate:8.0f} {row.rate / base:6.2f} {row.mean:8.1f} {row.p50:8.1f} {row.p99:8.1f} "
+            f"{row.memory:6.0f} {row.ready:8.1f}"
+        )
+
+
+if __name__ == "__main__":
+    main()
