@@ -1,0 +1,147 @@
+"""The fast camera: a rasteriser in compiled Python. It draws what the reference draws, with mipmaps, on any machine."""
+
+import math
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from server.sim import raster_kernel
+from server.sim.cameras import FAR, FIELD_OF_VIEW, NEAR, Actor, Frame, Viewpoint, label_of, labels_of
+from server.sim.catalogue import ALL_TYPES, KINDS
+from server.sim.collectibles import mesh_of, texture_of
+from server.sim.daylight import AMBIENT, DIFFUSE, SUN, sky
+from server.sim.raster_arrays import Bodies, Integers, Scratch, Setting, Textures, scratch
+from server.sim.raster_scene import LEVELS, geometry, numbered, textures
+from server.sim.room_scene import room_scene
+from server.sim.scene import Scene
+
+_FARTHEST = FAR / 1.001
+"""Beyond it the reference takes what it sees for nothing."""
+
+_ACTORS = 32
+"""Actors that a camera has room for from the start."""
+
+
+class RasterCamera:
+    """Draws one scene (`cameras.Camera`). It belongs to one thread.
+
+    Args:
+        scene: all that there is to see but for the actors.
+        mipmaps: whether what is far away is drawn from smaller textures; without them it is as noisy as the reference.
+    """
+
+    def __init__(self, scene: Scene, *, mipmaps: bool = True) -> None:
+        self._labels = labels_of(scene)
+        numbers, meshes, covers = numbered(self._labels), numbered(scene.meshes), numbered(scene.textures)
+        self._geometry = geometry([*scene.meshes.values(), *map(mesh_of, KINDS)])
+        self._textures = textures(list(scene.textures.values()))
+        self._actor_textures = _collectible_textures()
+        self._levels = LEVELS if mipmaps else 1
+        ranges = self._geometry.clusters[self._geometry.meshes - [0, 1]]
+        self._polygons = ranges[:, 1, 3] - ranges[:, 0, 1]
+        looks, first = [], 1
+        for body in scene.bodies:
+            looks.append((meshes[body.mesh], covers[body.texture], numbers[label_of(body)], first))
+            first += int(self._polygons[meshes[body.mesh]])
+        self._bodies = _bodies([(*body.position, *_turn(body.heading), body.scale) for body in scene.bodies], looks)
+        self._first, self._most = first, int(self._polygons[-len(KINDS) :].max())
+        self._actor_looks = {
+            type_: (len(meshes) + KINDS.index(type_.kind), number, numbers[str(type_)])
+            for number, type_ in enumerate(ALL_TYPES)
+        }
+        self._sizes: dict[int, tuple[Setting, Integers, Scratch, int]] = {}
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """What the numbers of a segmentation mean."""
+        return self._labels
+
+    def render(self, viewpoint: Viewpoint, actors: Sequence[Actor], size: int, *, segmentation: bool = False) -> Frame:
+        """The frame of `size` x `size` pixels seen from `viewpoint`, with `actors` in the scene for this frame only.
+
+        The same arguments give the same bytes, in every process on one kind of machine.
+        """
+        setting, background, scratch = self._prepared(size, len(actors))
+        posed = _bodies(
+            [(*actor.position, *_turn(actor.heading), actor.scale) for actor in actors],
+            [(*self._actor_looks[actor.type], self._first + i * self._most) for i, actor in enumerate(actors)],
+        )
+        words = np.empty(-(-size * size // 4) * 3, np.int32)
+        depth, labels = np.empty((size, size), np.uint16), np.empty((size, size), np.uint16)
+        raster_kernel.draw(
+            (float(viewpoint.x), float(viewpoint.y), float(viewpoint.z), *_turn(viewpoint.heading)),
+            setting,
+            self._geometry,
+            self._textures,
+            self._bodies,
+            self._actor_textures,
+            posed,
+            background,
+            scratch,
+            words,
+            depth.reshape(-1),
+            labels.reshape(-1),
+        )
+        rgb = words.view(np.uint8)[: 3 * size * size].reshape(size, size, 3)
+        return Frame(rgb, depth, labels if segmentation else None)
+
+    def _prepared(self, size: int, actors: int) -> tuple[Setting, Integers, Scratch]:
+        """What does not change from frame to frame, with room for so many actors."""
+        if size not in self._sizes or self._sizes[size][3] < actors:
+            room = max(_ACTORS, 2 * actors)
+            self._sizes[size] = (_setting(size, self._levels), _packed(sky(size)), self._scratch(size, room), room)
+        setting, background, scratch, _ = self._sizes[size]
+        return setting, background, scratch
+
+    def _scratch(self, size: int, actors: int) -> Scratch:
+        flat = self._geometry
+        each = flat.meshes[:, 1] - flat.meshes[:, 0]
+        clusters = int(each[self._bodies.looks[:, 0]].sum()) + actors * int(each[-len(KINDS) :].max())
+        points = int((flat.clusters[:, 2] - flat.clusters[:, 0]).max())
+        return scratch(size, self._first + actors * self._most, clusters, points, int(flat.shapes[:, 1].max()))
+
+
+def is_compiled() -> bool:
+    """Whether the compiled code is there already, in this process or on disk: then the first frame comes quickly."""
+    if raster_kernel.draw.signatures:
+        return True
+    folder, source = raster_kernel.draw.stats.cache_path, Path(raster_kernel.__file__)
+    if folder is None:
+        return False
+    kept = Path(folder).glob(f"{source.stem}.{raster_kernel.draw.py_func.__name__}-*.nbi")
+    return any(index.stat().st_mtime >= source.stat().st_mtime for index in kept)
+
+
+def compile_kernels() -> None:
+    """Compiles what draws, or loads it from disk where it was compiled before; a second call does nothing."""
+    if not raster_kernel.draw.signatures:
+        RasterCamera(room_scene()).render(Viewpoint(0.0, 0.0, 0.0), [], 8)
+
+
+def _turn(heading: float) -> tuple[float, float]:
+    angle = math.radians(heading)
+    return math.cos(angle), math.sin(angle)
+
+
+def _bodies(poses: Sequence[tuple[float, ...]], looks: Sequence[tuple[int, int, int, int]]) -> Bodies:
+    return Bodies(np.array(poses, np.float64).reshape(-1, 6), np.array(looks, np.int32).reshape(-1, 4))
+
+
+def _setting(size: int, levels: int) -> Setting:
+    sun = math.hypot(*SUN)
+    focal = size / 2 / math.tan(math.radians(FIELD_OF_VIEW) / 2)
+    x, y, z = SUN
+    return Setting(size, levels, focal, NEAR, _FARTHEST, AMBIENT, DIFFUSE, (x / sun, y / sun, z / sun))
+
+
+def _packed(image: npt.NDArray[np.uint8]) -> Integers:
+    return (image.astype(np.int32) @ np.array([1, 1 << 8, 1 << 16], np.int32)).reshape(-1)
+
+
+@cache
+def _collectible_textures() -> Textures:
+    """Of all types, in the catalogue's order; cameras share them."""
+    return textures([texture_of(type_) for type_ in ALL_TYPES])
