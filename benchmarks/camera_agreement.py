@@ -1,0 +1,201 @@
+"""Whether the fast camera draws what the reference draws, on poses along the ground truth: every section, the room.
+
+    python benchmarks/camera_agreement.py [--data DIR] [--poses 2000] [--size 224] [--pictures DIR] [--json FILE]
+
+Without a data folder it takes the sample episodes. A pixel's depth agrees within 0.01 units or 0.5%, its segmentation
+when the label is the same. "Worst" is the lowest share of agreeing pixels in one frame. "Beyond edges" counts pixels in
+disagreement without an edge (another label, or a jump of depth by 5%) in the reference beside them. Colours differ by
+their mean absolute difference, 0 to 255: as the camera draws, and without mipmaps, which the reference lacks.
+"""
+
+import argparse
+import json
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+
+from server.episodes.importing import import_release
+from server.episodes.splits import Split, read_splits
+from server.runs.session import Session
+from server.sim.bullet import World
+from server.sim.cameras import Frame
+from server.sim.city import city_scene
+from server.sim.raster import RasterCamera
+from server.sim.room_scene import room_scene
+from server.sim.rules import Limits
+from server.sim.scene import Scene
+from server.sim.view import View, view
+
+SAMPLE = Path(__file__).parents[1] / "examples" / "sample" / "sample.json"
+NEAR_ENOUGH, SHARE = 10, 0.005
+"""Thousandths of a unit, and of the depth itself."""
+
+Mask = npt.NDArray[np.bool_]
+
+
+@dataclass
+class Row:
+    """What was counted in one place."""
+
+    place: str
+    poses: int = 0
+    pixels: int = 0
+    depth: int = 0
+    segmentation: int = 0
+    worst_depth: float = 1.0
+    worst_segmentation: float = 1.0
+    beyond_edges: int = 0
+    colour: float = 0.0
+    colour_without_mipmaps: float = 0.0
+
+    def add(self, reference: Frame, fast: Frame, plain: Frame) -> Mask:
+        """Counts one pose; returns where the frames disagree."""
+        far, same = disagreement(reference, fast)
+        wrong: Mask = far | ~same
+        self.poses += 1
+        self.pixels += far.size
+        self.depth += int((~far).sum())
+        self.segmentation += int(same.sum())
+        self.worst_depth = min(self.worst_depth, 1 - float(far.mean()))
+        self.worst_segmentation = min(self.worst_segmentation, float(same.mean()))
+        self.beyond_edges += int((wrong & ~edges(reference)).sum())
+        self.colour += _difference(reference, fast)
+        self.colour_without_mipmaps += _difference(reference, plain)
+        return wrong
+
+
+def disagreement(reference: Frame, fast: Frame) -> tuple[Mask, Mask]:
+    """Where the depths differ, and where the labels are the same."""
+    assert reference.segmentation is not None
+    assert fast.segmentation is not None
+    here, there = reference.depth.astype(np.int64), fast.depth.astype(np.int64)
+    far = (np.abs(here - there) > np.maximum(NEAR_ENOUGH, SHARE * here)) | ((here == 0) != (there == 0))
+    return far, reference.segmentation == fast.segmentation
+
+
+def edges(frame: Frame) -> Mask:
+    """Pixels with another label, or a depth that differs by 5%, among their eight neighbours."""
+    assert frame.segmentation is not None
+    labels, depth = np.pad(frame.segmentation, 1, mode="edge"), np.pad(frame.depth.astype(float), 1, mode="edge")
+    height, width = frame.depth.shape
+    found = np.zeros((height, width), bool)
+    for i in range(3):
+        for j in range(3):
+            near = slice(i, i + height), slice(j, j + width)
+            found |= labels[near] != frame.segmentation
+            found |= np.abs(depth[near] - frame.depth) > 0.05 * frame.depth
+    return found
+
+
+def _difference(a: Frame, b: Frame) -> float:
+    return float(np.abs(a.rgb.astype(np.int16) - b.rgb).mean())
+
+
+class _OpenGround:
+    """The ground truth never runs into anything."""
+
+    def way_is_free(self, start: tuple[float, float], end: tuple[float, float]) -> bool:  # noqa: ARG002
+        return True
+
+
+def _views(split: Split, section: str | None, every: int) -> Iterator[View]:
+    """Every so many-th of what agents see on the way in a section, or, for None, in the room."""
+    language = min(split.languages)
+    met = 0
+    for episode in split.in_playing_order(language):
+        if section is not None and episode.section != section:
+            continue
+        session = Session(episode, _OpenGround(), Limits(steps_per_phase=10_000))
+        for turn in episode.turns:
+            for state, _ in session.replay((*turn.actions, *turn.room_actions)):
+                seen = view(state, episode.layout)
+                if seen.indoors == (section is None):
+                    met += 1
+                    if met % every == 0:
+                        yield seen
+
+
+def _compare(place: str, scene: Scene, views: Iterator[View], size: int, pictures: Path | None) -> Row:
+    row, worst = Row(place), 0
+    fast, plain = RasterCamera(scene), RasterCamera(scene, mipmaps=False)
+    with World(scene) as reference:
+        for seen in views:
+            cameras = (reference, fast, plain)
+            frames = [camera.render(seen.viewpoint, seen.actors, size, segmentation=True) for camera in cameras]
+            wrong = row.add(*frames)
+            if pictures and wrong.sum() > worst:
+                worst = int(wrong.sum())
+                mask = np.repeat(wrong[..., None] * np.uint8(255), 3, axis=2)
+                sheet = np.hstack([frame.rgb for frame in frames] + [mask])
+                Image.fromarray(sheet).save(pictures / f"{place.replace(' ', '-')}.png")
+    return row
+
+
+def _table(rows: Sequence[Row]) -> str:
+    total = Row("all")
+    for row in rows:
+        for name in ("poses", "pixels", "depth", "segmentation", "beyond_edges", "colour", "colour_without_mipmaps"):
+            setattr(total, name, getattr(total, name) + getattr(row, name))
+        total.worst_depth = min(total.worst_depth, row.worst_depth)
+        total.worst_segmentation = min(total.worst_segmentation, row.worst_segmentation)
+    lines = [
+        f"{'place':24}{'poses':>6}{'depth %':>10}{'worst':>9}{'segm. %':>10}{'worst':>9}{'beyond edges':>14}"
+        f"{'colour':>8}{'no mips':>9}"
+    ]
+    lines += [
+        f"{row.place:24}{row.poses:6}{100 * row.depth / row.pixels:10.4f}{100 * row.worst_depth:9.3f}"
+        f"{100 * row.segmentation / row.pixels:10.4f}{100 * row.worst_segmentation:9.3f}{row.beyond_edges:14}"
+        f"{row.colour / row.poses:8.2f}{row.colour_without_mipmaps / row.poses:9.3f}"
+        for row in (*rows, total)
+        if row.poses
+    ]
+    return "\n".join(lines)
+
+
+def _places(splits: Sequence[Split]) -> list[tuple[str, Scene, Split, str | None]]:
+    found: list[tuple[str, Scene, Split, str | None]] = [
+        (f"{split.name} {section}", city_scene(split.sections[section]), split, section)
+        for split in splits
+        for section in split.sections
+    ]
+    return [*found, ("room", room_scene(), splits[0], None)]
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Prints the table; 1 if the cameras do not agree on 99.5% of the pixels."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--data", type=Path, help="data folder; without it, the sample episodes")
+    parser.add_argument("--poses", type=int, default=2000, help="altogether, evenly from each place")
+    parser.add_argument("--size", type=int, default=224, help="pixels")
+    parser.add_argument("--pictures", type=Path, help="folder for the worst frame of each place")
+    parser.add_argument("--json", type=Path, help="file for the numbers")
+    arguments = parser.parse_args(argv)
+    with tempfile.TemporaryDirectory() as folder:
+        if arguments.data is None:
+            import_release([SAMPLE], Path(folder))
+        places = _places(list(read_splits(arguments.data or Path(folder)).values()))
+    if arguments.pictures:
+        arguments.pictures.mkdir(parents=True, exist_ok=True)
+    rows = []
+    for place, scene, split, section in places:
+        views = islice(_views(split, section, every=7), -(-arguments.poses // len(places)))
+        rows.append(_compare(place, scene, views, arguments.size, arguments.pictures))
+    print(_table(rows))
+    if arguments.json:
+        numbers: dict[str, Any] = {"size": arguments.size, "places": [asdict(row) for row in rows]}
+        arguments.json.write_text(json.dumps(numbers, indent=2) + "\n", encoding="utf-8")
+    pixels = sum(row.pixels for row in rows)
+    agreeing = min(sum(row.depth for row in rows), sum(row.segmentation for row in rows))
+    return 0 if agreeing >= 0.995 * pixels else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
