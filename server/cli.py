@@ -14,6 +14,7 @@ from server.episodes.splits import Split, read_splits
 from server.errors import ArraMonError, BadInput
 from server.runs.journal import Journal
 from server.serving import serve
+from server.sim.cameras import CAMERAS
 from server.sim.rules import STEPS_PER_PHASE, Limits
 from server.workers import serve_with_workers
 
@@ -51,6 +52,12 @@ def _parser() -> argparse.ArgumentParser:
     serve_.add_argument(
         "--steps", type=int, default=STEPS_PER_PHASE, help="step limit of a phase (default: %(default)s)"
     )
+    serve_.add_argument(
+        "--camera",
+        default=CAMERAS[0],
+        choices=CAMERAS,
+        help="what draws: the fast one, or pybullet's (default: %(default)s)",
+    )
     serve_.add_argument("--workers", type=int, default=1, help="processes that serve (default: %(default)s)")
     # How `workers` starts each of them.
     serve_.add_argument("--shared-port", action="store_true", help=argparse.SUPPRESS)
@@ -81,6 +88,7 @@ def _serve(arguments: argparse.Namespace) -> None:
         shared_port=arguments.shared_port,
         own_address=arguments.own_address,
         journal=arguments.journal,
+        camera=arguments.camera,
         limits=Limits(arguments.steps),
     )
     if not 1 <= arguments.workers <= MAX_WORKERS:
@@ -96,7 +104,16 @@ def _serve(arguments: argparse.Namespace) -> None:
         serve(config, splits, say)
         return
     Journal(config.journal_url).close()  # makes or migrates it once, before all workers open it
-    own = ["--data", str(config.data), "--journal", config.journal, "--steps", str(config.limits.steps_per_phase)]
+    own = [
+        "--data",
+        str(config.data),
+        "--camera",
+        config.camera,
+        "--journal",
+        config.journal,
+        "--steps",
+        str(config.limits.steps_per_phase),
+    ]
     serve_with_workers(arguments.workers, config.listen, [*own, "--log", arguments.log], say)
 
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from server.errors import BadInput
+from server.sim.cameras import CAMERAS
 from server.sim.rules import Limits
 
 MAX_WORKERS = 256
@@ -23,6 +24,7 @@ class Config:
         shared_port: whether other processes may listen on the same port.
         own_address: a second address, of this process alone; empty for none.
         journal: database URL; empty for SQLite in the data folder.
+        camera: what draws the frames, one of `server.sim.cameras.CAMERAS`.
         limits: given to runs that are created.
         image_sizes: side lengths in pixels that a stream may ask for; the first is the default.
         max_episodes_per_stream: that a stream may have open at once.
@@ -37,6 +39,7 @@ class Config:
     shared_port: bool = False
     own_address: str = ""
     journal: str = ""
+    camera: str = CAMERAS[0]
     limits: Limits = field(default_factory=Limits)
     image_sizes: tuple[int, ...] = (224, 128)
     max_episodes_per_stream: int = 1024
@@ -45,6 +48,8 @@ class Config:
     def __post_init__(self) -> None:
         if not 1 <= self.limits.steps_per_phase <= 10_000:
             raise BadInput(f"the step limit is {self.limits.steps_per_phase}, expected 1 to 10000")
+        if self.camera not in CAMERAS:
+            raise BadInput(f"there is no camera {self.camera!r}; there are {', '.join(CAMERAS)}")
         host, _, port = self.listen.rpartition(":")
         if not (self.listen.startswith("unix:") or (host and port.isdecimal() and int(port) <= 65535)):
             raise BadInput(f"cannot listen on {self.listen!r}: expected host:port or unix:/path")

@@ -21,6 +21,7 @@ from server.errors import BadInput
 from server.runs.engine import Engine
 from server.runs.journal import Journal
 from server.runs.service import Runs
+from server.sim.raster import compile_kernels, is_compiled
 
 SERVICE = evaluation_pb2.DESCRIPTOR.services_by_name["Evaluation"].full_name
 
@@ -41,6 +42,10 @@ def serve(config: Config, splits: Mapping[str, Split], announce: Callable[[str],
     Raises:
         ArraMonError: if the journal or the address is not right.
     """
+    if config.camera == "raster" and not is_compiled():
+        announce("compiling the camera; this is done once and takes about half a minute")
+    if config.camera == "raster":
+        compile_kernels()
     with closing(Journal(config.journal_url)) as journal:
         asyncio.run(_serve(config, splits, journal, announce))
 
@@ -61,7 +66,7 @@ async def _serve(
     )
     address = _bind(server, config.listen)
     own_address = _bind(server, config.own_address) if config.own_address else address
-    engine = Engine(splits, journal, address=own_address if config.shared_port else "")
+    engine = Engine(splits, journal, camera=config.camera, address=own_address if config.shared_port else "")
     add_EvaluationServicer_to_server(Servicer(Runs(splits, journal, engine, config.limits), engine, config), server)
     health_servicer = health.HealthServicer()
     health_pb2_grpc.add_HealthServicer_to_server(health_servicer, server)
@@ -85,7 +90,8 @@ async def _serve(
     playing.cancel()
     await health_servicer.enter_graceful_shutdown()
     engine.stop()
-    await server.stop(DRAIN_SECONDS)
+    with suppress(TimeoutError):  # calls that do not end in time end with the process
+        await asyncio.wait_for(server.stop(DRAIN_SECONDS), 2 * DRAIN_SECONDS)
     with suppress(asyncio.CancelledError):
         await playing
 

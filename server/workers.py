@@ -20,6 +20,9 @@ from server.errors import BadInput, Unavailable
 START_SECONDS = 120.0
 """How long a worker may take to start: the first one may have the camera to compile."""
 
+STOP_SECONDS = 20.0
+"""How long a worker may take to stop."""
+
 RESTARTS = 5
 """Deaths in a row, each within a minute of the start, after which a worker is given up, and the server with it."""
 
@@ -128,8 +131,12 @@ class _Worker:
         self.start()
 
     def end(self) -> None:
-        """Waits until the process is gone."""
-        self.process.wait()
+        """Waits until the process is gone; kills it if it does not go."""
+        try:
+            self.process.wait(STOP_SECONDS)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
         if self.process.stdin is not None:
             self.process.stdin.close()
 

@@ -1,7 +1,7 @@
 """The engine: plays all episodes of this process. It owns the worlds and the open episodes.
 
 Each round it takes one message from every stream that sent one, applies it, commits all of it at once, and only then
-tells anyone; then it draws and delivers for every stream in turn, a few milliseconds each, so that no one starves another.
+tells anyone; then it draws and delivers for every stream in turn, a few milliseconds each, so that none starves others.
 It runs on the event loop that also carries the streams: between two turns the loop moves bytes.
 """
 
@@ -21,6 +21,7 @@ from server.runs.journal import CANCELLED, COMPLETE, OPEN, RUNNING, Batch, Claim
 from server.runs.session import Session
 from server.runs.stream import Act, Stream
 from server.runs.worlds import Worlds
+from server.sim.cameras import CAMERAS
 from server.sim.rules import Action, Limits
 
 GRACE = 10.0
@@ -47,18 +48,25 @@ class Engine:
     Args:
         splits: by name.
         journal: everything goes there before anyone is told.
+        camera: what draws, one of `cameras.CAMERAS`.
         address: of this process alone; empty where it has none.
         grace: seconds for which an orphaned episode waits for its player.
     """
 
     def __init__(
-        self, splits: Mapping[str, Split], journal: Journal, *, address: str = "", grace: float = GRACE
+        self,
+        splits: Mapping[str, Split],
+        journal: Journal,
+        *,
+        camera: str = CAMERAS[0],
+        address: str = "",
+        grace: float = GRACE,
     ) -> None:
         self._splits = splits
         self._journal = journal
         self._address = address
         self._grace = grace
-        self._worlds = Worlds(splits)
+        self._worlds = Worlds(splits, camera)
         self._work = asyncio.Event()
         self._worker = uuid.uuid4().hex
         self._streams: list[Stream] = []

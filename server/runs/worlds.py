@@ -5,8 +5,9 @@ from collections.abc import Mapping
 from server.episodes.episode import Episode
 from server.episodes.splits import Split
 from server.sim.bullet import World
-from server.sim.cameras import Frame
+from server.sim.cameras import CAMERAS, Camera, Frame
 from server.sim.city import city_scene
+from server.sim.raster import RasterCamera
 from server.sim.room_scene import room_scene
 from server.sim.rules import Ground, State
 from server.sim.scene import Scene
@@ -14,12 +15,19 @@ from server.sim.view import view
 
 
 class Worlds:
-    """Scenes and pybullet worlds by split and section. To be used from one thread."""
+    """Scenes, pybullet worlds and cameras by split and section. To be used from one thread.
 
-    def __init__(self, splits: Mapping[str, Split]) -> None:
+    Args:
+        splits: by name.
+        camera: what draws, one of `cameras.CAMERAS`.
+    """
+
+    def __init__(self, splits: Mapping[str, Split], camera: str = CAMERAS[0]) -> None:
         self._splits = splits
+        self._camera = camera
         self._scenes: dict[tuple[str, str], Scene] = {}
-        self._cities: dict[tuple[str, str], World] = {}
+        self._worlds: dict[tuple[str, str], World] = {}
+        self._cameras: dict[tuple[str, str] | None, Camera] = {}
         self._room: World | None = None
 
     def scene(self, split: str, section: str) -> Scene:
@@ -31,27 +39,36 @@ class Worlds:
 
     def ground(self, split: str, section: str) -> Ground:
         """What answers the rules' question in a section."""
-        return self._city(split, section)
+        return self._world(split, section)
 
     def render(self, split: str, episode: Episode, state: State, size: int) -> Frame:
         """What the agent sees in a state of an episode, `size` x `size` pixels."""
         seen = view(state, episode.layout)
-        if not seen.indoors:
-            return self._city(split, episode.section).render(seen.viewpoint, seen.actors, size)
-        if self._room is None:
-            self._room = World(room_scene())
-        return self._room.render(seen.viewpoint, seen.actors, size)
+        key = None if seen.indoors else (split, episode.section)
+        if key not in self._cameras:
+            self._cameras[key] = self._made(key)
+        return self._cameras[key].render(seen.viewpoint, seen.actors, size)
 
     def close(self) -> None:
         """Lets all worlds go."""
-        for world in (*self._cities.values(), self._room):
+        for world in (*self._worlds.values(), self._room):
             if world is not None:
                 world.close()
-        self._cities.clear()
+        self._worlds.clear()
+        self._cameras.clear()
         self._room = None
 
-    def _city(self, split: str, section: str) -> World:
+    def _made(self, key: tuple[str, str] | None) -> Camera:
+        """The camera of a section, or of the room."""
+        if self._camera == "raster":
+            return RasterCamera(room_scene() if key is None else self.scene(*key))
+        if key is not None:
+            return self._world(*key)
+        self._room = World(room_scene())
+        return self._room
+
+    def _world(self, split: str, section: str) -> World:
         key = (split, section)
-        if key not in self._cities:
-            self._cities[key] = World(self.scene(split, section))
-        return self._cities[key]
+        if key not in self._worlds:
+            self._worlds[key] = World(self.scene(split, section))
+        return self._worlds[key]
