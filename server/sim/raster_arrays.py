@@ -90,7 +90,8 @@ class Scratch(NamedTuple):
         order: (clusters, 3): what is in the picture: whether of an actor, the number of the body, the cluster.
         distances: (clusters,): how far ahead of the eye each begins.
         points: (n, 5): of a cluster: to the right, up, ahead of the eye; column and row.
-        outline: (corners, 2): of a polygon: column and row.
+        pixels: (n, 2): the first column and row of pixels whose centres are not before each point.
+        outline: of a polygon that was cut, by number of the point.
         spans: (size, 2): from and to which column it covers each row.
         functions: (polygons, 14): on the picture, of column, row and 1: u (3) and its value at the eye, the same for v,
             the same for the sun's cosine; texels in a pixel at distance 1; 1/depth a column.
@@ -105,7 +106,8 @@ class Scratch(NamedTuple):
     order: Integers
     distances: Doubles
     points: Doubles
-    outline: Doubles
+    pixels: Integers
+    outline: Integers
     spans: Integers
     functions: Floats
     marks: Integers
@@ -129,8 +131,9 @@ def scratch(size: int, polygons: int, clusters: int, points: int, corners: int) 
         keys=np.zeros(size * size, np.int64),
         order=np.zeros((clusters, 3), np.int32),
         distances=np.zeros(clusters, np.float64),
-        points=np.zeros((points, 5), np.float64),
-        outline=np.zeros((corners + 2, 2), np.float64),
+        points=np.zeros((points + corners, 5), np.float64),
+        pixels=np.zeros((points + corners, 2), np.int32),
+        outline=np.zeros(corners + 2, np.int32),
         spans=np.zeros((size, 2), np.int32),
         functions=np.zeros((polygons + 1, 14), np.float32),
         marks=np.zeros((polygons + 1, 6), np.int32),

@@ -15,6 +15,7 @@ from typing import Any, TypeVar, cast
 import numba
 import numpy as np
 import numpy.typing as npt
+from numba.core.options import DefaultOptions
 
 from server.sim.raster_arrays import Bodies, Doubles, Floats, Geometry, Integers, Scratch, Setting, Textures
 
@@ -31,10 +32,19 @@ _THINNEST = 1e-4
 _Eye = tuple[float, float, float, float, float, float, float, float]
 """The eye as a body's own frame has it: X, Y, Z, the direction ahead (X, Y); the body's scale, cosine and sine."""
 
+_Look = tuple[int, int, int, int, int, int]
+"""The number of a body's first polygon; texture and label; the texture's first texel, width and height."""
+
+
+_OPTIONS: dict[str, Any] = {"error_model": "numpy"}
+if hasattr(DefaultOptions, "_nrt"):
+    # No array is made here: without counting who refers to them, drawing takes two thirds of the time.
+    _OPTIONS["_nrt"] = False
+
 
 def _inlined(function: _F) -> _F:
     """Compiled into whoever calls it: passing groups of arrays on is dear."""
-    return cast(_F, numba.njit(function, error_model="numpy", forceinline=True))
+    return cast(_F, numba.njit(function, forceinline=True, **_OPTIONS))
 
 
 def _draw(
@@ -73,15 +83,22 @@ def _draw(
     _sort(work.order, work.distances, seen)
     for i in range(seen):
         group, body, cluster = work.order[i, 0], work.order[i, 1], work.order[i, 2]
-        pose = bodies.poses[body] if group == 0 else actors.poses[body]
-        look = bodies.looks[body] if group == 0 else actors.looks[body]
-        texels = textures.texels if group == 0 else actor_textures.texels
-        place = textures.places[look[1]] if group == 0 else actor_textures.places[look[1]]
-        eye = _eye(view, pose)
+        if group == 0:
+            eye, look, mesh = (
+                _eye(view, bodies.poses, body),
+                _look(bodies.looks, body, textures.places),
+                bodies.looks[body, 0],
+            )
+        else:
+            eye, look, mesh = (
+                _eye(view, actors.poses, body),
+                _look(actors.looks, body, actor_textures.places),
+                actors.looks[body, 0],
+            )
         whole = work.distances[i] > setting.near
-        if not (whole and _is_hidden(eye, setting, geometry.spheres[cluster], work.keys)):
-            number = look[3] - geometry.clusters[geometry.meshes[look[0], 0], 1]
-            _cover(eye, setting, geometry, cluster, whole, texels, place, look, group, work, number)
+        if not (whole and _is_hidden(eye, setting, geometry.spheres, cluster, work.keys)):
+            number = look[0] - geometry.clusters[geometry.meshes[mesh, 0], 1]
+            _cover(eye, setting, geometry, cluster, whole, look, group, work, number)
     for y in range(setting.size):
         _paint_row(y, setting, textures, actor_textures, sky, work, labels)
         _measure_row(y * setting.size, setting.size, work.keys, depth)
@@ -90,25 +107,37 @@ def _draw(
 
 
 try:
-    draw = numba.njit(cache=True, error_model="numpy")(_draw)
+    draw = numba.njit(cache=True, **_OPTIONS)(_draw)
 except RuntimeError:  # there is no folder where the compiled code could be kept
-    draw = numba.njit(error_model="numpy")(_draw)
+    draw = numba.njit(**_OPTIONS)(_draw)
 
 
 @_inlined
-def _eye(view: tuple[float, float, float, float, float], pose: Doubles) -> _Eye:
+def _eye(view: tuple[float, float, float, float, float], poses: Doubles, body: int) -> _Eye:
     x, y, z, eye_cos, eye_sin = view
-    cos, sin, scale = pose[3], pose[4], pose[5]
-    east, north, up = (x - pose[0]) / scale, (y - pose[1]) / scale, (z - pose[2]) / scale
+    cos, sin, scale = poses[body, 3], poses[body, 4], poses[body, 5]
+    east, north, up = (x - poses[body, 0]) / scale, (y - poses[body, 1]) / scale, (z - poses[body, 2]) / scale
     ahead_x, ahead_y = eye_sin * cos - eye_cos * sin, eye_sin * sin + eye_cos * cos
     return east * cos - north * sin, east * sin + north * cos, up, ahead_x, ahead_y, scale, cos, sin
 
 
 @_inlined
-def _nearest(eye: _Eye, setting: Setting, sphere: Floats) -> float:
-    """How far ahead of the eye a sphere begins, in units; infinitely far if it is outside the picture."""
-    x, y, up, radius = sphere[0] - eye[0], sphere[1] - eye[1], sphere[2] - eye[2], sphere[3]
-    ahead, right = x * eye[3] + y * eye[4], x * eye[4] - y * eye[3]
+def _look(looks: Integers, body: int, places: Integers) -> _Look:
+    texture = looks[body, 1]
+    return looks[body, 3], texture, looks[body, 2], places[texture, 0], places[texture, 1], places[texture, 2]
+
+
+@_inlined
+def _ahead(eye: _Eye, spheres: Floats, cluster: int) -> tuple[float, float, float, float]:
+    """A cluster's sphere as it is seen: its middle to the right, up, and ahead, and its radius, in the body's units."""
+    x, y, up = spheres[cluster, 0] - eye[0], spheres[cluster, 1] - eye[1], spheres[cluster, 2] - eye[2]
+    return x * eye[4] - y * eye[3], up, x * eye[3] + y * eye[4], spheres[cluster, 3]
+
+
+@_inlined
+def _nearest(eye: _Eye, setting: Setting, spheres: Floats, cluster: int) -> float:
+    """How far ahead of the eye a cluster may begin, in units; infinitely far if it is outside the picture."""
+    right, up, ahead, radius = _ahead(eye, spheres, cluster)
     half = 0.5 * setting.size
     slant = math.sqrt(setting.focal * setting.focal + half * half)
     outside = max(abs(right), abs(up)) * (setting.focal / slant) - ahead * (half / slant) > radius
@@ -129,10 +158,10 @@ def _gather(
 ) -> int:
     """Adds the clusters that are in the picture to `work.order`; returns how many there are then."""
     for body in range(len(bodies.poses)):
-        eye = _eye(view, bodies.poses[body])
+        eye = _eye(view, bodies.poses, body)
         mesh = bodies.looks[body, 0]
         for cluster in range(geometry.meshes[mesh, 0], geometry.meshes[mesh, 1]):
-            nearest = _nearest(eye, setting, geometry.spheres[cluster])
+            nearest = _nearest(eye, setting, geometry.spheres, cluster)
             if nearest < setting.far:
                 work.order[seen, 0], work.order[seen, 1], work.order[seen, 2] = group, body, cluster
                 work.distances[seen] = nearest
@@ -155,10 +184,9 @@ def _sort(order: Integers, distances: Doubles, n: int) -> None:
 
 
 @_inlined
-def _is_hidden(eye: _Eye, setting: Setting, sphere: Floats, keys: npt.NDArray[np.int64]) -> bool:
-    """Whether everything where a sphere can be seen is nearer than the sphere, which is wholly ahead."""
-    x, y, up, radius = sphere[0] - eye[0], sphere[1] - eye[1], sphere[2] - eye[2], sphere[3]
-    ahead, right = x * eye[3] + y * eye[4], x * eye[4] - y * eye[3]
+def _is_hidden(eye: _Eye, setting: Setting, spheres: Floats, cluster: int, keys: npt.NDArray[np.int64]) -> bool:
+    """Whether everything where a cluster can be seen is nearer than the cluster, which is wholly ahead."""
+    right, up, ahead, radius = _ahead(eye, spheres, cluster)
     left, end = _reach(right, ahead, radius, setting)
     top, bottom = _reach(-up, ahead, radius, setting)
     limit = _I64(_F32(1.0 / ((ahead - radius) * eye[5])).view(_I32)) << _I64(32)
@@ -189,109 +217,114 @@ def _cover(
     geometry: Geometry,
     cluster: int,
     whole: bool,
-    texels: Integers,
-    place: Integers,
-    look: Integers,
+    look: _Look,
     group: int,
     work: Scratch,
     number: int,
 ) -> None:
     """The first pass of a cluster, `whole` if all of it is ahead; its polygons have their own numbers plus `number`."""
     first, end = geometry.clusters[cluster, 0], geometry.clusters[cluster, 2]
-    _project(eye, setting, geometry.points[first:end], work.points)
+    _project(eye, setting, geometry.points, first, end, work.points, work.pixels)
     for polygon in range(geometry.clusters[cluster, 1], geometry.clusters[cluster, 3]):
-        plane = geometry.planes[polygon]
-        over = plane[0] * eye[0] + plane[1] * eye[1] + plane[2] * eye[2] - plane[3]
+        planes = geometry.planes
+        over = (
+            planes[polygon, 0] * eye[0] + planes[polygon, 1] * eye[1] + planes[polygon, 2] * eye[2] - planes[polygon, 3]
+        )
         if over <= _THINNEST:
             continue
         corner, corners = geometry.shapes[polygon, 0], geometry.shapes[polygon, 1]
-        outline = geometry.corners[corner : corner + corners]
-        n = _outline(outline, whole, setting.near / eye[5], setting, work.points, work.outline)
-        top, bottom = _rows(n, setting.size, work.outline)
+        outline = geometry.corners
+        if not whole:
+            corners = _clip(outline, corner, corners, setting.near / eye[5], end - first, setting, work)
+            outline, corner = work.outline, 0
+        top, bottom = _rows(outline, corner, corners, work.pixels)
         if top < bottom:
-            _edges(n, top, bottom, setting.size, work.outline, work.spans)
-            _fill(eye, setting, plane, over, top, bottom, work, number + polygon)
+            _edges(outline, corner, corners, setting.size, work.points, work.pixels, work.spans)
+            _fill(eye, setting, planes, polygon, over, top, bottom, work, number + polygon)
             curved = geometry.shapes[polygon, 2]
-            _describe(eye, setting, plane, curved, texels, place, look, group, over, work, number + polygon)
+            _describe(eye, setting, planes, polygon, curved, look, group, over, work, number + polygon)
 
 
 @_inlined
-def _project(eye: _Eye, setting: Setting, points: Floats, projected: Doubles) -> None:
-    middle, focal = 0.5 * setting.size, setting.focal
-    for i in range(len(points)):
-        x, y, up = points[i, 0] - eye[0], points[i, 1] - eye[1], points[i, 2] - eye[2]
+def _project(
+    eye: _Eye, setting: Setting, points: Floats, first: int, end: int, projected: Doubles, pixels: Integers
+) -> None:
+    middle, focal, limit = 0.5 * setting.size, setting.focal, float(setting.size)
+    for i in range(end - first):
+        at = first + i
+        x, y, up = points[at, 0] - eye[0], points[at, 1] - eye[1], points[at, 2] - eye[2]
         ahead, right = x * eye[3] + y * eye[4], x * eye[4] - y * eye[3]
         by = focal / ahead
+        column, row = middle + right * by, middle - up * by
         projected[i, 0], projected[i, 1], projected[i, 2] = right, up, ahead
-        projected[i, 3], projected[i, 4] = middle + right * by, middle - up * by
+        projected[i, 3], projected[i, 4] = column, row
+        pixels[i, 0], pixels[i, 1] = _centre(column, limit), _centre(row, limit)
 
 
 @_inlined
-def _outline(corners: Integers, whole: bool, near: float, setting: Setting, points: Doubles, outline: Doubles) -> int:
-    """The corners on the picture of what lies beyond the near plane; returns how many."""
-    if whole:
-        for i in range(len(corners)):
-            outline[i, 0], outline[i, 1] = points[corners[i], 3], points[corners[i], 4]
-        return len(corners)
-    middle, by = 0.5 * setting.size, setting.focal / near
-    before = corners[len(corners) - 1]
+def _clip(corners: Integers, first: int, n: int, near: float, free: int, setting: Setting, work: Scratch) -> int:
+    """Puts the outline of what lies beyond the near plane into `work`, new points from `free`; returns how many."""
+    points, pixels, outline = work.points, work.pixels, work.outline
+    middle, by, limit = 0.5 * setting.size, setting.focal / near, float(setting.size)
+    before = corners[first + n - 1]
     kept = 0
-    for i in range(len(corners)):
+    for i in range(first, first + n):
         corner = corners[i]
         seen = points[corner, 2] >= near
         if (points[before, 2] >= near) != seen:
             # From the visible end, so that neighbours cut their common edge in the same place.
             a, b = (corner, before) if seen else (before, corner)
             part = (points[a, 2] - near) / (points[a, 2] - points[b, 2])
-            outline[kept, 0] = middle + by * (points[a, 0] + part * (points[b, 0] - points[a, 0]))
-            outline[kept, 1] = middle - by * (points[a, 1] + part * (points[b, 1] - points[a, 1]))
-            kept += 1
+            points[free, 3] = middle + by * (points[a, 0] + part * (points[b, 0] - points[a, 0]))
+            points[free, 4] = middle - by * (points[a, 1] + part * (points[b, 1] - points[a, 1]))
+            pixels[free, 0], pixels[free, 1] = _centre(points[free, 3], limit), _centre(points[free, 4], limit)
+            outline[kept] = free
+            kept, free = kept + 1, free + 1
         if seen:
-            outline[kept, 0], outline[kept, 1] = points[corner, 3], points[corner, 4]
+            outline[kept] = corner
             kept += 1
         before = corner
     return kept
 
 
 @_inlined
-def _centre(place: float, size: float) -> int:
+def _centre(place: float, size: float) -> np.int32:
     """The first pixel whose centre is not before a place on the picture, along a column or a row."""
-    return math.ceil(min(max(place - 0.5, 0.0), size))
+    return _I32(math.ceil(min(max(place - 0.5, 0.0), size)))
 
 
 @_inlined
-def _rows(n: int, size: int, outline: Doubles) -> tuple[int, int]:
+def _rows(outline: Integers, first: int, n: int, pixels: Integers) -> tuple[int, int]:
     """From and to which row an outline may cover centres of pixels."""
     if n < 3:
         return 0, 0
-    left = right = outline[0, 0]
-    high = low = outline[0, 1]
-    for i in range(1, n):
-        left, right = min(left, outline[i, 0]), max(right, outline[i, 0])
-        high, low = min(high, outline[i, 1]), max(low, outline[i, 1])
-    limit = float(size)
-    if _centre(left, limit) >= _centre(right, limit):
-        return 0, 0
-    return _centre(high, limit), _centre(low, limit)
+    left = right = pixels[outline[first], 0]
+    top = bottom = pixels[outline[first], 1]
+    for i in range(first + 1, first + n):
+        column, row = pixels[outline[i], 0], pixels[outline[i], 1]
+        left, right = min(left, column), max(right, column)
+        top, bottom = min(top, row), max(bottom, row)
+    return (top, bottom) if left < right else (0, 0)
 
 
 @_inlined
-def _edges(n: int, top: int, bottom: int, size: int, outline: Doubles, spans: Integers) -> None:
+def _edges(
+    outline: Integers, first: int, n: int, size: int, points: Doubles, pixels: Integers, spans: Integers
+) -> None:
     """Fills in the columns from and to of each row."""
     limit = float(size)
-    before_x, before_y = outline[n - 1, 0], outline[n - 1, 1]
-    for i in range(n):
-        x, y = outline[i, 0], outline[i, 1]
-        # What is seen from its front lies to the right of an edge that runs down. Neighbours walk their edge downwards.
-        side = 0 if y > before_y else 1
-        x0, y0, x1, y1 = (before_x, before_y, x, y) if side == 0 else (x, y, before_x, before_y)
-        start, end = max(_centre(y0, limit), top), min(_centre(y1, limit), bottom)
-        if start < end:
-            slope = (x1 - x0) / (y1 - y0)
-            base = x0 + (0.5 - y0) * slope
-            for row in range(start, end):
+    before = outline[first + n - 1]
+    for i in range(first, first + n):
+        corner = outline[i]
+        start, end = pixels[before, 1], pixels[corner, 1]
+        if start != end:
+            # What is seen from its front is to the right of an edge that runs down. All edges are walked downwards.
+            side, high, low = (0, before, corner) if start < end else (1, corner, before)
+            slope = (points[low, 3] - points[high, 3]) / (points[low, 4] - points[high, 4])
+            base = points[high, 3] + (0.5 - points[high, 4]) * slope
+            for row in range(min(start, end), max(start, end)):
                 spans[row, side] = _centre(base + row * slope, limit)
-        before_x, before_y = x, y
+        before = corner
 
 
 @_inlined
@@ -303,11 +336,19 @@ def _across(eye: _Eye, setting: Setting, x: float, y: float, z: float) -> tuple[
 
 @_inlined
 def _fill(
-    eye: _Eye, setting: Setting, plane: Floats, over: float, top: int, bottom: int, work: Scratch, number: int
+    eye: _Eye,
+    setting: Setting,
+    planes: Floats,
+    polygon: int,
+    over: float,
+    top: int,
+    bottom: int,
+    work: Scratch,
+    number: int,
 ) -> None:
     """Puts a polygon into the pixels where nothing is nearer."""
     keys, spans = work.keys, work.spans
-    column, row, first = _across(eye, setting, plane[0], plane[1], plane[2])
+    column, row, first = _across(eye, setting, planes[polygon, 0], planes[polygon, 1], planes[polygon, 2])
     by = -1.0 / (over * eye[5])
     step, mark = _F32(column * by), _I64(number)
     work.functions[number, 13] = step
@@ -324,51 +365,58 @@ def _fill(
 def _describe(
     eye: _Eye,
     setting: Setting,
-    plane: Floats,
+    planes: Floats,
+    polygon: int,
     curved: int,
-    texels: Integers,
-    place: Integers,
-    look: Integers,
+    look: _Look,
     group: int,
     over: float,
     work: Scratch,
     number: int,
 ) -> None:
     """Notes what the second pass needs to know of a polygon."""
-    functions, marks = work.functions[number], work.marks[number]
-    patterned = plane[12] != 0.0
-    marks[0], marks[1], marks[2], marks[5] = 2 * curved + patterned, look[1], look[2], group
+    _, texture, label, first, width, height = look
+    functions, marks, f = work.functions, work.marks, polygon
+    patterned = planes[f, 12] != 0.0
+    marks[number, 0], marks[number, 1] = 2 * curved + patterned, texture
+    marks[number, 2], marks[number, 5] = label, group
     if patterned:
         for i in (4, 8):
-            _note(eye, setting, plane[i], plane[i + 1], plane[i + 2], plane[i + 3], functions, i - 4)
-        scale = eye[5]
-        functions[12] = plane[12] * place[1] * place[2] / (setting.focal * setting.focal * over * scale * scale * scale)
+            x, y, z, constant = planes[f, i], planes[f, i + 1], planes[f, i + 2], planes[f, i + 3]
+            _note(eye, setting, x, y, z, constant, functions, number, i - 4)
+        pixel = setting.focal * setting.focal * over * eye[5] * eye[5] * eye[5]
+        functions[number, 12] = planes[f, 12] * width * height / pixel
     else:
-        marks[4] = texels[place[0] + int(plane[11] * place[2]) * place[1] + int(plane[7] * place[1])]
-    cos, sin = eye[6], eye[7]
-    sun_x, sun_y, sun_z = (
-        setting.sun[0] * cos - setting.sun[1] * sin,
-        setting.sun[0] * sin + setting.sun[1] * cos,
-        setting.sun[2],
-    )
-    facing = sun_x * plane[16] + sun_y * plane[20] + sun_z * plane[24]
-    marks[3] = _I32((setting.ambient + setting.diffuse * max(facing, 0.0)) * _FULL)
+        marks[number, 4] = first + int(planes[f, 11] * height) * width + int(planes[f, 7] * width)
+    cos, sin, sun_z = eye[6], eye[7], setting.sun[2]
+    sun_x, sun_y = setting.sun[0] * cos - setting.sun[1] * sin, setting.sun[0] * sin + setting.sun[1] * cos
+    facing = sun_x * planes[f, 16] + sun_y * planes[f, 20] + sun_z * planes[f, 24]
+    marks[number, 3] = _I32((setting.ambient + setting.diffuse * max(facing, 0.0)) * _FULL)
     if curved:
-        x = sun_x * plane[13] + sun_y * plane[17] + sun_z * plane[21]
-        y = sun_x * plane[14] + sun_y * plane[18] + sun_z * plane[22]
-        z = sun_x * plane[15] + sun_y * plane[19] + sun_z * plane[23]
-        _note(eye, setting, x, y, z, facing, functions, 8)
+        x = sun_x * planes[f, 13] + sun_y * planes[f, 17] + sun_z * planes[f, 21]
+        y = sun_x * planes[f, 14] + sun_y * planes[f, 18] + sun_z * planes[f, 22]
+        z = sun_x * planes[f, 15] + sun_y * planes[f, 19] + sun_z * planes[f, 23]
+        _note(eye, setting, x, y, z, facing, functions, number, 8)
 
 
 @_inlined
 def _note(
-    eye: _Eye, setting: Setting, x: float, y: float, z: float, constant: float, functions: Floats, first: int
+    eye: _Eye,
+    setting: Setting,
+    x: float,
+    y: float,
+    z: float,
+    constant: float,
+    functions: Floats,
+    number: int,
+    first: int,
 ) -> None:
     """Writes down a function of the position, given in the body's frame, as one of the place on the picture."""
     column, row, corner = _across(eye, setting, x, y, z)
     scale = eye[5]
-    functions[first], functions[first + 1], functions[first + 2] = column / scale, row / scale, corner / scale
-    functions[first + 3] = x * eye[0] + y * eye[1] + z * eye[2] + constant
+    functions[number, first], functions[number, first + 1] = column / scale, row / scale
+    functions[number, first + 2] = corner / scale
+    functions[number, first + 3] = x * eye[0] + y * eye[1] + z * eye[2] + constant
 
 
 @_inlined
@@ -388,41 +436,48 @@ def _paint_row(
             for i in range(start, x):
                 colours[i], shades[i], labels[line + i] = sky[line + i], _I32(_FULL), 0
             continue
-        marks, functions = work.marks[number], work.functions[number]
-        label, kind = np.uint16(marks[2]), marks[0]
+        label, kind, texture = np.uint16(work.marks[number, 2]), work.marks[number, 0], work.marks[number, 1]
         for i in range(start, x):
             labels[line + i] = label
         nearness = _I32(keys[line + start] >> _I64(32)).view(_F32)
-        if kind & 1:
-            texels = textures.texels if marks[5] == 0 else actor_textures.texels
-            place = textures.places[marks[1]] if marks[5] == 0 else actor_textures.places[marks[1]]
-            _look_up(nearness, functions, place, setting.levels, y, start, x, work.indices)
-            for i in range(start, x):
-                colours[i] = texels[_U64(work.indices[i])]
+        if work.marks[number, 5] == 0:
+            _colour_run(textures, texture, nearness, kind, number, setting.levels, y, start, x, work)
         else:
-            colour = marks[4]
-            for i in range(start, x):
-                colours[i] = colour
+            _colour_run(actor_textures, texture, nearness, kind, number, setting.levels, y, start, x, work)
         if kind & 2:
-            _light_up(nearness, functions, setting, y, start, x, shades)
+            _light_run(nearness, number, setting, y, start, x, work)
         else:
-            shade = marks[3]
+            shade = work.marks[number, 3]
             for i in range(start, x):
                 shades[i] = shade
 
 
 @_inlined
-def _look_up(
-    nearness: Any, f: Floats, place: Integers, levels: int, y: int, start: Any, end: Any, indices: Integers
+def _colour_run(
+    textures: Textures,
+    texture: int,
+    nearness: Any,
+    kind: int,
+    number: Any,
+    levels: int,
+    y: int,
+    start: Any,
+    end: Any,
+    work: Scratch,
 ) -> None:
-    """Finds the texels of a run; may write up to seven more to the right."""
-    row = _F32(y)
-    u_step, u_base, u_own = f[0], f[1] * row + f[2], f[3]
-    v_step, v_base, v_own = f[4], f[5] * row + f[6], f[7]
-    inside, near_step, from_column = f[12], f[13], _F32(_I32(start))
-    first, width, rows = place[0], place[1], _F32(place[3])
-    wide, high, last = _F32(width), _F32(place[2]), _I32(first + place[3] * width - 1)
-    coarsest = _I32(min(levels, place[4]) - 1)
+    """Looks up the texels of a run; may write up to seven indices more to the right."""
+    colours, indices, f, row = work.colours, work.indices, work.functions, _F32(y)
+    if kind & 1 == 0:
+        colour = textures.texels[work.marks[number, 4]]
+        for x in range(start, end):
+            colours[x] = colour
+        return
+    u_step, u_base, u_own = f[number, 0], f[number, 1] * row + f[number, 2], f[number, 3]
+    v_step, v_base, v_own = f[number, 4], f[number, 5] * row + f[number, 6], f[number, 7]
+    inside, near_step, from_column = f[number, 12], f[number, 13], _F32(_I32(start))
+    first, width, rows = textures.places[texture, 0], textures.places[texture, 1], textures.places[texture, 3]
+    wide, high, long = _F32(width), _F32(textures.places[texture, 2]), _F32(rows)
+    last, coarsest = _I32(first + rows * width - 1), _I32(min(levels, textures.places[texture, 4]) - 1)
     for x in range(start, start + ((end - start + _U64(7)) & ~_U64(7))):
         column = _F32(_I32(x))
         distance = _F32(1.0) / (nearness + near_step * (column - from_column))
@@ -435,16 +490,19 @@ def _look_up(
         level = _I32(_I32(texels.view(_I32) >> _I32(23)) - _I32(126)) >> _I32(1)
         level = min(max(_I32(level), _I32(0)), coarsest)
         half = _I32(_I32(_I32(127) - level) << _I32(23)).view(_F32)  # as many halves as the level says
-        line = _I32(_I32(rows - rows * half) + _I32(v * high * half))
+        line = _I32(_I32(long - long * half) + _I32(v * high * half))
         texel = _I32(_I32(first + _I32(line * width)) + _I32(u * wide * half))
         indices[x] = min(max(texel, first), last)
+    for x in range(start, end):
+        colours[x] = textures.texels[_U64(indices[x])]
 
 
 @_inlined
-def _light_up(nearness: Any, f: Floats, setting: Setting, y: int, start: Any, end: Any, shades: Integers) -> None:
+def _light_run(nearness: Any, number: Any, setting: Setting, y: int, start: Any, end: Any, work: Scratch) -> None:
     """Finds the brightness of a run on a curved surface; may write up to seven more to the right."""
-    step, base, own = f[8], f[9] * _F32(y) + f[10], f[11]
-    near_step, from_column = f[13], _F32(_I32(start))
+    f, shades = work.functions, work.shades
+    step, base, own = f[number, 8], f[number, 9] * _F32(y) + f[number, 10], f[number, 11]
+    near_step, from_column = f[number, 13], _F32(_I32(start))
     ambient, diffuse = _F32(setting.ambient * _FULL), _F32(setting.diffuse * _FULL)
     for x in range(start, start + ((end - start + _U64(7)) & ~_U64(7))):
         column = _F32(_I32(x))
