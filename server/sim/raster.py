@@ -3,17 +3,18 @@
 import math
 from collections.abc import Sequence
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from server.sim import raster_kernel
+from server.sim import raster_compiling
 from server.sim.cameras import FAR, FIELD_OF_VIEW, NEAR, Actor, Frame, Viewpoint, label_of, labels_of
 from server.sim.catalogue import ALL_TYPES, KINDS
 from server.sim.collectibles import mesh_of, texture_of
 from server.sim.daylight import AMBIENT, DIFFUSE, SUN, sky
 from server.sim.raster_arrays import Bodies, Integers, Scratch, Setting, Textures, scratch
+from server.sim.raster_cover import cover
+from server.sim.raster_paint import paint
 from server.sim.raster_scene import LEVELS, geometry, numbered, textures
 from server.sim.room_scene import room_scene
 from server.sim.scene import Scene
@@ -31,6 +32,9 @@ class RasterCamera:
     Args:
         scene: all that there is to see but for the actors.
         mipmaps: whether what is far away is drawn from smaller textures; without them it is as noisy as the reference.
+
+    Raises:
+        KeyError: for a mesh or a texture that a body names and the scene does not hold.
     """
 
     def __init__(self, scene: Scene, *, mipmaps: bool = True) -> None:
@@ -62,29 +66,19 @@ class RasterCamera:
     def render(self, viewpoint: Viewpoint, actors: Sequence[Actor], size: int, *, segmentation: bool = False) -> Frame:
         """The frame of `size` x `size` pixels seen from `viewpoint`, with `actors` in the scene for this frame only.
 
-        The same arguments give the same bytes, in every process on one kind of machine.
+        The same arguments give the same bytes in every process, whatever was drawn before.
         """
-        setting, background, scratch = self._prepared(size, len(actors))
+        setting, background, work = self._prepared(size, len(actors))
         posed = _bodies(
             [(*actor.position, *_turn(actor.heading), actor.scale) for actor in actors],
             [(*self._actor_looks[actor.type], self._first + i * self._most) for i, actor in enumerate(actors)],
         )
         words = np.empty(-(-size * size // 4) * 3, np.int32)
         depth, labels = np.empty((size, size), np.uint16), np.empty((size, size), np.uint16)
-        raster_kernel.draw(
-            (float(viewpoint.x), float(viewpoint.y), float(viewpoint.z), *_turn(viewpoint.heading)),
-            setting,
-            self._geometry,
-            self._textures,
-            self._bodies,
-            self._actor_textures,
-            posed,
-            background,
-            scratch,
-            words,
-            depth.reshape(-1),
-            labels.reshape(-1),
-        )
+        view = float(viewpoint.x), float(viewpoint.y), float(viewpoint.z), *_turn(viewpoint.heading)
+        places, actor_places = self._textures.places, self._actor_textures.places
+        cover(view, setting, self._geometry, places, self._bodies, actor_places, posed, work)
+        paint(setting, self._textures, self._actor_textures, background, work, words, depth.ravel(), labels.ravel())
         rgb = words.view(np.uint8)[: 3 * size * size].reshape(size, size, 3)
         return Frame(rgb, depth, labels if segmentation else None)
 
@@ -106,19 +100,12 @@ class RasterCamera:
 
 def is_compiled() -> bool:
     """Whether the compiled code is there already, in this process or on disk: then the first frame comes quickly."""
-    if raster_kernel.draw.signatures:
-        return True
-    folder, source = raster_kernel.draw.stats.cache_path, Path(raster_kernel.__file__)
-    if folder is None:
-        return False
-    kept = Path(folder).glob(f"{source.stem}.{raster_kernel.draw.py_func.__name__}-*.nbi")
-    return any(index.stat().st_mtime >= source.stat().st_mtime for index in kept)
+    return raster_compiling.is_compiled(cover) and raster_compiling.is_compiled(paint)
 
 
 def compile_kernels() -> None:
-    """Compiles what draws, or loads it from disk where it was compiled before; a second call does nothing."""
-    if not raster_kernel.draw.signatures:
-        RasterCamera(room_scene()).render(Viewpoint(0.0, 0.0, 0.0), [], 8)
+    """Compiles what draws, which takes seconds, or loads it from disk where that was done before."""
+    RasterCamera(room_scene()).render(Viewpoint(0.0, 0.0, 0.0), [], 8)
 
 
 def _turn(heading: float) -> tuple[float, float]:

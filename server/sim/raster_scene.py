@@ -78,7 +78,7 @@ def textures(images: Sequence[npt.NDArray[np.uint8]]) -> Textures:
         sheets.append(sheet.reshape(-1))
         places.append((used, width, height, rows, len(chain)))
         used += sheet.size
-    return Textures(np.concatenate(sheets), np.array(places, np.int32))
+    return Textures(np.concatenate([np.zeros(0, np.int32), *sheets]), np.array(places, np.int32).reshape(-1, 5))
 
 
 def numbered(names: Iterable[str]) -> dict[str, int]:
