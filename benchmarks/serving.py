@@ -48,6 +48,7 @@ class Setting:
     tcp: bool = False
     workers: int = 1
     sensors: tuple[str, ...] = SENSORS
+    fsync: bool = False
 
 
 SETTINGS = (
@@ -55,6 +56,8 @@ SETTINGS = (
     Setting("16 episodes"),
     Setting("128 episodes", parallel=128),
     Setting("1000 episodes", parallel=1000),
+    Setting("1, fsync", parallel=1, fsync=True),
+    Setting("16, fsync", fsync=True),
     Setting("16, over TCP", tcp=True),
     Setting("16, lossless", encoding=types_pb2.ENCODING_ZSTD),
     Setting("16, JPEG", encoding=types_pb2.ENCODING_JPEG),
@@ -147,6 +150,7 @@ def serving(data: Path, setting: Setting) -> Iterator[tuple[str, "subprocess.Pop
         listen = "127.0.0.1:0" if setting.tcp else f"unix:{folder}/socket"
         command = [sys.executable, "-m", "server", "serve", "--data", str(data), "--listen", listen]
         command += ["--journal", f"sqlite:///{folder}/journal.db", "--workers", str(setting.workers)]
+        command += ["--fsync" if setting.fsync else "--no-fsync"]
         started = time.perf_counter()
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
             try:
@@ -241,7 +245,7 @@ def main() -> None:
 def show(rows: dict[str, Measured], split: Split) -> None:
     """Prints the table."""
     base = rows["in process"].rate
-    print(f"split {split.name}: {len(split.episodes)} episodes, 224x224 RGB and depth, raw, Unix socket where not said")
+    print(f"split {split.name}, {len(split.episodes)} episodes. Where not said: 224x224, raw, Unix socket, no fsync")
     print(f"{'':20} {'steps/s':>8} {'ratio':>6} {'mean ms':>8} {'p50 ms':>8} {'p99 ms':>8} {'MB':>6} {'start s':>8}")
     for name, row in rows.items():
         print(

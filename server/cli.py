@@ -53,6 +53,12 @@ def _parser() -> argparse.ArgumentParser:
         "--steps", type=int, default=STEPS_PER_PHASE, help="step limit of a phase (default: %(default)s)"
     )
     serve_.add_argument(
+        "--fsync",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="wait for the disk with every step, so that it outlives a loss of power, not only the end of a process",
+    )
+    serve_.add_argument(
         "--camera",
         default=CAMERAS[0],
         choices=CAMERAS,
@@ -89,6 +95,7 @@ def _serve(arguments: argparse.Namespace) -> None:
         own_address=arguments.own_address,
         journal=arguments.journal,
         camera=arguments.camera,
+        fsync=arguments.fsync,
         limits=Limits(arguments.steps),
     )
     if not 1 <= arguments.workers <= MAX_WORKERS:
@@ -114,6 +121,7 @@ def _serve(arguments: argparse.Namespace) -> None:
         "--steps",
         str(config.limits.steps_per_phase),
     ]
+    own += [] if config.fsync else ["--no-fsync"]
     serve_with_workers(arguments.workers, config.listen, [*own, "--log", arguments.log], say)
 
 

@@ -24,6 +24,7 @@ class Config:
         shared_port: whether other processes may listen on the same port.
         own_address: a second address, of this process alone; empty for none.
         journal: database URL; empty for SQLite in the data folder.
+        fsync: whether a step outlives a loss of power too, not only the end of a process (SQLite).
         camera: what draws the frames, one of `server.sim.cameras.CAMERAS`.
         limits: given to runs that are created.
         image_sizes: side lengths in pixels that a stream may ask for; the first is the default.
@@ -39,6 +40,7 @@ class Config:
     shared_port: bool = False
     own_address: str = ""
     journal: str = ""
+    fsync: bool = True
     camera: str = CAMERAS[0]
     limits: Limits = field(default_factory=Limits)
     image_sizes: tuple[int, ...] = (224, 128)

@@ -46,7 +46,7 @@ def serve(config: Config, splits: Mapping[str, Split], announce: Callable[[str],
         announce("compiling the camera; this is done once and takes about half a minute")
     if config.camera == "raster":
         compile_kernels()
-    with closing(Journal(config.journal_url)) as journal:
+    with closing(Journal(config.journal_url, fsync=config.fsync)) as journal:
         asyncio.run(_serve(config, splits, journal, announce))
 
 

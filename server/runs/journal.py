@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -109,13 +110,15 @@ class Journal:
 
     Args:
         url: such as `sqlite:////var/lib/arramon/journal.db`.
+        fsync: whether SQLite waits for the disk with every commit. Without, a commit outlives the end of any process,
+            but the last ones may be gone after a loss of power; the client then plays those steps again.
 
     Raises:
         StorageError: if the database cannot be opened or written.
     """
 
-    def __init__(self, url: str) -> None:
-        self._engine = _engine(url)
+    def __init__(self, url: str, *, fsync: bool = True) -> None:
+        self._engine = _engine(url, fsync)
         with self._write() as connection:
             config = Config()
             config.set_main_option("script_location", str(Path(__file__).parent / "migrations"))
@@ -342,17 +345,17 @@ _INSERT_STEP = tables.steps.insert().from_select(
 """Writes a step under the claim of an epoch, and nothing where that is not held any more."""
 
 
-def _engine(url: str) -> Engine:
+def _engine(url: str, fsync: bool) -> Engine:
     engine = sa.create_engine(url)
     if engine.dialect.name == "sqlite":
-        event.listen(engine, "connect", _prepare_sqlite)
+        event.listen(engine, "connect", partial(_prepare_sqlite, "FULL" if fsync else "NORMAL"))
         event.listen(engine, "begin", _begin_sqlite)
     return engine
 
 
-def _prepare_sqlite(connection: Any, _record: object) -> None:
+def _prepare_sqlite(synchronous: str, connection: Any, _record: object) -> None:
     connection.isolation_level = None  # or the driver commits and begins behind SQLAlchemy's back
-    for pragma in ("journal_mode=WAL", "synchronous=FULL", "busy_timeout=10000", "foreign_keys=ON"):
+    for pragma in ("journal_mode=WAL", f"synchronous={synchronous}", "busy_timeout=10000", "foreign_keys=ON"):
         connection.execute(f"PRAGMA {pragma}")
 
 

@@ -99,8 +99,9 @@ class _Client:
         return self._show(report, outcome)
 
     def _embedded(self) -> AbstractContextManager[EmbeddedServer]:
-        workers = ("--workers", str(self.options.workers or 1))
-        return embedded_server(self.options.data or default_data(), options=workers)
+        # Nobody else relies on this server: a step need not outlive a loss of power, only the end of the process.
+        options = ("--no-fsync", "--workers", str(self.options.workers or 1))
+        return embedded_server(self.options.data or default_data(), options=options)
 
     def _created(self, server: Server, agent: Agent) -> evaluation_pb2.Run:
         options = self.options
