@@ -1,0 +1,185 @@
+"""Frames a second of each camera in a real section, and of other environments on the same machine.
+
+    python benchmarks/cameras.py [--data DIR] [--rounds 7] [--peers PYTHON] [--json FILE]
+
+The views are those of an agent on its way along the ground truth, with the episode's own objects. Without a data folder
+they are of the sample episodes. `--peers` names an interpreter in which `pip install vizdoom miniworld` was done, if it
+is not this one; MiniWorld draws through EGL or, where DISPLAY is set, X. All take turns, round by round, so that a
+machine that gets slower does so for all. Shown are medians, and how many times the others' frames a second they are.
+"""
+
+import argparse
+import json
+import os
+import platform
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from server.episodes.importing import import_release
+from server.episodes.splits import Split, read_splits
+from server.runs.session import Session
+from server.sim.bullet import World
+from server.sim.cameras import Camera
+from server.sim.city import city_scene
+from server.sim.raster import RasterCamera
+from server.sim.rules import Limits
+from server.sim.view import View, view
+
+HERE = Path(__file__).parent
+SAMPLE = HERE.parent / "examples" / "sample" / "sample.json"
+VIEWS = 48
+PEERS = {"vizdoom": "ViZDoom, 320x240, RGB + depth", "miniworld": "MiniWorld, 224x224, RGB"}
+
+FIRST_FRAME = """
+import time
+start = time.perf_counter()
+from server.sim.raster import compile_kernels
+compile_kernels()
+print(time.perf_counter() - start)
+"""
+
+
+@dataclass
+class Row:
+    """One thing that is measured, and what was measured in each round."""
+
+    name: str
+    measure: Callable[[], float | None]
+    rates: list[float] = field(default_factory=list)
+
+    @property
+    def median(self) -> float:
+        """Frames a second."""
+        return statistics.median(self.rates)
+
+
+class _OpenGround:
+    """The ground truth never runs into anything."""
+
+    def way_is_free(self, start: tuple[float, float], end: tuple[float, float]) -> bool:  # noqa: ARG002
+        return True
+
+
+def _views(split: Split, section: str) -> Iterator[View]:
+    """Every fifth of what agents see in a section's streets."""
+    for episode in split.in_playing_order(min(split.languages)):
+        if episode.section == section:
+            session = Session(episode, _OpenGround(), Limits(steps_per_phase=10_000))
+            for turn in episode.turns:
+                seen = [view(state, episode.layout) for state, _ in session.replay((*turn.actions, *turn.room_actions))]
+                yield from [each for each in seen if not each.indoors][::5]
+
+
+def _drawing(camera: Camera, views: Sequence[View], size: int, segmentation: bool) -> Callable[[], float]:
+    """Draws all views, again and again for half a second at least; returns frames a second."""
+
+    def measure() -> float:
+        frames, start = 0, time.perf_counter()
+        while frames == 0 or time.perf_counter() - start < 0.5:
+            for seen in views:
+                camera.render(seen.viewpoint, seen.actors, size, segmentation=segmentation)
+            frames += len(views)
+        return frames / (time.perf_counter() - start)
+
+    return measure
+
+
+def _peer(python: str, name: str) -> Callable[[], float | None]:
+    """Runs another environment for some seconds; None where it is not installed."""
+
+    def measure() -> float | None:
+        command = [python, str(HERE.absolute() / "camera_peers.py"), name]
+        with tempfile.TemporaryDirectory() as folder:  # ViZDoom leaves a file where it runs
+            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        return float(done.stdout.split()[-1]) if done.returncode == 0 else None
+
+    return measure
+
+
+def _rows(scene_views: tuple[World, RasterCamera, list[View]], peers: str) -> list[Row]:
+    reference, fast, views = scene_views
+    rows = []
+    for size in (224, 128):
+        for name, camera, segmentation in (
+            (f"tiny, {size}, RGB + depth", reference, False),
+            (f"tiny, {size}, RGB + depth + segmentation", reference, True),
+            (f"raster, {size}, RGB + depth + segmentation", fast, True),
+        ):
+            rows.append(Row(name, _drawing(camera, views, size, segmentation)))
+    return rows + [Row(PEERS[name], _peer(peers, name)) for name in PEERS]
+
+
+def _first_frame(cache: str) -> float:
+    """Seconds from importing the camera to its first frame, in a process of its own."""
+    environment = os.environ | {"NUMBA_CACHE_DIR": cache}
+    command = [sys.executable, "-c", FIRST_FRAME]
+    return float(subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout)
+
+
+def _ratio(row: Row, other: Row | None) -> str:
+    return f"{row.median / other.median:.1f}" if other and other.rates else "-"
+
+
+def _table(rows: Sequence[Row]) -> str:
+    by_name = {row.name: row for row in rows}
+    lines = [f"{'':44}{'frames/s':>10}{'x tiny':>8}{'x ViZDoom':>11}{'x MiniWorld':>13}"]
+    for row in rows:
+        if not row.rates:
+            lines.append(f"{row.name:44}{'not installed':>10}")
+            continue
+        size = 128 if "128" in row.name else 224
+        ratios = [by_name[f"tiny, {size}, RGB + depth"], *(by_name[name] for name in PEERS.values())]
+        tiny, doom, world = (_ratio(row, other) for other in ratios)
+        lines.append(f"{row.name:44}{row.median:10.0f}{tiny:>8}{doom:>11}{world:>13}")
+    return "\n".join(lines)
+
+
+def _machine() -> dict[str, Any]:
+    return {
+        "processor": platform.processor() or platform.machine(),
+        "cores": os.cpu_count(),
+        "python": platform.python_version(),
+        **{name: version(name) for name in ("numba", "numpy", "pybullet")},
+    }
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Prints the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--data", type=Path, help="data folder; without it, the sample episodes")
+    parser.add_argument("--rounds", type=int, default=7)
+    parser.add_argument("--peers", default=sys.executable, help="interpreter that has ViZDoom and MiniWorld")
+    parser.add_argument("--json", type=Path, help="file for the numbers")
+    arguments = parser.parse_args(argv)
+    with tempfile.TemporaryDirectory() as folder:
+        if arguments.data is None:
+            import_release([SAMPLE], Path(folder))
+        split = next(iter(read_splits(arguments.data or Path(folder)).values()))
+        first = {"compiled anew": _first_frame(f"{folder}/numba"), "kept on disk": _first_frame(f"{folder}/numba")}
+    section = min(split.sections)
+    scene, views = city_scene(split.sections[section]), list(islice(_views(split, section), VIEWS))
+    with World(scene) as reference:
+        rows = _rows((reference, RasterCamera(scene), views), arguments.peers)
+        for _ in range(arguments.rounds):
+            for row in rows:
+                rate = row.measure()
+                row.rates += [] if rate is None else [rate]
+    print(f"{split.name}, section {section}: {len(scene.bodies)} bodies, {len(views)} views\n{_table(rows)}")
+    print("seconds to the fast camera's first frame: " + ", ".join(f"{k} {v:.1f}" for k, v in first.items()))
+    if arguments.json:
+        numbers = {"machine": _machine(), "rates": {row.name: row.rates for row in rows}, "first_frame_s": first}
+        arguments.json.write_text(json.dumps(numbers, indent=2) + "\n", encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
