@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from functools import cache
+from itertools import count
 
 import numpy as np
 import numpy.typing as npt
@@ -46,11 +47,13 @@ class RasterCamera:
         self._levels = LEVELS if mipmaps else 1
         ranges = self._geometry.clusters[self._geometry.meshes - [0, 1]]
         self._polygons = ranges[:, 1, 3] - ranges[:, 0, 1]
-        looks, first = [], 1
+        rows, first = [], 1
         for body in scene.bodies:
-            looks.append((meshes[body.mesh], covers[body.texture], numbers[label_of(body)], first))
-            first += int(self._polygons[meshes[body.mesh]])
-        self._bodies = _bodies([(*body.position, *_turn(body.heading), body.scale) for body in scene.bodies], looks)
+            mesh = meshes[body.mesh]
+            look = mesh, covers[body.texture], numbers[label_of(body)], first
+            rows.append((*body.position, *_turn(body.heading), body.scale, *look))
+            first += int(self._polygons[mesh])
+        self._bodies = _bodies(rows)
         self._first, self._most = first, int(self._polygons[-len(KINDS) :].max())
         self._actor_looks = {
             type_: (len(meshes) + KINDS.index(type_.kind), number, numbers[str(type_)])
@@ -69,15 +72,15 @@ class RasterCamera:
         The same arguments give the same bytes in every process, whatever was drawn before.
         """
         setting, background, work = self._prepared(size, len(actors))
-        posed = _bodies(
-            [(*actor.position, *_turn(actor.heading), actor.scale) for actor in actors],
-            [(*self._actor_looks[actor.type], self._first + i * self._most) for i, actor in enumerate(actors)],
-        )
+        posed = [
+            (*actor.position, *_turn(actor.heading), actor.scale, *self._actor_looks[actor.type], self._first + i)
+            for i, actor in zip(count(0, self._most), actors, strict=False)
+        ]
         words = np.empty(-(-size * size // 4) * 3, np.int32)
         depth, labels = np.empty((size, size), np.uint16), np.empty((size, size), np.uint16)
         view = float(viewpoint.x), float(viewpoint.y), float(viewpoint.z), *_turn(viewpoint.heading)
         places, actor_places = self._textures.places, self._actor_textures.places
-        cover(view, setting, self._geometry, places, self._bodies, actor_places, posed, work)
+        cover(view, setting, self._geometry, places, self._bodies, actor_places, _bodies(posed), work)
         paint(setting, self._textures, self._actor_textures, background, work, words, depth.ravel(), labels.ravel())
         rgb = words.view(np.uint8)[: 3 * size * size].reshape(size, size, 3)
         return Frame(rgb, depth, labels if segmentation else None)
@@ -93,7 +96,7 @@ class RasterCamera:
     def _scratch(self, size: int, actors: int) -> Scratch:
         flat = self._geometry
         each = flat.meshes[:, 1] - flat.meshes[:, 0]
-        clusters = int(each[self._bodies.looks[:, 0]].sum()) + actors * int(each[-len(KINDS) :].max())
+        clusters = int(each[self._bodies[:, 6].astype(int)].sum()) + actors * int(each[-len(KINDS) :].max())
         points = int((flat.clusters[:, 2] - flat.clusters[:, 0]).max())
         return scratch(size, self._first + actors * self._most, clusters, points, int(flat.shapes[:, 1].max()))
 
@@ -113,8 +116,8 @@ def _turn(heading: float) -> tuple[float, float]:
     return math.cos(angle), math.sin(angle)
 
 
-def _bodies(poses: Sequence[tuple[float, ...]], looks: Sequence[tuple[int, int, int, int]]) -> Bodies:
-    return Bodies(np.array(poses, np.float64).reshape(-1, 6), np.array(looks, np.int32).reshape(-1, 4))
+def _bodies(rows: Sequence[tuple[float, ...]]) -> Bodies:
+    return np.array(rows, np.float64).reshape(-1, 10)
 
 
 def _setting(size: int, levels: int) -> Setting:

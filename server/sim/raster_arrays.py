@@ -5,6 +5,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+Bodies = npt.NDArray[np.float64]
+"""(n, 10): X, Y, Z, cosine and sine of the heading, scale; the numbers of the mesh, the texture, the label, and of the
+body's first polygon in the frame."""
+
 Floats = npt.NDArray[np.float32]
 Doubles = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int32]
@@ -44,18 +48,6 @@ class Textures(NamedTuple):
 
     texels: Integers
     places: Integers
-
-
-class Bodies(NamedTuple):
-    """What stands where.
-
-    Attributes:
-        poses: (n, 6): X, Y, Z, cosine and sine of the heading, scale.
-        looks: (n, 4): numbers of the mesh, the texture, the label, and the body's first polygon in the frame.
-    """
-
-    poses: Doubles
-    looks: Integers
 
 
 class Setting(NamedTuple):

@@ -61,10 +61,9 @@ def cover(
     for i in range(seen):
         group, body, cluster = work.order[i, 0], work.order[i, 1], work.order[i, 2]
         if group == 0:
-            eye, look, mesh = _eye(view, bodies.poses, body), _look(bodies.looks, body, places), bodies.looks[body, 0]
+            eye, mesh, look = _eye(view, bodies, body), int(bodies[body, 6]), _look(bodies, body, places)
         else:
-            eye, look = _eye(view, actors.poses, body), _look(actors.looks, body, actor_places)
-            mesh = actors.looks[body, 0]
+            eye, mesh, look = _eye(view, actors, body), int(actors[body, 6]), _look(actors, body, actor_places)
         whole = work.distances[i] > setting.near
         if not (whole and _is_hidden(eye, setting, geometry.spheres, cluster, work.keys)):
             number = look[0] - geometry.clusters[geometry.meshes[mesh, 0], 1]
@@ -72,18 +71,18 @@ def cover(
 
 
 @inlined
-def _eye(view: _View, poses: Doubles, body: int) -> _Eye:
+def _eye(view: _View, bodies: Bodies, body: int) -> _Eye:
     x, y, z, eye_cos, eye_sin = view
-    cos, sin, scale = poses[body, 3], poses[body, 4], poses[body, 5]
-    east, north, up = (x - poses[body, 0]) / scale, (y - poses[body, 1]) / scale, (z - poses[body, 2]) / scale
+    cos, sin, scale = bodies[body, 3], bodies[body, 4], bodies[body, 5]
+    east, north, up = (x - bodies[body, 0]) / scale, (y - bodies[body, 1]) / scale, (z - bodies[body, 2]) / scale
     ahead_x, ahead_y = eye_sin * cos - eye_cos * sin, eye_sin * sin + eye_cos * cos
     return east * cos - north * sin, east * sin + north * cos, up, ahead_x, ahead_y, scale, cos, sin
 
 
 @inlined
-def _look(looks: Integers, body: int, places: Integers) -> _Look:
-    texture = looks[body, 1]
-    return looks[body, 3], texture, looks[body, 2], places[texture, 0], places[texture, 1], places[texture, 2]
+def _look(bodies: Bodies, body: int, places: Integers) -> _Look:
+    texture, label, first = int(bodies[body, 7]), int(bodies[body, 8]), int(bodies[body, 9])
+    return first, texture, label, places[texture, 0], places[texture, 1], places[texture, 2]
 
 
 @inlined
@@ -116,9 +115,8 @@ def _gather(
     work: Scratch,
 ) -> int:
     """Adds the clusters that are in the picture to `work.order`; returns how many there are then."""
-    for body in range(len(bodies.poses)):
-        eye = _eye(view, bodies.poses, body)
-        mesh = bodies.looks[body, 0]
+    for body in range(len(bodies)):
+        eye, mesh = _eye(view, bodies, body), int(bodies[body, 6])
         for cluster in range(geometry.meshes[mesh, 0], geometry.meshes[mesh, 1]):
             nearest = _nearest(eye, setting, geometry.spheres, cluster)
             if nearest < setting.far:

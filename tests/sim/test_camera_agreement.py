@@ -1,0 +1,23 @@
+"""The proof that anyone can run, on a few poses of the sample episodes: both sections and the room."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+SCRIPT = Path(__file__).parents[2] / "benchmarks" / "camera_agreement.py"
+
+
+def test_the_cameras_agree_along_the_way_of_the_sample_episodes(tmp_path: Path) -> None:
+    command = [sys.executable, str(SCRIPT), "--poses", "30", "--json", str(tmp_path / "rows.json")]
+    done = subprocess.run([*command, "--pictures", str(tmp_path)], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1].startswith("all")
+    rows = json.loads((tmp_path / "rows.json").read_text())["places"]
+    assert [row["place"] for row in rows] == ["sample 1", "sample 2", "room"]
+    for row in rows:
+        assert row["poses"] == 10
+        assert row["depth"] > 0.9995 * row["pixels"]
+        assert row["segmentation"] > 0.9995 * row["pixels"]
+        assert row["beyond_edges"] < 50
+        assert row["colour"] < 10 * row["poses"]
+        assert row["colour_without_mipmaps"] < 0.5 * row["poses"]
