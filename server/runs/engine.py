@@ -10,7 +10,7 @@ import logging
 import time
 import uuid
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import replace
 
 from server.episodes.splits import Split
@@ -120,8 +120,7 @@ class Engine:
                 await asyncio.sleep(0)
             if not self._is_busy():
                 self._work.clear()
-                with suppress(TimeoutError):
-                    await asyncio.wait_for(self._work.wait(), SWEEP_SECONDS)
+                await self._work.wait()
 
     def stop(self) -> None:
         """Closes all streams and lets the worlds go."""
@@ -159,6 +158,7 @@ class Engine:
         if time.monotonic() < self._next_sweep:
             return
         self._next_sweep = time.monotonic() + SWEEP_SECONDS
+        asyncio.get_running_loop().call_later(1.01 * SWEEP_SECONDS, self.wake)
         with self._guard():
             self._journal.beat(self._worker, time.time(), self._address)
             self._release()

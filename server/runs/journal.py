@@ -106,7 +106,7 @@ class Batch:
 
 
 class Journal:
-    """The database behind all runs. Safe to use from several threads.
+    """The database behind all runs. Safe to use from several threads, but for `commit`, which belongs to one.
 
     Args:
         url: such as `sqlite:////var/lib/arramon/journal.db`.
@@ -119,6 +119,7 @@ class Journal:
 
     def __init__(self, url: str, *, fsync: bool = True) -> None:
         self._engine = _engine(url, fsync)
+        self._committer: Connection | None = None
         with self._write() as connection:
             config = Config()
             config.set_main_option("script_location", str(Path(__file__).parent / "migrations"))
@@ -127,6 +128,7 @@ class Journal:
 
     def close(self) -> None:
         """Lets the database go."""
+        self._drop_committer()
         self._engine.dispose()
 
     def create(self, run: Run, episode_ids: Sequence[str]) -> None:
@@ -299,7 +301,7 @@ class Journal:
         """
         if not (batch.steps or batch.endings):
             return
-        with self._write() as connection:
+        with self._commit() as connection:
             if batch.steps and connection.execute(_INSERT_STEP, batch.steps).rowcount != len(batch.steps):
                 raise TakenOver("another process of this server has taken over an episode, or it has ended")
             for ending in batch.endings:
@@ -325,6 +327,24 @@ class Journal:
     def _write(self) -> Iterator[Connection]:
         with _storage_errors(), self._engine.begin() as connection:
             yield connection
+
+    @contextmanager
+    def _commit(self) -> Iterator[Connection]:
+        """As `_write`, on a connection that is kept: this is done with every step."""
+        with _storage_errors():
+            if self._committer is None:
+                self._committer = self._engine.connect()
+            try:
+                with self._committer.begin():
+                    yield self._committer
+            except DBAPIError:
+                self._drop_committer()
+                raise
+
+    def _drop_committer(self) -> None:
+        committer, self._committer = self._committer, None
+        if committer is not None:
+            committer.close()
 
 
 def _is_held(run_id: Any, episode_id: Any, epoch: Any) -> sa.ColumnElement[bool]:
