@@ -139,14 +139,15 @@ class Engine:
         run = self._journal.run(run.run_id)
         if run.state != RUNNING:
             raise Conflict(f"run {run.run_id!r} is {run.state.lower()} already")
-        open_claims = self._journal.open_claims(run.run_id)
-        batch = Batch()
-        for claim in (*open_claims, *self._journal.pending(run.run_id)):
-            session = self._session(run, claim)
-            for _ in session.replay(self._journal.actions(run.run_id, claim.episode_id)):
-                pass
-            batch.endings.append(_ending(run, session, causes.FORFEITED, "the run was cancelled"))
-        self._journal.commit(batch)
+        while claims := [*self._journal.open_claims(run.run_id), *self._journal.pending(run.run_id)]:
+            # Whoever plays them loses them first; what ended in between is seen in the next turn.
+            batch = Batch()
+            for claim in self._journal.claim(run.run_id, claims, "", self._worker):
+                session = self._session(run, claim)
+                for _ in session.replay(self._journal.actions(run.run_id, claim.episode_id)):
+                    pass
+                batch.endings.append(_ending(run, session, causes.FORFEITED, "the run was cancelled"))
+            self._journal.commit(batch)
         self._finish(run, CANCELLED)
         self.wake()
 
