@@ -11,7 +11,6 @@ their mean absolute difference, 0 to 255: as the camera draws, and without mipma
 import argparse
 import json
 import sys
-import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from itertools import islice
@@ -20,9 +19,9 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from common import OpenGround, data_or_sample
 from PIL import Image
 
-from server.episodes.importing import import_release
 from server.episodes.splits import Split, read_splits
 from server.runs.session import Session
 from server.sim.bullet import World
@@ -34,7 +33,6 @@ from server.sim.rules import Limits
 from server.sim.scene import Scene
 from server.sim.view import View, view
 
-SAMPLE = Path(__file__).parents[1] / "examples" / "sample" / "sample.json"
 NEAR_ENOUGH, SHARE = 10, 0.005
 """Thousandths of a unit, and of the depth itself."""
 
@@ -99,13 +97,6 @@ def _difference(a: Frame, b: Frame) -> float:
     return float(np.abs(a.rgb.astype(np.int16) - b.rgb).mean())
 
 
-class _OpenGround:
-    """The ground truth never runs into anything."""
-
-    def way_is_free(self, start: tuple[float, float], end: tuple[float, float]) -> bool:  # noqa: ARG002
-        return True
-
-
 def _views(split: Split, section: str | None, every: int) -> Iterator[View]:
     """Every so many-th of what agents see on the way in a section, or, for None, in the room."""
     language = min(split.languages)
@@ -113,7 +104,7 @@ def _views(split: Split, section: str | None, every: int) -> Iterator[View]:
     for episode in split.in_playing_order(language):
         if section is not None and episode.section != section:
             continue
-        session = Session(episode, _OpenGround(), Limits(steps_per_phase=10_000))
+        session = Session(episode, OpenGround(), Limits(steps_per_phase=10_000))
         for turn in episode.turns:
             for state, _ in session.replay((*turn.actions, *turn.room_actions)):
                 seen = view(state, episode.layout)
@@ -178,10 +169,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--pictures", type=Path, help="folder for the worst frame of each place")
     parser.add_argument("--json", type=Path, help="file for the numbers")
     arguments = parser.parse_args(argv)
-    with tempfile.TemporaryDirectory() as folder:
-        if arguments.data is None:
-            import_release([SAMPLE], Path(folder))
-        places = _places(list(read_splits(arguments.data or Path(folder)).values()))
+    with data_or_sample(arguments.data) as data:
+        places = _places(list(read_splits(data).values()))
     if arguments.pictures:
         arguments.pictures.mkdir(parents=True, exist_ok=True)
     rows = []

@@ -24,7 +24,8 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from server.episodes.importing import import_release
+from common import OpenGround, data_or_sample
+
 from server.episodes.splits import Split, read_splits
 from server.runs.session import Session
 from server.sim.bullet import World
@@ -35,7 +36,6 @@ from server.sim.rules import Limits
 from server.sim.view import View, view
 
 HERE = Path(__file__).parent
-SAMPLE = HERE.parent / "examples" / "sample" / "sample.json"
 VIEWS = 48
 PEERS = {"vizdoom": "ViZDoom, 320x240, RGB + depth", "miniworld": "MiniWorld, 224x224, RGB"}
 
@@ -62,18 +62,11 @@ class Row:
         return statistics.median(self.rates)
 
 
-class _OpenGround:
-    """The ground truth never runs into anything."""
-
-    def way_is_free(self, start: tuple[float, float], end: tuple[float, float]) -> bool:  # noqa: ARG002
-        return True
-
-
 def _views(split: Split, section: str) -> Iterator[View]:
     """Every fifth of what agents see in a section's streets."""
     for episode in split.in_playing_order(min(split.languages)):
         if episode.section == section:
-            session = Session(episode, _OpenGround(), Limits(steps_per_phase=10_000))
+            session = Session(episode, OpenGround(), Limits(steps_per_phase=10_000))
             for turn in episode.turns:
                 seen = [view(state, episode.layout) for state, _ in session.replay((*turn.actions, *turn.room_actions))]
                 yield from [each for each in seen if not each.indoors][::5]
@@ -160,10 +153,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--peers", default=sys.executable, help="interpreter that has ViZDoom and MiniWorld")
     parser.add_argument("--json", type=Path, help="file for the numbers")
     arguments = parser.parse_args(argv)
-    with tempfile.TemporaryDirectory() as folder:
-        if arguments.data is None:
-            import_release([SAMPLE], Path(folder))
-        split = next(iter(read_splits(arguments.data or Path(folder)).values()))
+    with data_or_sample(arguments.data) as data, tempfile.TemporaryDirectory() as folder:
+        split = next(iter(read_splits(data).values()))
         first = {"compiled anew": _first_frame(f"{folder}/numba"), "kept on disk": _first_frame(f"{folder}/numba")}
     section = min(split.sections)
     scene, views = city_scene(split.sections[section]), list(islice(_views(split, section), VIEWS))

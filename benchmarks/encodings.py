@@ -12,7 +12,6 @@ import argparse
 import io
 import json
 import statistics
-import tempfile
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -22,13 +21,13 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from common import data_or_sample
 from PIL import Image as Pillow
 
 from arramon.v1.types_pb2 import ENCODING_JPEG, ENCODING_RAW, ENCODING_ZSTD, Encoding, Image
 from arramon_client.images import decode_depth, decode_rgb
 from server.api.encoding import Encoder
 from server.episodes.episode import Episode
-from server.episodes.importing import import_release
 from server.episodes.splits import read_splits
 from server.runs.session import Session
 from server.sim.bullet import World
@@ -38,7 +37,6 @@ from server.sim.room_scene import room_scene
 from server.sim.rules import Limits, State
 from server.sim.view import view
 
-SAMPLE = Path(__file__).parents[1] / "examples" / "sample" / "sample.json"
 SIZES = (224, 128)
 LINK = 100.0
 """Kilobits a millisecond (megabits a second) of the slow link."""
@@ -90,9 +88,8 @@ def main(argv: Sequence[str] | None = None) -> None:
 
 def rendered(count: int) -> dict[int, list[Frame]]:
     """`count` frames of each size, of all episodes and phases."""
-    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
-        (split,) = import_release([SAMPLE], Path(folder))
-        split = read_splits(Path(folder))[split.name]
+    with data_or_sample(None) as data, ExitStack() as stack:
+        (split,) = read_splits(data).values()
         cities = {name: stack.enter_context(World(city_scene(section))) for name, section in split.sections.items()}
         room = stack.enter_context(World(room_scene()))
         seen = [

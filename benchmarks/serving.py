@@ -21,19 +21,19 @@ from dataclasses import dataclass, field
 from itertools import cycle, islice
 from pathlib import Path
 
+from common import data_or_sample
+
 from agents.random_walk import Agent as RandomWalk
 from arramon.v1 import evaluation_pb2, types_pb2
 from arramon_client.agent import Episode, Observation
 from arramon_client.connection import METADATA, connect
 from arramon_client.lanes import play_in_lanes
 from arramon_client.play import Settings
-from server.episodes.importing import import_release
 from server.episodes.splits import Split, read_splits
 from server.runs.session import Session
 from server.runs.worlds import Worlds
 from server.sim.rules import Action, Limits
 
-SAMPLE = Path(__file__).parents[1] / "examples" / "sample" / "sample.json"
 SENSORS = ("rgb", "depth")
 
 
@@ -225,10 +225,7 @@ def main() -> None:
     parser.add_argument("--only", default="", help="settings whose name holds this text")
     parser.add_argument("--json", type=Path, help="file for the figures")
     options = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        data = options.data or Path(folder)
-        if options.data is None:
-            import_release([SAMPLE], data)
+    with data_or_sample(options.data) as data:
         split = max(read_splits(data).values(), key=lambda split: len(split.episodes))
         chosen = [setting for setting in SETTINGS if options.only in setting.name]
         rounds: dict[str, list[Measured]] = {"in process": [], **{setting.name: [] for setting in chosen}}
