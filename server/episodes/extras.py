@@ -13,6 +13,7 @@ from server.episodes.chance import seeded
 from server.sim.catalogue import ALL_TYPES, EXTENT, ObjectType
 from server.sim.geometry import Point, Pose
 from server.sim.room import COLUMNS, ROWS, START, Placement, Square
+from server.sim.rules import REACH_AHEAD, REACH_SIDE
 
 Points = npt.NDArray[np.float64]
 
@@ -124,7 +125,7 @@ def distance_to_path(places: Points, path: Points) -> Points:
 def in_pick_up_box(pose: Pose, place: Points) -> bool:
     """Whether an object at `place` reaches into the box from which an agent at `pose` picks up."""
     right, ahead = pose.local(float(place[0]), float(place[1]))
-    return abs(right) <= 0.5 + EXTENT and -EXTENT <= ahead <= 3.0 + EXTENT
+    return abs(right) <= REACH_SIDE + EXTENT and -EXTENT <= ahead <= REACH_AHEAD + EXTENT
 
 
 def stands_alone(place: Points, others: Sequence[Points]) -> bool:

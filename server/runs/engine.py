@@ -315,7 +315,7 @@ class Engine:
         started = EpisodeStarted(stream.run, session.episode, scene, len(actions))
         remembers = claim.player == stream.player and not (first and stream.history)
         past = [
-            Observed(stream.run, session.episode, state, session.limits.steps_per_phase - state.phase_step, taken=taken)
+            Observed(stream.run, session.episode, state, session.steps_left(state), taken=taken)
             for state, taken in session.replay(actions)
         ]
         stream.sessions[claim.episode_id] = session
@@ -327,7 +327,7 @@ class Engine:
         return Session(episode, ground, Limits(run.steps_per_phase), claim.epoch)
 
     def _observe(self, stream: Stream, session: Session) -> Observed:
-        return Observed(stream.run, session.episode, session.state, session.steps_left)
+        return Observed(stream.run, session.episode, session.state, session.steps_left(session.state))
 
 
 def _ending(run: Run, session: Session, cause: str, note: str = "") -> Ending:

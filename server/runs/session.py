@@ -52,10 +52,9 @@ class Session:
             self.apply(action)
             yield before, action
 
-    @property
-    def steps_left(self) -> int:
-        """In the present phase."""
-        return self.limits.steps_per_phase - self.state.phase_step
+    def steps_left(self, state: State) -> int:
+        """In the phase of a state, the present one or one before it."""
+        return self.limits.steps_per_phase - state.phase_step
 
     @property
     def was_forced(self) -> bool:
