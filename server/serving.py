@@ -28,6 +28,9 @@ SERVICE = evaluation_pb2.DESCRIPTOR.services_by_name["Evaluation"].full_name
 DRAIN_SECONDS = 5.0
 """How long calls may take to end when the server stops."""
 
+COMPILING = "compiling the camera; this is done once and takes about half a minute"
+"""Announced where the fast camera has never been compiled on this machine."""
+
 _log = logging.getLogger(__name__)
 
 
@@ -43,7 +46,7 @@ def serve(config: Config, splits: Mapping[str, Split], announce: Callable[[str],
         ArraMonError: if the journal or the address is not right.
     """
     if config.camera == "raster" and not is_compiled():
-        announce("compiling the camera; this is done once and takes about half a minute")
+        announce(COMPILING)
     if config.camera == "raster":
         compile_kernels()
     with closing(Journal(config.journal_url, fsync=config.fsync)) as journal:
