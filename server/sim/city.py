@@ -8,7 +8,8 @@ import numpy as np
 from server.sim.banners import banner_texture
 from server.sim.cameras import FAR
 from server.sim.facades import BAYS, STOREYS, facade
-from server.sim.furniture import piece_of
+from server.sim.furniture import COLOURS, piece_of
+from server.sim.labels import Label
 from server.sim.markings import DASH, Dash, dashes
 from server.sim.meshes import Vector, merge, moved, quad
 from server.sim.palette import palette
@@ -51,7 +52,15 @@ def city_scene(section: Section) -> Scene:
         collider = BoxCollider(building.half_width, building.half_length, building.height)
         place = (building.x, building.z, 0.0)
         bodies.append(
-            Body(name, name, f"facade/{building.facade}", place, building.heading, collider=collider, label="building")
+            Body(
+                name,
+                name,
+                f"facade/{building.facade}",
+                place,
+                building.heading,
+                collider=collider,
+                label=str(Label("building", look=building.facade)),
+            )
         )
     for name, label, cover, mesh in _ground(section):
         meshes[name], textures[cover] = mesh, texture(cover)
@@ -70,9 +79,17 @@ def _prop_body(prop: Prop, number: int, meshes: dict[str, Mesh], textures: dict[
     else:
         textures[cover] = palette()
     meshes[mesh] = piece.mesh
-    label = prop.kind.replace("_", " ")
+    label = str(label_of_prop(prop))
     place = (prop.x, prop.z, 0.0)
     return Body(f"{prop.kind}/{number}", mesh, cover, place, prop.heading, collider=piece.collider, label=label)
+
+
+def label_of_prop(prop: Prop) -> Label:
+    """What a prop is seen as."""
+    if prop.kind == "banner":
+        return Label(prop.kind, prop.colour, prop.shape)
+    colours = COLOURS.get(prop.kind, ("",))
+    return Label(prop.kind, prop.colour or colours[0])
 
 
 def building_mesh(building: Building, number: int = 0) -> Mesh:
@@ -116,7 +133,7 @@ def _ground(section: Section) -> list[tuple[str, str, str, Mesh]]:
         pavements = [_slab(b, PAVEMENT, 0.012) for b in section.buildings]
         kerbs = [_slab(b, PAVEMENT + _KERB, 0.006) for b in section.buildings]
         layers = [
-            ("roofs", "building", "roof", merge(*roofs)),
+            ("roofs", "roof", "roof", merge(*roofs)),
             ("pavements", "pavement", "pavement", merge(*pavements)),
             ("kerbs", "pavement", "kerb", merge(*kerbs)),
         ]

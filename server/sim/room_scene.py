@@ -3,6 +3,7 @@
 Seen from the start tile, facing row 3: brick ahead, wood on the left, striped on the right, spotted behind.
 """
 
+from server.sim.labels import Label
 from server.sim.meshes import Vector, quad
 from server.sim.room import CELL, COLUMNS, ROWS, START
 from server.sim.scene import Body, BoxCollider, Mesh, Scene
@@ -37,11 +38,13 @@ def room_scene() -> Scene:
             position,
             heading,
             collider=BoxCollider(length / 2, _THICKNESS, WALL_HEIGHT),
-            label=f"{look} wall",
+            label=str(Label("wall", look=look)),
         )
         for look, position, heading, length in walls
     ]
-    bodies.append(Body("start", "tile", "start", (START.column * CELL, START.row * CELL, 0.004), label="start tile"))
+    bodies.append(
+        Body("start", "tile", "start", (START.column * CELL, START.row * CELL, 0.004), label=str(Label("start_tile")))
+    )
     bodies.append(Body("floor", "floor", "floor", (middle_x, middle_y, 0.0), label="floor"))
     meshes = {f"wall/{look}": _wall(length) for look, _, _, length in walls}
     meshes["tile"] = _flat(CELL * 0.94, CELL * 0.94, 1.0, 1.0)

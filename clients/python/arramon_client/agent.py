@@ -21,6 +21,22 @@ class Action(IntEnum):
 
 
 @dataclass(frozen=True)
+class Label:
+    """What a pixel of a segmentation shows, as far as it can be told by looking.
+
+    Attributes:
+        kind: "nothing" (the sky), "road", "pavement", "building", "roof", "cone", "phone_booth", ... "mug", "wall",
+            "floor", "start_tile".
+        colour: a collectible's, a banner's ground colour, or furniture's where its kind comes in several; otherwise "".
+        look: a collectible's pattern, a banner's shape, a building's facade, a wall's look; otherwise "".
+    """
+
+    kind: str
+    colour: str = ""
+    look: str = ""
+
+
+@dataclass(frozen=True)
 class Episode:
     """What an agent is told when an episode begins.
 
@@ -29,12 +45,14 @@ class Episode:
         language: "en", "hi", ...
         split: "val_seen", ...
         oracle: ground truth, for privileged agents only (the sensor "oracle", which hidden splits never offer).
+        labels: what the numbers of a segmentation mean; empty without the sensor "segmentation".
     """
 
     episode_id: str
     language: str
     split: str
     oracle: evaluation_pb2.Oracle | None = None
+    labels: tuple[Label, ...] = field(default=(), repr=False)
 
 
 @dataclass(frozen=True)
@@ -52,6 +70,7 @@ class Observation:
         rgb: (size, size, 3) uint8; None without the sensor "rgb".
         depth: (size, size) float32, metres along the viewing direction, 0 where nothing was hit; None without "depth".
         pose: (x, z, heading in degrees clockwise from +z); in the room x and z are column and row; None without "pose".
+        segmentation: (size, size) uint16, each pixel's place in `Episode.labels`; None without "segmentation".
     """
 
     episode_id: str
@@ -64,6 +83,7 @@ class Observation:
     rgb: npt.NDArray[np.uint8] | None = field(default=None, repr=False)
     depth: npt.NDArray[np.float32] | None = field(default=None, repr=False)
     pose: tuple[float, float, float] | None = None
+    segmentation: npt.NDArray[np.uint16] | None = field(default=None, repr=False)
 
 
 class Agent(Protocol):

@@ -1,0 +1,74 @@
+"""What a segmentation can say of a pixel: one fixed table for every section and the room."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+import numpy.typing as npt
+
+from server.sim.catalogue import ALL_TYPES, ObjectType
+from server.sim.furniture import COLOURS
+from server.sim.section import FACADES, PROP_KINDS
+
+BANNER_COLOURS = ("red", "blue", "green", "yellow", "white", "black")
+BANNER_SHAPES = ("star", "diamond", "triangle", "circle", "hexagon", "dot")
+WALLS = ("wood", "brick", "spotted", "striped")
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Label:
+    """A kind of thing, as far as it can be told by looking.
+
+    Attributes:
+        kind: "nothing" (the sky), "road", "pavement", "roof", "building", a kind of `section.PROP_KINDS`, a
+            collectible's kind, "wall", "floor" or "start_tile".
+        colour: a collectible's, a banner's ground colour, or furniture's where its kind comes in several; otherwise "".
+        look: a collectible's pattern, a banner's shape, a building's facade, a wall's look; otherwise "".
+    """
+
+    kind: str
+    colour: str = ""
+    look: str = ""
+
+    @classmethod
+    def of(cls, type_: ObjectType) -> "Label":
+        """A collectible's."""
+        return cls(type_.kind, type_.colour, type_.pattern)
+
+    def __str__(self) -> str:
+        """As scenes' bodies hold it: "building//brick", "cone/orange", "road"."""
+        return f"{self.kind}/{self.colour}/{self.look}".rstrip("/")
+
+
+NOTHING = Label("nothing")
+"""Of the sky."""
+
+LABELS: tuple[Label, ...] = (
+    NOTHING,
+    Label("road"),
+    Label("pavement"),
+    Label("roof"),
+    Label("floor"),
+    Label("start_tile"),
+    *(Label("wall", look=look) for look in WALLS),
+    *(Label("building", look=look) for look in FACADES),
+    *(Label("banner", colour, shape) for colour, shape in product(BANNER_COLOURS, BANNER_SHAPES)),
+    *(Label(kind, colour) for kind in PROP_KINDS if kind != "banner" for colour in COLOURS.get(kind, ("",))),
+    *(Label.of(type_) for type_ in ALL_TYPES),
+)
+"""All labels; a segmentation's numbers are places in this table."""
+
+_PLACES = {
+    **{str(label): i for i, label in enumerate(LABELS)},
+    **{str(t): LABELS.index(Label.of(t)) for t in ALL_TYPES},
+}
+
+
+def places_of(labels: Sequence[str]) -> npt.NDArray[np.uint16]:
+    """(n,): the place in LABELS of each of a camera's own n labels: what turns its segmentation into one of this table.
+
+    Raises:
+        KeyError: for a label that is not in the table.
+    """
+    return np.array([_PLACES[label] for label in labels], dtype=np.uint16)

@@ -1,0 +1,40 @@
+"""The table that a segmentation is read by."""
+
+import pytest
+
+from server.sim.cameras import labels_of
+from server.sim.catalogue import ALL_TYPES
+from server.sim.labels import LABELS, Label, places_of
+from server.sim.room_scene import room_scene
+
+
+def test_every_label_is_in_the_table_once() -> None:
+    assert len(set(LABELS)) == len(set(map(str, LABELS))) == len(LABELS)
+    assert LABELS[0] == Label("nothing")
+
+
+@pytest.mark.parametrize(
+    ("label", "written"),
+    [
+        (Label("road"), "road"),
+        (Label("cone", "red"), "cone/red"),
+        (Label("building", look="brick"), "building//brick"),
+        (Label("banner", "red", "star"), "banner/red/star"),
+    ],
+)
+def test_a_label_is_written_as_bodies_hold_it(label: Label, written: str) -> None:
+    assert str(label) == written
+    assert label in LABELS
+
+
+def test_a_cameras_labels_become_places_in_the_table() -> None:
+    labels = labels_of(room_scene())
+    told = [LABELS[place] for place in places_of(labels)]
+    assert told[0] == Label("nothing")
+    assert Label("wall", look="brick") in told
+    assert told[-len(ALL_TYPES) :] == [Label.of(type_) for type_ in ALL_TYPES]
+
+
+def test_a_label_that_is_not_in_the_table_is_an_error() -> None:
+    with pytest.raises(KeyError):
+        places_of(["a lake"])
