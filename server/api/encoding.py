@@ -57,8 +57,8 @@ class Encoder:
             np.ascontiguousarray(pixels), quality=self.jpeg_quality, colorspace="RGB", colorsubsampling="420"
         )
 
-    def depth(self, pixels: npt.NDArray[np.uint16], image: Image) -> None:
-        """Writes a (height, width) uint16 depth map into an empty message; never lossy, also beside JPEG."""
+    def numbers(self, pixels: npt.NDArray[np.uint16], image: Image) -> None:
+        """Writes a (height, width) uint16 depth map or segmentation into an empty message: never lossy."""
         little = pixels.astype("<u2", copy=False)
         self._lossless(little, ENCODING_RAW if self.encoding == ENCODING_RAW else ENCODING_ZSTD, image)
 

@@ -10,6 +10,7 @@ from server.runs.journal import Ending, Progress, Run
 from server.runs.service import Report
 from server.scoring.aggregate import Interval
 from server.sim.geometry import AGENT_RADIUS, Pose
+from server.sim.labels import LABELS
 from server.sim.room import Placement
 from server.sim.rules import Action, Phase
 from server.sim.scene import Scene
@@ -20,6 +21,9 @@ ACTIONS = {
     Action.RIGHT: types_pb2.ACTION_RIGHT,
     Action.INTERACT: types_pb2.ACTION_INTERACT,
 }
+LABEL_MESSAGES = tuple(pb.Label(kind=label.kind, colour=label.colour, look=label.look) for label in LABELS)
+"""What the numbers of a segmentation mean."""
+
 PHASES = {Phase.NAVIGATION: types_pb2.PHASE_NAVIGATION, Phase.ASSEMBLY: types_pb2.PHASE_ASSEMBLY}
 
 

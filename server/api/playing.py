@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator, Sequence
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from server.api.encoding import Encoder
-from server.api.messages import ACTIONS, PHASES, oracle_message, pose_message, run_message
+from server.api.messages import ACTIONS, LABEL_MESSAGES, PHASES, oracle_message, pose_message, run_message
 from server.config import Config
 from server.errors import ArraMonError, BadInput
 from server.runs.engine import Engine
@@ -107,6 +107,8 @@ class Playing:
                 opened.episode_ids.extend(episode_ids)
                 opened.encoding, opened.jpeg_quality = self._encoder.encoding, self._encoder.jpeg_quality
                 opened.image_size = self._stream.image_size
+                if "segmentation" in run.sensors:
+                    opened.labels.extend(LABEL_MESSAGES)
             case Problem(code, text, episode_id, step):
                 problem = message.problem
                 problem.message, problem.episode_id, problem.step = text, episode_id, step
@@ -133,7 +135,9 @@ class Playing:
         if event.frame is not None and "rgb" in sensors:
             self._encoder.rgb(event.frame.rgb, message.rgb)
         if event.frame is not None and "depth" in sensors:
-            self._encoder.depth(event.frame.depth, message.depth)
+            self._encoder.numbers(event.frame.depth, message.depth)
+        if event.frame is not None and event.frame.segmentation is not None:
+            self._encoder.numbers(event.frame.segmentation, message.segmentation)
         if "pose" in sensors:
             message.pose.CopyFrom(pose_message(visible_pose(state)))
 

@@ -24,8 +24,8 @@ from server.episodes.files import (
 from server.errors import BadFile, NotFound, StorageError
 from server.sim.section import Section
 
-SENSORS = ("rgb", "depth", "pose", "oracle")
-"""Everything an agent can be given. A hidden split offers only the first two."""
+SENSORS = ("rgb", "depth", "segmentation", "pose", "oracle")
+"""Everything an agent can be given. A hidden split offers only the first two: a segmentation names what is seen."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -271,7 +271,13 @@ class Engine:
     def _drawn(self, stream: Stream, event: Event) -> Event:
         if not (isinstance(event, Observed) and stream.sees):
             return event
-        frame = self._worlds.render(stream.run.split, event.episode, event.state, stream.image_size)
+        frame = self._worlds.render(
+            stream.run.split,
+            event.episode,
+            event.state,
+            stream.image_size,
+            segmentation="segmentation" in stream.run.sensors,
+        )
         return replace(event, frame=frame)
 
     def _drop(self, stream: Stream, error: ArraMonError) -> None:

@@ -9,6 +9,9 @@ from server.runs.events import EpisodeEnded, Event
 from server.runs.journal import Run
 from server.runs.session import Session
 
+IMAGES = frozenset(("rgb", "depth", "segmentation"))
+"""Sensors for which a frame must be drawn."""
+
 
 @dataclass(frozen=True, slots=True)
 class Act:
@@ -63,4 +66,4 @@ class Stream:
     @property
     def sees(self) -> bool:
         """Whether its run asked for images."""
-        return "rgb" in self.run.sensors or "depth" in self.run.sensors
+        return not IMAGES.isdisjoint(self.run.sensors)

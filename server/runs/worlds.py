@@ -1,12 +1,17 @@
 """The worlds that runs take place in: one per section, shared by its episodes, and one room; made when first needed."""
 
 from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
 
 from server.episodes.episode import Episode
 from server.episodes.splits import Split
 from server.sim.bullet import World
 from server.sim.cameras import CAMERAS, Camera, Frame
 from server.sim.city import city_scene
+from server.sim.labels import places_of
 from server.sim.raster import RasterCamera
 from server.sim.room_scene import room_scene
 from server.sim.rules import Ground, State
@@ -28,6 +33,7 @@ class Worlds:
         self._scenes: dict[tuple[str, str], Scene] = {}
         self._worlds: dict[tuple[str, str], World] = {}
         self._cameras: dict[tuple[str, str] | None, Camera] = {}
+        self._places: dict[tuple[str, str] | None, npt.NDArray[np.uint16]] = {}
         self._room: World | None = None
 
     def scene(self, split: str, section: str) -> Scene:
@@ -41,13 +47,20 @@ class Worlds:
         """What answers the rules' question in a section."""
         return self._world(split, section)
 
-    def render(self, split: str, episode: Episode, state: State, size: int) -> Frame:
-        """What the agent sees in a state of an episode, `size` x `size` pixels."""
+    def render(self, split: str, episode: Episode, state: State, size: int, *, segmentation: bool = False) -> Frame:
+        """What the agent sees in a state of an episode, `size` x `size` pixels.
+
+        A segmentation, where it is asked for, holds places in `labels.LABELS`, the same in every section and the room.
+        """
         seen = view(state, episode.layout)
         key = None if seen.indoors else (split, episode.section)
         if key not in self._cameras:
             self._cameras[key] = self._made(key)
-        return self._cameras[key].render(seen.viewpoint, seen.actors, size)
+            self._places[key] = places_of(self._cameras[key].labels)
+        frame = self._cameras[key].render(seen.viewpoint, seen.actors, size, segmentation=segmentation)
+        if frame.segmentation is None:
+            return frame
+        return replace(frame, segmentation=self._places[key][frame.segmentation])
 
     def close(self) -> None:
         """Lets all worlds go."""

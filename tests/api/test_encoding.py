@@ -45,7 +45,7 @@ def rgb(
 
 def depth(encoding: Encoding.ValueType, pixels: npt.NDArray[np.uint16]) -> tuple[Image, npt.NDArray[np.uint16]]:
     image = Image()
-    Encoder(encoding).depth(pixels, image)
+    Encoder(encoding).numbers(pixels, image)
     return image, np.rint(decode_depth(image).astype(np.float64) * 1000).astype(np.uint16)
 
 

@@ -9,7 +9,8 @@ import pytest
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
-from arramon_client.images import decode_depth, decode_rgb
+from arramon_client.images import decode_depth, decode_rgb, decode_segmentation
+from server.sim.labels import LABELS
 from tests import tiny
 from tests.api.player import Player, create
 from tests.api.test_runs import refused
@@ -70,6 +71,33 @@ def test_images_are_the_same_in_every_lossless_encoding(stub: EvaluationStub, si
     assert middle == pytest.approx(11.0, abs=0.06)  # the brick wall, 11 units ahead
 
 
+@pytest.mark.parametrize("encoding", [types_pb2.ENCODING_RAW, types_pb2.ENCODING_ZSTD, types_pb2.ENCODING_JPEG])
+def test_a_segmentation_is_read_by_the_labels_of_its_stream(
+    stub: EvaluationStub, encoding: types_pb2.Encoding.ValueType
+) -> None:
+    run = create(stub, episodes=1, sensors=["segmentation"])
+    with Player(stub, run.run_id, encoding=encoding, image_size=128) as player:
+        labels = [(label.kind, label.colour, label.look) for label in player.next().opened.labels]
+        seen = player.observation()
+        assert not seen.HasField("rgb")
+        assert not seen.HasField("depth")
+        city = decode_segmentation(seen.segmentation)
+        for step, action in enumerate(tiny.ACTIONS[:3]):
+            player.act(seen.episode_id, step, action)
+            room = decode_segmentation(player.observation().segmentation)
+    assert labels == [(label.kind, label.colour, label.look) for label in LABELS]
+    assert labels[city[64, 64]] == ("building", "", "brick")
+    assert labels[city[0, 0]] == ("nothing", "", "")
+    assert {labels[place] for place in np.unique(city)} >= {("road", "", ""), ("mug", "red", "striped")}
+    assert {labels[place] for place in np.unique(room)} >= {("floor", "", ""), ("wall", "", "brick")}
+
+
+def test_labels_come_with_a_segmentation_only(stub: EvaluationStub) -> None:
+    run = create(stub, episodes=1, sensors=["rgb", "depth"])
+    with Player(stub, run.run_id) as player:
+        assert not player.next().opened.labels
+
+
 def test_what_is_in_force_is_said(stub: EvaluationStub) -> None:
     run = create(stub, episodes=1, sensors=["rgb"])
     lengths = []
@@ -85,7 +113,7 @@ def test_only_the_sensors_asked_for_are_sent(stub: EvaluationStub) -> None:
     run = create(stub, episodes=1)
     with Player(stub, run.run_id) as player:
         seen = player.observation()
-    assert not any(seen.HasField(name) for name in ("rgb", "depth", "pose"))
+    assert not any(seen.HasField(name) for name in ("rgb", "depth", "segmentation", "pose"))
 
 
 def test_the_oracle(stub: EvaluationStub) -> None:

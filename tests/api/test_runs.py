@@ -28,7 +28,7 @@ def test_server_information(stub: EvaluationStub) -> None:
     assert (info.version, info.protocol, info.limits.steps_per_phase) == (__version__, 1, 8)
     assert [split.name for split in info.splits] == ["secret", "tiny"]
     assert dict(info.splits[1].episodes) == {"en": 6, "hi": 4}
-    assert list(info.splits[1].sensors) == ["rgb", "depth", "pose", "oracle"]
+    assert list(info.splits[1].sensors) == ["rgb", "depth", "segmentation", "pose", "oracle"]
     assert list(info.splits[0].sensors) == ["rgb", "depth"]
     assert list(info.encodings) == [types_pb2.ENCODING_RAW, types_pb2.ENCODING_ZSTD, types_pb2.ENCODING_JPEG]
 
@@ -68,12 +68,17 @@ def test_a_new_run_holds_what_it_was_created_with(stub: EvaluationStub) -> None:
         (
             {"sensors": ["radar"]},
             "INVALID_ARGUMENT",
-            "split 'tiny' does not offer the sensor 'radar', but rgb, depth, pose, oracle",
+            "split 'tiny' does not offer the sensor 'radar', but rgb, depth, segmentation, pose, oracle",
         ),
         (
             {"split": "secret", "sensors": ["oracle"]},
             "INVALID_ARGUMENT",
             "split 'secret' does not offer the sensor 'oracle', but rgb, depth",
+        ),
+        (
+            {"split": "secret", "sensors": ["rgb", "segmentation"]},
+            "INVALID_ARGUMENT",
+            "split 'secret' does not offer the sensor 'segmentation', but rgb, depth",
         ),
     ],
 )

@@ -38,7 +38,9 @@ class World:
         self.info = pb.ServerInfo(
             version="9.9.9",
             protocol=PROTOCOL,
-            splits=[pb.Split(name="val_seen", episodes={"en": episodes}, sensors=["rgb", "depth", "pose"])],
+            splits=[
+                pb.Split(name="val_seen", episodes={"en": episodes}, sensors=["rgb", "depth", "segmentation", "pose"])
+            ],
             encodings=[types_pb2.ENCODING_RAW, types_pb2.ENCODING_ZSTD],
             image_sizes=[64, 128],
             max_episodes_per_stream=32,
@@ -86,7 +88,8 @@ class World:
             if opening.adopt:
                 self.players[episode_id] = opening.player
         mine = [e for e, player in self.players.items() if player == opening.player and e not in self.causes]
-        events = [pb.Event(opened=pb.Opened(run=self.current_run(), episode_ids=mine))]
+        labels = LABELS if "segmentation" in self.run.sensors else ()
+        events = [pb.Event(opened=pb.Opened(run=self.current_run(), episode_ids=mine, labels=labels))]
         for episode_id in mine:
             events += self.started(episode_id, history=opening.history)
         return events + self.offered(opening)
@@ -117,6 +120,8 @@ class World:
             episode_id=episode_id, step=step, turn=1, phase=types_pb2.PHASE_NAVIGATION, instruction=f"go {step}",
             phase_step=step, steps_left=self.steps - step, rgb=RGB, depth=DEPTH,
         )  # fmt: skip
+        if "segmentation" in self.run.sensors:
+            message.segmentation.CopyFrom(SEGMENTATION)
         if taken is not None:
             message.taken = types_pb2.Action.ValueType(taken)
         return pb.Event(observation=message)
@@ -169,6 +174,8 @@ class World:
 
 
 RGB = types_pb2.Image(height=2, width=3, encoding=types_pb2.ENCODING_RAW, data=bytes(range(18)))
+SEGMENTATION = types_pb2.Image(height=1, width=2, encoding=types_pb2.ENCODING_RAW, data=b"\1\0\0\0")
+LABELS = (pb.Label(kind="nothing"), pb.Label(kind="mug", colour="red", look="dotted"))
 DEPTH = types_pb2.Image(height=1, width=2, encoding=types_pb2.ENCODING_RAW, data=b"\xe8\x03\xff\xff")
 
 

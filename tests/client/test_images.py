@@ -9,7 +9,7 @@ import zstandard
 from arramon.v1 import types_pb2
 from arramon.v1.types_pb2 import ENCODING_JPEG, ENCODING_RAW, ENCODING_UNSPECIFIED, ENCODING_ZSTD
 from arramon_client import ProtocolError
-from arramon_client.images import decode_depth, decode_rgb
+from arramon_client.images import decode_depth, decode_rgb, decode_segmentation
 
 RGB = np.random.default_rng(0).integers(0, 256, (5, 7, 3), np.uint8)
 DEPTH = np.array([[0, 1, 999], [1000, 65534, 65535]], np.uint16)
@@ -66,6 +66,15 @@ def test_depth_is_in_metres(encoding: int, data: bytes) -> None:
     assert np.array_equal(np.rint(decoded.astype(np.float64) * 1000), DEPTH)
 
 
+@pytest.mark.parametrize(("encoding", "data"), [
+    (ENCODING_RAW, DEPTH.astype("<u2").tobytes()), (ENCODING_ZSTD, zstd(DEPTH.astype("<u2").tobytes())),
+])  # fmt: skip
+def test_a_segmentation_is_as_it_was_sent(encoding: int, data: bytes) -> None:
+    decoded = decode_segmentation(message(DEPTH, encoding, data))
+    assert decoded.dtype == np.uint16
+    assert np.array_equal(decoded, DEPTH)
+
+
 @pytest.mark.parametrize(("encoding", "data", "said"), [
     (ENCODING_RAW, b"12", "a raw image of 5 x 7 has 2 bytes, 105 expected"),
     (ENCODING_RAW, RGB.tobytes() + b"1", "has 106 bytes, 105 expected"),
@@ -97,3 +106,5 @@ def test_what_is_no_image(encoding: int, data: bytes, said: str) -> None:
 def test_what_is_no_depth_map(encoding: int, data: bytes, said: str) -> None:
     with pytest.raises(ProtocolError, match=said):
         decode_depth(message(DEPTH, encoding, data))
+    with pytest.raises(ProtocolError, match=said):
+        decode_segmentation(message(DEPTH, encoding, data))

@@ -12,6 +12,7 @@ import pytest
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from arramon_client import Outcome, Progress, ProtocolError, ServerUnreachableError, Settings, connect, play
+from arramon_client.agent import Episode, Label
 from arramon_client.connection import Server
 from tests.client.fake import Recorder, Servicer, World, serving
 
@@ -314,6 +315,23 @@ def test_an_observation_is_what_the_contract_says(server: Server, run: pb.Run) -
     assert first.rgb.tolist() == [[[0, 1, 2], [3, 4, 5], [6, 7, 8]], [[9, 10, 11], [12, 13, 14], [15, 16, 17]]]
     assert first.depth.dtype == np.float32
     assert first.depth.tolist() == [[1.0, np.float32(65.535)]]
+
+
+def test_a_segmentation_comes_with_its_labels(server: Server, world: World) -> None:
+    class Looker(Recorder):
+        def begin(self, episode: Episode) -> None:
+            self.labels = episode.labels
+
+        def act(self, observations: Sequence[Any]) -> list[int]:
+            self.seen = observations[0].segmentation
+            return super().act(observations)
+
+    sensors = ["rgb", "segmentation"]
+    run = world.create(pb.CreateRunRequest(agent="looker", split="val_seen", language="en", sensors=sensors))
+    agent = Looker()
+    played(server, run, agent)
+    assert agent.labels == (Label("nothing"), Label("mug", "red", "dotted"))
+    assert (agent.seen.dtype, agent.seen.tolist()) == (np.uint16, [[1, 0]])
 
 
 def test_an_interrupt_is_not_taken_for_a_failure_of_the_agent(server: Server, world: World, run: pb.Run) -> None:

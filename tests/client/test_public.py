@@ -20,5 +20,6 @@ def test_the_contract() -> None:
     ]  # fmt: skip
     assert list(agent.Observation.__dataclass_fields__) == [
         "episode_id", "turn", "phase", "step", "instruction", "phase_step", "steps_left", "rgb", "depth", "pose",
+        "segmentation",
     ]  # fmt: skip
-    assert list(agent.Episode.__dataclass_fields__) == ["episode_id", "language", "split", "oracle"]
+    assert list(agent.Episode.__dataclass_fields__) == ["episode_id", "language", "split", "oracle", "labels"]

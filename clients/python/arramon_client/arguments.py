@@ -7,7 +7,7 @@ from pathlib import Path
 
 from arramon_client.choices import ENCODINGS
 
-SENSORS = ("rgb", "depth", "pose", "oracle")
+SENSORS = ("rgb", "depth", "segmentation", "pose", "oracle")
 
 
 def parser() -> argparse.ArgumentParser:
@@ -28,7 +28,8 @@ def parser() -> argparse.ArgumentParser:
     add("--workers", type=_positive, metavar="N", help="processes of the embedded server (default: 1)")
     add("--episodes", type=_positive, metavar="N", help="play the first N of the split's fixed order (default: all)")
     add("--parallel", type=_positive, metavar="K", help="episodes open at once (default: 8)")
-    add("--sensors", type=_sensors, metavar="LIST", help="of rgb,depth,pose,oracle, or none (default: the agent's)")
+    listed = ",".join(SENSORS)
+    add("--sensors", type=_sensors, metavar="LIST", help=f"of {listed}, or none (default: the agent's)")
     add("--image-size", type=_positive, metavar="N", help="side of the images in pixels (default: the server's)")
     add(
         "--encoding",

@@ -49,6 +49,22 @@ def decode_depth(image: types_pb2.Image) -> npt.NDArray[np.float32]:
     return metres.reshape(image.height, image.width)
 
 
+def decode_segmentation(image: types_pb2.Image) -> npt.NDArray[np.uint16]:
+    """The segmentation as an array.
+
+    Args:
+        image: in any encoding of the protocol but JPEG.
+
+    Returns:
+        (height, width) uint16, each pixel's place in the stream's labels; read-only.
+
+    Raises:
+        ProtocolError: if the data is not what the message says it is.
+    """
+    places = np.frombuffer(_bytes(image, 2), "<u2").reshape(image.height, image.width)
+    return places.astype(np.uint16, copy=False)
+
+
 def _bytes(image: types_pb2.Image, bytes_a_pixel: int) -> bytes:
     """The pixels of a raw image, or of one that was compressed without loss: of exactly the length announced."""
     expected = image.height * image.width * bytes_a_pixel

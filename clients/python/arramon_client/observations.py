@@ -1,19 +1,25 @@
 """Turns the protocol's messages into what an agent is given."""
 
 from arramon.v1 import evaluation_pb2, types_pb2
-from arramon_client.agent import Episode, Observation
-from arramon_client.images import decode_depth, decode_rgb
+from arramon_client.agent import Episode, Label, Observation
+from arramon_client.images import decode_depth, decode_rgb, decode_segmentation
 
 PHASES = {types_pb2.PHASE_NAVIGATION: "navigation", types_pb2.PHASE_ASSEMBLY: "assembly"}
 
 
-def episode_of(started: evaluation_pb2.EpisodeStarted) -> Episode:
-    """The episode that a message announces."""
+def labels_of(opened: evaluation_pb2.Opened) -> tuple[Label, ...]:
+    """What the numbers of a stream's segmentations mean; empty where it brings none."""
+    return tuple(Label(label.kind, label.colour, label.look) for label in opened.labels)
+
+
+def episode_of(started: evaluation_pb2.EpisodeStarted, labels: tuple[Label, ...] = ()) -> Episode:
+    """The episode that a message announces, with the labels of its stream."""
     return Episode(
         episode_id=started.episode_id,
         language=started.language,
         split=started.split,
         oracle=started.oracle if started.HasField("oracle") else None,
+        labels=labels,
     )
 
 
@@ -35,4 +41,5 @@ def observation_of(message: evaluation_pb2.Observation) -> Observation:
         rgb=decode_rgb(message.rgb) if message.HasField("rgb") else None,
         depth=decode_depth(message.depth) if message.HasField("depth") else None,
         pose=(pose.x, pose.z, pose.heading) if message.HasField("pose") else None,
+        segmentation=decode_segmentation(message.segmentation) if message.HasField("segmentation") else None,
     )

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 
 from arramon.v1 import evaluation_pb2, types_pb2
 from arramon_client import checked
-from arramon_client.agent import Agent, Episode
+from arramon_client.agent import Agent, Episode, Label
 from arramon_client.errors import AgentError, ProtocolError
-from arramon_client.observations import episode_of, observation_of
+from arramon_client.observations import episode_of, labels_of, observation_of
 
 Problem = evaluation_pb2.Problem
 
@@ -71,6 +71,7 @@ class Session:
         self._resend: list[evaluation_pb2.Act] = []
         self._rebuilding: set[str] = set()  # Episodes that were played before this player knew them.
         self._history = False  # Whether the present stream tells the history of its episodes.
+        self._labels: tuple[Label, ...] = ()  # Of the present stream's segmentations.
         self._warned = False
 
     @property
@@ -187,6 +188,7 @@ class Session:
 
     def _take_opened(self, opened: evaluation_pb2.Opened) -> None:
         self.run = opened.run
+        self._labels = labels_of(opened)
         self.episodes_ended = max(self.episodes_ended, opened.run.episodes_ended)
         for episode_id in self._open.keys() - set(opened.episode_ids):
             self._forget(episode_id)
@@ -204,7 +206,7 @@ class Session:
             self._rebuilding.add(started.episode_id)
             if not self._history:
                 return
-        episode = _Open(episode_of(started))
+        episode = _Open(episode_of(started, self._labels))
         self._open[started.episode_id] = episode
         try:
             checked.begin(self._agent, episode.episode)

@@ -189,12 +189,14 @@ class CreateRunRequest(_message.Message):
     language: _builtins.str
     """"en", "hi"."""
     episodes: _builtins.int
-    """0 for all; otherwise the first that many in the split's fixed shuffled order."""
+    """nothing.
+    0 for all; otherwise the first that many in the split's fixed shuffled order.
+    """
     participant: _builtins.str
     """Who plays. Empty: "anonymous"."""
     @_builtins.property
     def sensors(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
-        """Of "rgb", "depth", "pose", "oracle"; none is allowed: an agent that sees nothing."""
+        """Of "rgb", "depth", "segmentation", "pose", "oracle"; none is allowed: an agent that sees"""
 
     def __init__(
         self,
@@ -761,6 +763,7 @@ class Opened(_message.Message):
     ENCODING_FIELD_NUMBER: _builtins.int
     IMAGE_SIZE_FIELD_NUMBER: _builtins.int
     JPEG_QUALITY_FIELD_NUMBER: _builtins.int
+    LABELS_FIELD_NUMBER: _builtins.int
     encoding: _types_pb2.Encoding.ValueType
     image_size: _builtins.int
     jpeg_quality: _builtins.int
@@ -771,6 +774,10 @@ class Opened(_message.Message):
     def episode_ids(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
         """Open episodes that this stream got back; what the client held besides is not its any more."""
 
+    @_builtins.property
+    def labels(self) -> _containers.RepeatedCompositeFieldContainer[Global___Label]:
+        """What the numbers of every segmentation on this stream mean: number n is the label in place n,"""
+
     def __init__(
         self,
         *,
@@ -779,14 +786,45 @@ class Opened(_message.Message):
         encoding: _types_pb2.Encoding.ValueType = ...,
         image_size: _builtins.int = ...,
         jpeg_quality: _builtins.int = ...,
+        labels: _abc.Iterable[Global___Label] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["run", b"run"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["encoding", b"encoding", "episode_ids", b"episode_ids", "image_size", b"image_size", "jpeg_quality", b"jpeg_quality", "run", b"run"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["encoding", b"encoding", "episode_ids", b"episode_ids", "image_size", b"image_size", "jpeg_quality", b"jpeg_quality", "labels", b"labels", "run", b"run"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
 Global___Opened: _TypeAlias = Opened  # noqa: Y015
+
+@_typing.final
+class Label(_message.Message):
+    """What a pixel of a segmentation shows, as far as it can be told by looking."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    KIND_FIELD_NUMBER: _builtins.int
+    COLOUR_FIELD_NUMBER: _builtins.int
+    LOOK_FIELD_NUMBER: _builtins.int
+    kind: _builtins.str
+    """"nothing" (the sky), "road", "building", "cone", "mug", "wall", "floor", ..."""
+    colour: _builtins.str
+    """A collectible's, a banner's ground colour, or furniture's where its kind comes in several; or empty."""
+    look: _builtins.str
+    """A collectible's pattern, a banner's shape, a building's facade, a wall's look; or empty."""
+    def __init__(
+        self,
+        *,
+        kind: _builtins.str = ...,
+        colour: _builtins.str = ...,
+        look: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["colour", b"colour", "kind", b"kind", "look", b"look"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Label: _TypeAlias = Label  # noqa: Y015
 
 @_typing.final
 class EpisodeStarted(_message.Message):
@@ -941,6 +979,7 @@ class Observation(_message.Message):
     DEPTH_FIELD_NUMBER: _builtins.int
     POSE_FIELD_NUMBER: _builtins.int
     TAKEN_FIELD_NUMBER: _builtins.int
+    SEGMENTATION_FIELD_NUMBER: _builtins.int
     episode_id: _builtins.str
     step: _builtins.int
     """Steps taken in this episode so far, over all its phases."""
@@ -966,6 +1005,10 @@ class Observation(_message.Message):
     def pose(self) -> _types_pb2.Pose:
         """With the sensor "pose"."""
 
+    @_builtins.property
+    def segmentation(self) -> _types_pb2.Image:
+        """With the sensor "segmentation": of each pixel its place in `Opened.labels`."""
+
     def __init__(
         self,
         *,
@@ -980,10 +1023,11 @@ class Observation(_message.Message):
         depth: _types_pb2.Image | None = ...,
         pose: _types_pb2.Pose | None = ...,
         taken: _types_pb2.Action.ValueType | None = ...,
+        segmentation: _types_pb2.Image | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["_taken", b"_taken", "depth", b"depth", "pose", b"pose", "rgb", b"rgb", "taken", b"taken"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_taken", b"_taken", "depth", b"depth", "pose", b"pose", "rgb", b"rgb", "segmentation", b"segmentation", "taken", b"taken"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_taken", b"_taken", "depth", b"depth", "episode_id", b"episode_id", "instruction", b"instruction", "phase", b"phase", "phase_step", b"phase_step", "pose", b"pose", "rgb", b"rgb", "step", b"step", "steps_left", b"steps_left", "taken", b"taken", "turn", b"turn"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_taken", b"_taken", "depth", b"depth", "episode_id", b"episode_id", "instruction", b"instruction", "phase", b"phase", "phase_step", b"phase_step", "pose", b"pose", "rgb", b"rgb", "segmentation", b"segmentation", "step", b"step", "steps_left", b"steps_left", "taken", b"taken", "turn", b"turn"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__taken: _TypeAlias = _typing.Literal["taken"]  # noqa: Y015
     _WhichOneofArgType__taken: _TypeAlias = _typing.Literal["_taken", b"_taken"]  # noqa: Y015

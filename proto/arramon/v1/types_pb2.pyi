@@ -120,8 +120,9 @@ class _EncodingEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_Encoding.Val
     """
 
 class Encoding(_Encoding, metaclass=_EncodingEnumTypeWrapper):
-    """How an RGB image or a depth map travels. Its pixels are in rows from the top, each from the left, without padding: of RGB
-    three bytes a pixel, red first; of depth one unsigned 16-bit number a pixel, the low byte first.
+    """How an RGB image, a depth map or a segmentation travels. Its pixels are in rows from the top, each from the left, without
+    padding: of RGB three bytes a pixel, red first; of depth and segmentation one unsigned 16-bit number a pixel, the low byte
+    first.
     """
 
 ENCODING_UNSPECIFIED: Encoding.ValueType  # 0
@@ -139,7 +140,7 @@ Global___Encoding: _TypeAlias = Encoding  # noqa: Y015
 @_typing.final
 class Image(_message.Message):
     """What the agent sees. Depth is the distance along the viewing direction in millimetres, 0 where nothing was hit, 65535 at
-    65.535 units and beyond.
+    65.535 units and beyond. Segmentation says of each pixel what kind of thing it shows, not which one.
     """
 
     DESCRIPTOR: _descriptor.Descriptor
