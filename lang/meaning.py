@@ -32,7 +32,8 @@ class Thing:
 
     Attributes:
         kind: a collectible's ("mug"), street furniture's ("phone_booth", "banner"), "building", "wall", one of PLACES,
-            or "" where only its attributes are said ("the dotted one").
+            "" where only its attributes are said ("the dotted one"), or "you", the agent itself where it stands ("in
+            front of you").
         colour: "red", ...; "" where none is said.
         look: a collectible's pattern ("dotted"), a banner's shape ("star"), a building's facade ("brick"), a wall's
             look ("spotted"); "" where none is said.

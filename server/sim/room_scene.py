@@ -1,6 +1,8 @@
 """The assembly room as a scene: floor with its grid, the checkered start tile, four walls.
 
-Seen from the start tile, facing row 3: brick ahead, wood on the left, striped on the right, spotted behind.
+Seen from the start tile, facing row 3: brick ahead, wood on the right, striped behind, spotted on the left. The release
+does not say so, but its instructions do: what they put against the wooden wall belongs in column 4, against the striped
+wall in row 0, and "turn to face the dotted wall" is a turn to the left.
 """
 
 from server.sim.labels import Label
@@ -26,9 +28,9 @@ def room_scene() -> Scene:
     wide, deep = east - west, north - south
     walls = (
         ("brick", (middle_x, north, 0.0), 0.0, wide),
-        ("striped", (east, middle_y, 0.0), 90.0, deep),
-        ("spotted", (middle_x, south, 0.0), 180.0, wide),
-        ("wood", (west, middle_y, 0.0), 270.0, deep),
+        ("wood", (east, middle_y, 0.0), 90.0, deep),
+        ("striped", (middle_x, south, 0.0), 180.0, wide),
+        ("spotted", (west, middle_y, 0.0), 270.0, deep),
     )
     bodies = [
         Body(
