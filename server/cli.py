@@ -12,6 +12,7 @@ from server.config import LISTEN, MAX_WORKERS, Config
 from server.episodes.importing import import_release
 from server.episodes.splits import Split, read_splits
 from server.errors import ArraMonError, BadInput
+from server.health import check
 from server.runs.journal import Journal
 from server.serving import serve
 from server.sim.cameras import CAMERAS
@@ -70,6 +71,10 @@ def _parser() -> argparse.ArgumentParser:
     serve_.add_argument("--own-address", default="", help=argparse.SUPPRESS)
     serve_.set_defaults(command=_serve)
 
+    health = commands.add_parser("health", parents=[common], help="ask a server whether it serves; status 1 if not")
+    health.add_argument("--address", default=LISTEN, help="host:port or unix:/path (default: %(default)s)")
+    health.set_defaults(command=_health)
+
     import_ = commands.add_parser("import-release", parents=[common], help="bring in files of the official release")
     import_.add_argument(
         "files", nargs="+", type=Path, metavar="FILE", help="such as val_seen.json, val_seen_hindi.json"
@@ -123,6 +128,11 @@ def _serve(arguments: argparse.Namespace) -> None:
     ]
     own += [] if config.fsync else ["--no-fsync"]
     serve_with_workers(arguments.workers, config.listen, [*own, "--log", arguments.log], say)
+
+
+def _health(arguments: argparse.Namespace) -> None:
+    check(arguments.address)
+    print(f"{arguments.address} serves")
 
 
 def _import(arguments: argparse.Namespace) -> None:

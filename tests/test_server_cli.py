@@ -80,6 +80,17 @@ def test_signals_drain_and_exit_0(tmp_path: Path, number: signal.Signals) -> Non
     assert server.stop() == 0
 
 
+def test_health_of_a_server_and_of_none(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    server = Server(tmp_path)
+    try:
+        healthy = run("health", "--address", server.address)
+        assert (healthy.returncode, healthy.stdout) == (0, f"{server.address} serves\n")
+    finally:
+        server.stop()
+    assert error("health", "--address", server.address) == f"no answer from {server.address}: UNAVAILABLE"
+
+
 def write(path: Path, records: Any) -> Path:
     path.write_text(json.dumps(records))
     return path
