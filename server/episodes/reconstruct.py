@@ -141,14 +141,14 @@ def around(lot: Rectangle) -> tuple[slice, slice]:
     return slice(max(top - 1, 0), bottom + 1), slice(max(left - 1, 0), right + 1)
 
 
-def set_back(lot: Rectangle, seen: Mask, unseen: Mask, random: Random) -> Rectangle:
+def set_back(lot: Rectangle, seen: Mask, unseen: Mask, random: Random, depths: Sequence[float] = SETBACKS) -> Rectangle:
     """The lot without a strip along some of the sides that face a street in their whole length.
 
-    No strip is taken that would lay open what lies `unseen` behind the lots.
+    No strip is taken that would lay open what lies `unseen` behind the lots. The strips' `depths` are in units.
     """
     smaller = lot
     for side in range(4):
-        depth = round(random.choice(SETBACKS) / CELL)
+        depth = round(random.choice(depths) / CELL)
         top, left, bottom, right = smaller
         strip, edge, rest = (
             (Rectangle(top, left, top + depth, right), seen[top - 1, left:right], top + depth),

@@ -12,11 +12,8 @@ PROPS = (90, 120, 90)
 TILE, FLOOR = (245, 215, 90), (238, 234, 226)
 
 
-def section_map(section: Section, episode: Episode, scale: float = 16.0) -> Image.Image:
-    """The section from above: the ground truth of turn 1 in pink and of turn 2 in green, its objects and targets.
-
-    Turn 1 goes from the black dot to the white one, turn 2 on from there.
-    """
+def ground(section: Section, scale: float = 16.0) -> Canvas:
+    """The section alone from above: buildings and street furniture."""
     x0, z0, x1, z1 = section.bounds
     canvas = Canvas((x0 - 6, z0 - 6, x1 + 6, z1 + 6), scale, STREET)
     for building in section.buildings:
@@ -25,6 +22,15 @@ def section_map(section: Section, episode: Episode, scale: float = 16.0) -> Imag
     for prop in section.props:
         canvas.dot(prop.x, prop.z, 3, PROPS, PROPS)
         canvas.label(prop.x + 0.2, prop.z, prop.kind.replace("_", " "), size=9, colour=PROPS)
+    return canvas
+
+
+def section_map(section: Section, episode: Episode, scale: float = 16.0) -> Image.Image:
+    """The section from above: the ground truth of turn 1 in pink and of turn 2 in green, its objects and targets.
+
+    Turn 1 goes from the black dot to the white one, turn 2 on from there.
+    """
+    canvas = ground(section, scale)
     for turn, colour in zip(episode.turns, (PINK, GREEN), strict=True):
         canvas.line(turn.path, colour)
     for number, turn in enumerate(episode.turns, start=1):

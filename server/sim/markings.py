@@ -54,7 +54,7 @@ def dashes(section: Section, pavement: float) -> list[Dash]:
         x, z = middle[0] + across * cos + along * sin, middle[1] - across * sin + along * cos
         road = np.ones(x.shape, bool)
         for building in section.buildings:
-            road &= ~_covers(building, x, z, pavement)
+            road &= ~covers(building, x, z, pavement)
         for start, end, centre in _stretches(road):
             for k in range(int((end - start) // (DASH + GAP))):
                 forward = offsets[0] + start + k * (DASH + GAP) + (DASH + GAP) / 2
@@ -64,9 +64,10 @@ def dashes(section: Section, pavement: float) -> list[Dash]:
     return found
 
 
-def _covers(
+def covers(
     building: Building, x: npt.NDArray[np.float64], z: npt.NDArray[np.float64], margin: float
 ) -> npt.NDArray[np.bool_]:
+    """Whether points (x, z) are in a building, or nearer to its sides than `margin`."""
     angle = math.radians(building.heading)
     sin, cos = math.sin(angle), math.cos(angle)
     right = (x - building.x) * cos - (z - building.z) * sin

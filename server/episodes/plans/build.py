@@ -1,0 +1,24 @@
+"""From a street plan to a section: buildings, and what stands in the streets and hangs on the walls."""
+
+import numpy as np
+
+from server.episodes.furnish import furnish
+from server.episodes.grid import sample
+from server.episodes.plans.blocks import bounds_of, build_up
+from server.episodes.plans.plan import Plan
+from server.sim.section import Section
+
+
+def build_section(plan: Plan, seed: str) -> Section:
+    """The section of a plan; the same plan and seed give the same section, byte for byte.
+
+    Where its streets run follows from the plan alone. The middle lines of all streets stay free.
+
+    Args:
+        plan: where the streets run.
+        seed: draws heights, facades and furniture: of a hidden section, the host's secret.
+    """
+    buildings = build_up(plan, seed)
+    trodden = sample(plan.lines())
+    props = furnish(f"{seed}/{plan.id}", plan.heading, buildings, trodden, np.zeros((0, 2)))
+    return Section(plan.id, plan.heading, bounds_of(plan), buildings, props)

@@ -1,0 +1,78 @@
+"""Where the agent's disc can be in a section: one piece of ground, that it can walk over as a whole."""
+
+import math
+
+import numpy as np
+from scipy import ndimage
+
+from server.episodes.grid import Mask, Points
+from server.sim.furniture import piece_of
+from server.sim.geometry import AGENT_RADIUS
+from server.sim.section import Section
+
+CELL = 0.1
+"""Side of the cells that connected ground is told by, in units."""
+
+MARGIN = 0.05
+"""How much more than its radius the disc has to all sides, in units."""
+
+
+def free_points(section: Section, spacing: float) -> Points:
+    """The points of a lattice at which the agent's disc has room, and that it can reach from one another.
+
+    Args:
+        section: buildings and street furniture.
+        spacing: of the lattice, in units. Points have x and z that are whole multiples of it.
+
+    Returns:
+        (n, 2) of (x, z), sorted.
+    """
+    x0, z0, x1, z1 = section.bounds
+    free = largest(clearance(section) > AGENT_RADIUS + MARGIN)
+    xs = np.arange(math.ceil(x0 / spacing), math.floor(x1 / spacing) + 1) * spacing
+    zs = np.arange(math.ceil(z0 / spacing), math.floor(z1 / spacing) + 1) * spacing
+    columns = np.minimum(((xs - x0) / CELL).astype(int), free.shape[0] - 1)
+    rows = np.minimum(((zs - z0) / CELL).astype(int), free.shape[1] - 1)
+    chosen = np.argwhere(free[np.ix_(columns, rows)])
+    return np.stack([xs[chosen[:, 0]], zs[chosen[:, 1]]], axis=1)
+
+
+def clearance(section: Section) -> Points:
+    """(columns along x, rows along z): how far the middle of each cell of the bounds is from what is solid, in units.
+
+    The first cell's outer corner is the bounds' first corner.
+    """
+    x0, z0, x1, z1 = section.bounds
+    x = x0 + (np.arange(math.ceil((x1 - x0) / CELL)) + 0.5) * CELL
+    z = z0 + (np.arange(math.ceil((z1 - z0) / CELL)) + 0.5) * CELL
+    apart = np.full((len(x), len(z)), np.inf)
+    for place_x, place_z, half_width, half_length, heading in solids(section):
+        angle = math.radians(heading)
+        sin, cos = math.sin(angle), math.cos(angle)
+        reach = math.hypot(half_width, half_length) + 1.0
+        columns = slice(*np.searchsorted(x, [place_x - reach, place_x + reach]))
+        rows = slice(*np.searchsorted(z, [place_z - reach, place_z + reach]))
+        dx, dz = x[columns, None] - place_x, z[None, rows] - place_z
+        across = np.maximum(np.abs(dx * cos - dz * sin) - half_width, 0.0)
+        along = np.maximum(np.abs(dx * sin + dz * cos) - half_length, 0.0)
+        apart[columns, rows] = np.minimum(apart[columns, rows], np.hypot(across, along))
+    return apart
+
+
+def solids(section: Section) -> list[tuple[float, float, float, float, float]]:
+    """(x, z, half width, half length, heading) of everything that stands in the way."""
+    found = [(b.x, b.z, b.half_width, b.half_length, b.heading) for b in section.buildings]
+    for prop in section.props:
+        collider = piece_of(prop.kind, prop.colour if prop.kind != "banner" else "").collider
+        if collider is not None:
+            found.append((prop.x, prop.z, collider.half_width, collider.half_length, prop.heading))
+    return found
+
+
+def largest(free: Mask) -> Mask:
+    """The largest connected part of what is free."""
+    labels, _ = ndimage.label(free)
+    sizes = np.bincount(labels.ravel())
+    sizes[0] = 0
+    part: Mask = labels == sizes.argmax()
+    return part

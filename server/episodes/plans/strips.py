@@ -1,0 +1,130 @@
+"""The ground that a plan's streets and squares cover, in the world's frame: rectangles, polygons, and their edges."""
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from server.episodes.grid import Mask, Points
+from server.episodes.plans.plan import Plan, Street
+
+
+@dataclass(frozen=True, slots=True)
+class Strip:
+    """A straight stretch of street, or with no width an edge of a square.
+
+    Attributes:
+        start, end: (x, z) of its middle line's ends.
+        half_width: in units.
+        heading: in whole hundredths of a degree clockwise from +z, modulo 90 degrees: that of a house that faces it.
+    """
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+    half_width: float
+    heading: float
+
+    def apart(self, points: Points) -> Points:
+        """(n,): how far points (n, 2) are from it, in units; 0 inside."""
+        (x0, z0), (x1, z1) = self.start, self.end
+        length = math.hypot(x1 - x0, z1 - z0)
+        ahead = np.array([x1 - x0, z1 - z0]) / length
+        offset = points - np.array([x0, z0])
+        along = offset @ ahead
+        across = np.abs(offset @ np.array([ahead[1], -ahead[0]])) - self.half_width
+        beyond = np.maximum(np.abs(along - length / 2) - length / 2, 0.0)
+        distance: Points = np.hypot(np.maximum(across, 0.0), beyond)
+        return distance
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """All of a plan's streets and squares.
+
+    Attributes:
+        strips: the streets' stretches, and the squares' edges.
+        squares: (n, 2) corners of each square, (x, z).
+    """
+
+    strips: tuple[Strip, ...]
+    squares: tuple[Points, ...]
+
+    @property
+    def headings(self) -> tuple[float, ...]:
+        """Of all houses, each once, in order."""
+        return tuple(sorted({strip.heading for strip in self.strips}))
+
+    def covers(self, points: Points) -> Mask:
+        """(n,): which points (n, 2) of (x, z) are street."""
+        covered = np.zeros(len(points), dtype=bool)
+        for strip in self.strips:
+            if strip.half_width:
+                covered |= strip.apart(points) == 0.0
+        for corners in self.squares:
+            covered |= inside(corners, points)
+        return covered
+
+    def nearest(self, points: Points, heading: float) -> Points:
+        """(n,): how far the nearest stretch of those with this heading is, in units."""
+        strips = [strip for strip in self.strips if strip.heading == heading]
+        distance: Points = np.min([strip.apart(points) for strip in strips], axis=0)
+        return distance
+
+    def corners(self) -> Points:
+        """(n, 2): the outermost (x, z), ends of streets with their width to all sides."""
+        found = list(self.squares)
+        for strip in self.strips:
+            ends = np.array([strip.start, strip.end])
+            found += [ends - strip.half_width, ends + strip.half_width]
+        return np.concatenate(found)
+
+
+def surface(plan: Plan) -> Surface:
+    """What the plan's streets and squares cover."""
+    strips: list[Strip] = []
+    for street in plan.streets:
+        strips += _stretches(plan, street)
+    squares = tuple(plan.world(np.array(square.corners)) for square in plan.squares)
+    for corners in squares:
+        loop = [*corners.tolist(), corners[0].tolist()]
+        strips += [_strip(start, end, 0.0) for start, end in pairwise(loop)]
+    return Surface(tuple(strips), squares)
+
+
+def inside(corners: Points, points: Points) -> Mask:
+    """(n,): which points (n, 2) lie in the polygon of `corners` (m, 2)."""
+    x, z = points.T
+    within = np.zeros(len(points), dtype=bool)
+    for (x0, z0), (x1, z1) in pairwise([*corners.tolist(), corners[0].tolist()]):
+        if z0 != z1:  # a ray towards +x crosses this side
+            within ^= ((z0 > z) != (z1 > z)) & (x < (x1 - x0) * (z - z0) / (z1 - z0) + x0)
+    return within
+
+
+def _stretches(plan: Plan, street: Street) -> list[Strip]:
+    """The street's straight stretches, each made longer at a bend so that the outer corner is whole."""
+    points = plan.world(np.array(street.points)).tolist()
+    half = street.width / 2
+    longer = [0.0, *(half * math.tan(_bend(*points[i - 1 : i + 2]) / 2) for i in range(1, len(points) - 1)), 0.0]
+    found = []
+    for (start, end), (before, after) in zip(pairwise(points), pairwise(longer), strict=True):
+        length = math.dist(start, end)
+        step = [(b - a) / length for a, b in zip(start, end, strict=True)]
+        first = [a - before * s for a, s in zip(start, step, strict=True)]
+        last = [b + after * s for b, s in zip(end, step, strict=True)]
+        found.append(_strip(first, last, half))
+    return found
+
+
+def _bend(before: list[float], corner: list[float], after: list[float]) -> float:
+    """By how much a line bends at a corner, in radians from 0 to a right angle: sharper corners count as right ones."""
+    first = math.atan2(corner[0] - before[0], corner[1] - before[1])
+    second = math.atan2(after[0] - corner[0], after[1] - corner[1])
+    turn = abs((second - first + math.pi) % (2 * math.pi) - math.pi)
+    return min(turn, math.pi / 2)
+
+
+def _strip(start: list[float], end: list[float], half_width: float) -> Strip:
+    heading = round(math.degrees(math.atan2(end[0] - start[0], end[1] - start[1])) % 90.0, 1) % 90.0
+    return Strip((start[0], start[1]), (end[0], end[1]), half_width, heading)
