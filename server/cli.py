@@ -1,4 +1,4 @@
-"""The command line of the server: `arramon-server serve`, `import-release`, `show`."""
+"""The command line of the server: `arramon-server serve`, `import-release`, `show`, `check-instruction`."""
 
 import argparse
 import logging
@@ -7,7 +7,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from lang.quality import PHASES, is_blocked
 from server import __version__
+from server.checking import check_texts
 from server.config import LISTEN, MAX_WORKERS, Config
 from server.episodes.importing import import_release
 from server.episodes.splits import Split, read_splits
@@ -25,11 +27,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = _parser().parse_args(argv)
     logging.basicConfig(level=arguments.log.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     try:
-        arguments.command(arguments)
+        status: int | None = arguments.command(arguments)
     except ArraMonError as error:
         print(f"arramon-server: {error}", file=sys.stderr)
         return 1
-    return 0
+    return status or 0
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -89,7 +91,22 @@ def _parser() -> argparse.ArgumentParser:
     show.add_argument("--split", help="where it is (default: the first split that has it)")
     show.add_argument("--output", type=Path, default=Path(), help="folder for the pictures (default: here)")
     show.set_defaults(command=_show)
+    _add_check(commands, common)
     return parser
+
+
+def _add_check(
+    commands: "argparse._SubParsersAction[argparse.ArgumentParser]", common: argparse.ArgumentParser
+) -> None:
+    check = commands.add_parser("check-instruction", parents=[common], help="say which quality checks a text fails")
+    check.add_argument("texts", nargs="*", metavar="TEXT", help="an instruction (default: each line of standard input)")
+    check.add_argument("--lang", default="en", help="language it should be in (default: %(default)s)")
+    check.add_argument("--phase", required=True, choices=PHASES, help="what it instructs")
+    check.add_argument("--target", default="", metavar="WORDS", help="object it must name: 'dotted brown bucket'")
+    check.add_argument(
+        "--first-turn", type=float, default=0.0, metavar="DEGREES", help="how far the path turns before its first step"
+    )
+    check.set_defaults(command=_check)
 
 
 def _serve(arguments: argparse.Namespace) -> None:
@@ -147,6 +164,20 @@ def _show(arguments: argparse.Namespace) -> None:
 
     for path in show(arguments.data, arguments.episode, arguments.split, arguments.output):
         print(path)
+
+
+def _check(arguments: argparse.Namespace) -> int:
+    """Says each text's failed checks; 1 if one of them blocks its text."""
+    texts = arguments.texts or (line for line in map(str.strip, sys.stdin) if line)
+    blocked = False
+    for text, failures in check_texts(texts, arguments.lang, arguments.phase, arguments.target, arguments.first_turn):
+        print(text)
+        for failure in failures:
+            print(f"  {failure}")
+        if not failures:
+            print("  passes every check")
+        blocked |= is_blocked(failures)
+    return int(blocked)
 
 
 def _describe(split: Split) -> str:
