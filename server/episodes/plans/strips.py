@@ -1,13 +1,17 @@
 """The ground that a plan's streets and squares cover, in the world's frame: rectangles, polygons, and their edges."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from server.episodes.grid import Mask, Points
 from server.episodes.plans.plan import Plan, Street
+
+
+PARALLEL = 4.0
+"""Streets whose directions, or those at right angles to them, differ by no more degrees have houses of one heading."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,7 +21,7 @@ class Strip:
     Attributes:
         start, end: (x, z) of its middle line's ends.
         half_width: in units.
-        heading: in whole hundredths of a degree clockwise from +z, modulo 90 degrees: that of a house that faces it.
+        heading: degrees clockwise from +z, modulo 90 degrees: that of a house that faces it.
     """
 
     start: tuple[float, float]
@@ -89,7 +93,23 @@ def surface(plan: Plan) -> Surface:
     for corners in squares:
         loop = [*corners.tolist(), corners[0].tolist()]
         strips += [_strip(start, end, 0.0) for start, end in pairwise(loop)]
-    return Surface(tuple(strips), squares)
+    return Surface(_aligned(strips), squares)
+
+
+def _aligned(strips: list[Strip]) -> tuple[Strip, ...]:
+    """The strips, with one heading for all those that are parallel or nearly: that of the longest."""
+    headings: list[float] = []
+    for strip in sorted(strips, key=lambda strip: -math.dist(strip.start, strip.end)):
+        if all(_between(strip.heading, heading) > PARALLEL for heading in headings):
+            headings.append(strip.heading)
+    return tuple(
+        replace(strip, heading=min(headings, key=lambda heading: _between(strip.heading, heading))) for strip in strips
+    )
+
+
+def _between(one: float, other: float) -> float:
+    """The angle between two lines or their perpendiculars, in degrees from 0 to 45."""
+    return abs((one - other + 45.0) % 90.0 - 45.0)
 
 
 def inside(corners: Points, points: Points) -> Mask:
