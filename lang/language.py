@@ -2,14 +2,18 @@
 
 import tomllib
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
+from random import Random
 from typing import Any
 
+from lang.grammar import Grammar
 from lang.lexicon import Lexicon
+from lang.meaning import Meaning
 from lang.mentions import Mention, find_mentions
 from lang.relations import Relations
 from lang.tokens import Tokenizer
+from lang.writing import Writer
 
 ROOT = Path(__file__).parent
 """Where the languages' folders lie."""
@@ -25,7 +29,8 @@ class Language:
     """One language: its names, and what can be read in its texts.
 
     Args:
-        folder: with `language.toml`, `lexicon.toml` and `relations.toml`, all described in those of `lang/en`.
+        folder: with `language.toml`, `lexicon.toml`, `relations.toml`, `grammar.toml`, `things.toml` and
+            `phrases.toml`, all described in those of `lang/en`.
 
     Attributes:
         code: such as "hi"; the folder's name.
@@ -45,6 +50,7 @@ class Language:
         self.script: str = about["script"]
         if self.code != folder.name:
             raise ValueError(f"{folder / _ABOUT}: code {self.code!r}; expected the folder's name, {folder.name!r}")
+        self._folder = folder
         self._tokenizer = Tokenizer(about["letters"], about["digits"], about["ignored"])
         self._lexicon = Lexicon(_read(folder / "lexicon.toml"), self._tokenizer)
         self._relations = Relations(_read(folder / "relations.toml"), self._tokenizer, self._lexicon)
@@ -76,6 +82,23 @@ class Language:
             object is the landmark of nothing.
         """
         return self._relations.of(self._tokenizer.split(text), mention)
+
+    def write(self, meaning: Meaning, random: Random) -> str:
+        """An instruction that says the meaning; it depends on the two arguments alone.
+
+        Raises:
+            ValueError: for something that the language has no words for.
+        """
+        return self._writer.write(meaning, random)
+
+    @cached_property
+    def grammar(self) -> Grammar:
+        """What the language's files hold for writing and reading; read when it is first needed."""
+        return Grammar(*(_read(self._folder / f"{name}.toml") for name in ("grammar", "things", "phrases")))
+
+    @cached_property
+    def _writer(self) -> Writer:
+        return Writer(self.grammar)
 
     def count_letters(self, text: str) -> int:
         """How many characters of the text belong to the language's script."""

@@ -21,7 +21,8 @@ def test_english_and_hindi_are_there() -> None:
 
 def test_all_languages_have_the_same_files() -> None:
     files = {code: sorted(path.name for path in (ROOT / code).iterdir()) for code in available()}
-    assert files["en"] == ["language.toml", "lexicon.toml", "relations.toml"]
+    expected = ("grammar", "language", "lexicon", "phrases", "properties", "quality", "relations", "things")
+    assert files["en"] == [f"{name}.toml" for name in expected]
     assert files["hi"] == files["en"]
 
 

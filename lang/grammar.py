@@ -1,0 +1,158 @@
+"""What a language's files hold for writing and reading: words with their forms, nouns, adjectives, phrases, joins."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from lang.patterns import Pattern, parse, spell_out
+
+Features = Mapping[str, str]
+"""A value for each axis that is settled: {"case": "oblique", "gender": "feminine"}."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lexeme:
+    """A word with its forms.
+
+    Attributes:
+        forms: the marks under which each form stands, and the form; the first is the one to look up.
+        given: the features that it imposes on what agrees with it, such as its gender.
+    """
+
+    forms: tuple[tuple[frozenset[str], str], ...]
+    given: tuple[tuple[str, str], ...] = ()
+
+    def form(self, features: Features) -> str | None:
+        """The form with the most marks of those whose marks all hold; None if there is none."""
+        values = set(features.values()) | {value for _, value in self.given}
+        fitting = [(len(marks), text) for marks, text in self.forms if marks <= values]
+        return max(fitting, key=lambda each: each[0])[1] if fitting else None
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """The wordings of an attribute's values; `attribute` is its name in `lang.meaning` ("direction")."""
+
+    attribute: str
+    values: Mapping[str, tuple[Pattern, ...]]
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """A wording of a thing's look; `after` where it stands behind its noun ("with a star")."""
+
+    wording: Pattern
+    after: bool
+
+
+class Grammar:
+    """The content of `grammar.toml`, `things.toml` and `phrases.toml`, which say themselves what they hold.
+
+    Raises:
+        ValueError: naming the file and entry, for a feature or slot that is not declared, or a pattern that is none.
+        KeyError: for a table that is missing.
+    """
+
+    def __init__(self, grammar: Mapping[str, Any], things: Mapping[str, Any], phrases: Mapping[str, Any]) -> None:
+        self.axes: dict[str, list[str]] = dict(grammar["features"])
+        self._axis_of = {value: axis for axis, values in self.axes.items() for value in values}
+        self.per_text: list[str] = grammar["text"]["per_text"]
+        self._classes = grammar.get("classes", {})
+        self.words = {name: self._lexemes(f"words.{name}", entry) for name, entry in grammar["words"].items()}
+        self.tables = {
+            slot: Table(table["of"], {value: self._patterns(texts) for value, texts in table["values"].items()})
+            for slot, table in grammar["tables"].items()
+        }
+        self.sentence_end: str = grammar["text"]["sentence_end"]
+        self.spelling: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in grammar["text"]["spelling"]]
+        self._read_things(things)
+        self._read_phrases(phrases)
+
+    def _read_things(self, things: Mapping[str, Any]) -> None:
+        self.nouns = {kind: self._lexemes(f"nouns.{kind}", entries) for kind, entries in things["nouns"].items()}
+        self.also_nouns: dict[str, list[str]] = things["also_read"]
+        self.colours = {name: self._patterns(texts) for name, texts in things["colours"].items()}
+        self.looks = {
+            kind: {
+                name: tuple(Look(parse(text.removeprefix("~").strip()), text.startswith("~")) for text in texts)
+                for name, texts in looks.items()
+            }
+            for kind, looks in things["looks"].items()
+        }
+        self.whiches = {name: self._patterns(texts) for name, texts in things["whiches"].items()}
+        self.noun_phrases = self._patterns(things["noun_phrases"])
+        self.pair_phrases = self._patterns(things["pair_phrases"])
+        self.pair_marks: list[str] = things["pair_marks"]
+        self.same_phrases = self._patterns(things["same_phrases"])
+        self.attached = self._patterns(things["attached"])
+        self.nested = self._patterns(things["nested"])
+        self.determiners: list[str] = things["determiners"]
+        self.same: list[str] = things["same"]
+        self.pronouns: list[str] = things["pronouns"]
+        self.modifiers: list[str] = things["modifiers"]
+
+    def _read_phrases(self, phrases: Mapping[str, Any]) -> None:
+        def patterns_of(name: str) -> dict[str, tuple[Pattern, ...]]:
+            return {key: self._patterns(texts) for key, texts in phrases[name].items()}
+
+        self.steps = patterns_of("steps")
+        self.where = patterns_of("where")
+        self.target = patterns_of("target")
+        self.assembly = patterns_of("assembly")
+        self.joins = patterns_of("joins")
+        self.also_read = patterns_of("also_read")
+
+    def features_of(self, marks: Iterable[str]) -> dict[str, str]:
+        """The marks by their axes.
+
+        Raises:
+            ValueError: for a mark that is no feature's value.
+        """
+        marks = tuple(marks)
+        for mark in marks:
+            if mark not in self._axis_of:
+                raise ValueError(f"{mark!r} is not a value of a feature; there are {', '.join(self._axis_of)}")
+        return {self._axis_of[mark]: mark for mark in marks}
+
+    def look_kind(self, kind: str) -> str:
+        """Under which kind the looks of things of a kind are listed: their own, or that of the collectibles."""
+        return kind if kind in self.looks else "collectible"
+
+    def word_forms(self) -> dict[str, tuple[str, ...]]:
+        """All forms of each word, without repetition."""
+        return {name: forms_of(lexemes) for name, lexemes in self.words.items()}
+
+    def spelt(self, pattern: Pattern) -> set[str]:
+        """Every text that a pattern of nothing but words can be."""
+        return {" ".join(text.split()) for text in spell_out(pattern.body, self.word_forms())}
+
+    def _patterns(self, texts: Iterable[str]) -> tuple[Pattern, ...]:
+        return tuple(map(parse, texts))
+
+    def _lexemes(self, name: str, entry: Any) -> tuple[Lexeme, ...]:
+        entries = entry if isinstance(entry, list) else [entry]
+        return tuple(self._lexeme(name, each) for each in entries)
+
+    def _lexeme(self, name: str, entry: str | Mapping[str, str]) -> Lexeme:
+        if isinstance(entry, str):
+            return Lexeme(((frozenset(), entry),))
+        listed = dict(entry)
+        given = tuple((axis, listed.pop(axis)) for axis in self.axes if axis in listed)
+        if "class" in listed:
+            stem = listed.pop("stem", "")
+            endings = self._classes[listed.pop("class")]
+            listed = {marks: stem + ending for marks, ending in endings.items()} | listed
+        forms = []
+        for marks, text in listed.items():
+            try:
+                forms.append((frozenset(self.features_of(marks.split(".")).values()), text))
+            except ValueError as error:
+                raise ValueError(f"{name}: {error}") from error
+        if not forms:
+            raise ValueError(f"{name}: {entry!r} has no form")
+        return Lexeme(tuple(forms), given)
+
+
+def forms_of(lexemes: Iterable[Lexeme]) -> tuple[str, ...]:
+    """All forms of the lexemes, each once."""
+    return tuple(dict.fromkeys(text for lexeme in lexemes for _, text in lexeme.forms))

@@ -1,0 +1,147 @@
+"""Random meanings, to try a language's writing and reading on: everything a planner may want to say."""
+
+from collections.abc import Iterable
+from random import Random
+
+from lang.meaning import (
+    ATS,
+    PLACES,
+    TURNS,
+    Assembly,
+    Face,
+    Meaning,
+    Navigation,
+    Step,
+    Thing,
+    Turn,
+    Walk,
+    Where,
+)
+
+KINDS = ("ball", "hourglass", "mug", "tv", "book", "bowl", "bucket")
+COLOURS = ("green", "red", "blue", "white", "yellow", "brown", "purple")
+PATTERNS = ("dotted", "striped")
+FURNITURE: dict[str, tuple[str, ...]] = {
+    "cone": ("orange", "red", "blue"),
+    "dumpster": ("green", "silver"),
+    "barrier": ("concrete", "white", "red"),
+    "barrel": ("red", "yellow", "gold"),
+    **dict.fromkeys(
+        (
+            "phone_booth",
+            "bench",
+            "lamp_post",
+            "traffic_light",
+            "tyre_stack",
+            "hydrant",
+            "mailbox",
+            "bin",
+            "bags",
+            "tree",
+        ),
+        (),
+    ),
+    "stop_sign": (),
+    "speed_sign": (),
+}
+"""Kinds of street furniture, and the colours that they come in."""
+
+BANNER_COLOURS = ("red", "blue", "green", "yellow", "white", "black")
+BANNER_SHAPES = ("star", "diamond", "triangle", "circle", "hexagon", "dot")
+FACADES = ("brick", "brown", "concrete", "glass", "white", "arched", "red", "grey")
+WALLS = ("wood", "brick", "spotted", "striped")
+
+_STREET_RELATIONS = ("near", "behind", "in_front_of", "left_of", "right_of", "between")
+_ROOM_RELATIONS = ("on_top_of", "left_of", "right_of", "in_front_of", "behind", "between", "near", "diagonal_to")
+
+
+def navigation(random: Random) -> Navigation:
+    """An instruction for the street, of up to eight steps."""
+    things: list[Thing] = []
+    steps: list[Step] = []
+    for _ in range(random.choice((1, 2, 2, 3, 3, 4, 4, 5, 6, 8))):
+        step = _step(random, things)
+        if not steps or step != steps[-1]:
+            steps.append(step)
+    places = things[-1:] if things and random.random() < 0.4 else []
+    where = tuple(_where(random, _STREET_RELATIONS, places) for _ in range(random.choice((0, 1, 1, 1, 2))))
+    return Navigation(tuple(steps), collectible(random, where))
+
+
+def assembly(random: Random) -> Assembly:
+    """An instruction for the room."""
+    turns = (random.choice(TURNS),) if random.random() < 0.3 else ()
+    wheres = [_room_where(random) for _ in range(random.choice((1, 1, 1, 2)))]
+    kind = random.choice(KINDS)
+    thing = random.choice((collectible(random), Thing(kind), Thing(kind, random.choice(COLOURS)), Thing("")))
+    return Assembly(turns, thing, tuple(dict.fromkeys(wheres)))
+
+
+def meanings(random: Random, count: int) -> Iterable[Meaning]:
+    """As many of each sort, alternating."""
+    for _ in range(count):
+        yield navigation(random)
+        yield assembly(random)
+
+
+def collectible(random: Random, where: tuple[Where, ...] = ()) -> Thing:
+    """A collectible object with pattern and colour."""
+    return Thing(random.choice(KINDS), random.choice(COLOURS), random.choice(PATTERNS), where=where)
+
+
+def landmark(random: Random) -> Thing:
+    """Something in the street, named more or less closely."""
+    if random.random() < 0.15:
+        return Thing("banner", random.choice(BANNER_COLOURS), random.choice(("", *BANNER_SHAPES)))
+    if random.random() < 0.12:
+        return Thing("building", look=random.choice(("", *FACADES)))
+    kind = random.choice(tuple(FURNITURE))
+    which = random.choice(("first", "second", "last", "nearest")) if random.random() < 0.12 else ""
+    colour = random.choice(("", *FURNITURE[kind]))
+    where = (_where(random, _STREET_RELATIONS[:3], []),) if random.random() < 0.05 else ()
+    return Thing(kind, colour, which=which, where=where)
+
+
+def _step(random: Random, things: list[Thing]) -> Step:
+    draw = random.random()
+    if draw < 0.25:
+        return Turn(random.choice(TURNS))
+    thing = random.choice(things[-2:]) if things and random.random() < 0.25 else landmark(random)
+    if random.random() < 0.25:
+        thing = Thing(random.choice(PLACES[:2]), which=random.choice(("", "", "first", "second")))
+    if draw < 0.45:
+        things.append(thing)
+        return Turn(random.choice(TURNS), random.choice((*ATS, "at")), thing)
+    if draw < 0.55:
+        things.append(thing)
+        return Face(thing)
+    if draw < 0.63:
+        return Walk("ahead", count=random.choice((0, 0, 0, random.randint(2, 20))))
+    if draw < 0.7:
+        other = random.choice((thing, landmark(random)))
+        return Walk("between", (thing, other))
+    things.append(thing)
+    side = random.choice(("", "", "left", "right"))
+    if draw > 0.93:
+        return Walk("along", (Thing(random.choice(("wall", "street", "alley", "building"))),), side)
+    return Walk(random.choice(("to", "towards", "past", "past")), (thing,), side)
+
+
+def _where(random: Random, relations: tuple[str, ...], things: list[Thing]) -> Where:
+    relation = random.choice(relations)
+    if relation == "between":
+        return Where(relation, (landmark(random), landmark(random)))
+    return Where(relation, (random.choice(things) if things else landmark(random),), random.random() < 0.1)
+
+
+def _room_where(random: Random) -> Where:
+    wall = Thing("wall", look=random.choice(WALLS))
+    if random.random() < 0.25:
+        return Where("against", (wall,))
+    relation = random.choice(_ROOM_RELATIONS)
+    if relation == "between":
+        return Where(relation, (collectible(random), random.choice((wall, collectible(random)))))
+    if random.random() < 0.1 and relation in ("left_of", "right_of", "in_front_of", "near"):
+        return Where(relation, (Thing("you"),), random.random() < 0.3)
+    where = (_room_where(random),) if random.random() < 0.06 else ()
+    return Where(relation, (collectible(random, where),), random.random() < 0.15)
