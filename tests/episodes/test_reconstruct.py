@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from scipy import ndimage
 
 from server.episodes.chance import seeded
-from server.episodes.furnish import extents
 from server.episodes.grid import CELL, Grid, Points, sample, turn
 from server.episodes.reconstruct import opened, reconstruct, street_heading
 from server.episodes.rectangles import Rectangle, cover, split
+from server.episodes.setting import extents
 from server.sim.furniture import footprint_radius
 from server.sim.geometry import AGENT_RADIUS, Pose
 from server.sim.section import FACADES, PROP_KINDS, Prop, Section

@@ -9,7 +9,6 @@ import numpy as np
 from server.episodes.grid import Mask, Points
 from server.episodes.plans.plan import Plan, Street
 
-
 PARALLEL = 4.0
 """Streets whose directions, or those at right angles to them, differ by no more degrees have houses of one heading."""
 
