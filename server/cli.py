@@ -1,6 +1,7 @@
 """The command line of the server: `arramon-server serve`, `import-release`, `show`, `check-instruction`."""
 
 import argparse
+import json
 import logging
 import os
 import sys
@@ -91,6 +92,16 @@ def _parser() -> argparse.ArgumentParser:
     show.add_argument("--split", help="where it is (default: the first split that has it)")
     show.add_argument("--output", type=Path, default=Path(), help="folder for the pictures (default: here)")
     show.set_defaults(command=_show)
+
+    stats = commands.add_parser("stats", parents=[common], help="what the instructions and paths are like, in figures")
+    stats.add_argument("--split", nargs="+", default=(), metavar="S", help="splits, side by side (default: all)")
+    stats.add_argument("--lang", nargs="+", default=(), metavar="L", help="languages (default: all that there are)")
+    stats.add_argument(
+        "--sample", type=int, default=2000, metavar="N", help="instructions for the diversity (default: %(default)s)"
+    )
+    stats.add_argument("--output", type=Path, metavar="FOLDER", help="draw the figures too, into this folder")
+    stats.add_argument("--json", action="store_true", help="print JSON in place of tables")
+    stats.set_defaults(command=_stats)
     _add_check(commands, common)
     return parser
 
@@ -163,6 +174,22 @@ def _show(arguments: argparse.Namespace) -> None:
     from server.show.episode import show
 
     for path in show(arguments.data, arguments.episode, arguments.split, arguments.output):
+        print(path)
+
+
+def _stats(arguments: argparse.Namespace) -> None:
+    from server.stats.command import as_json, figures_of
+    from server.stats.plots import write_plots
+    from server.stats.table import as_text
+
+    figures = figures_of(arguments.data, arguments.split, arguments.lang, sample=arguments.sample)
+    pictures = write_plots(figures, arguments.output) if arguments.output else []
+    if arguments.json:
+        print(json.dumps(as_json(figures), ensure_ascii=False, indent=1))
+        return
+    for line in as_text(figures):
+        print(line)
+    for path in pictures:
         print(path)
 
 
