@@ -1,12 +1,11 @@
 """An episode without words: what is drawn first, and what instructions are then written for."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from server.episodes.episode import Episode, Instructions, Turn
 from server.sim.geometry import Pose
 from server.sim.rules import Layout, PlacedObject
-from server.sim.section import Section
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,8 +36,3 @@ class Draft:
         return Episode(
             self.episode_id, self.section, self.start, self.turns, self.decoys, dict(sorted(instructions.items()))
         )
-
-
-Writer = Callable[[Draft, Section, tuple[object, ...]], Mapping[str, tuple[Instructions, Instructions]] | None]
-"""Writes both turns' instructions in every language: given a draft, its section, and the names that draw all that is
-left to chance (for `chance.seeded`). None where no good ones are found: the episode is then drawn anew."""

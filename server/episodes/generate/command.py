@@ -1,0 +1,108 @@
+"""Makes splits in the data folder: what `arramon-server generate` does."""
+
+import os
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from server.episodes.generate.secret import host_secret
+from server.episodes.generate.sizes import SplitPlan
+from server.episodes.generate.work import Made, MakeWriter, Run, orders_of, workshop
+from server.episodes.plans import build_section, read_plan
+from server.episodes.splits import Split, write_split
+from server.errors import BadInput
+
+SOURCE = "generated"
+"""How the `source` of a generated split begins."""
+
+MAX_JOBS = 256
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """How far a split is.
+
+    Attributes:
+        split: its name.
+        done, total: episodes.
+        drafts: how many it took so far, those that were given up included.
+        seconds: since the split was begun.
+    """
+
+    split: str
+    done: int
+    total: int
+    drafts: int
+    seconds: float
+
+
+def generate(
+    data: Path,
+    plans: Sequence[SplitPlan],
+    *,
+    scale: float = 1.0,
+    seed: int = 0,
+    jobs: int = 0,
+    make_writer: MakeWriter,
+    tell: Callable[[Progress], None],
+) -> list[Split]:
+    """Makes splits, each written when it is whole; one that was there before is replaced then.
+
+    The same seed, scale and version of the project give the same bytes on any machine. A hidden split comes from the
+    host's secret in place of the seed (see `secret`).
+
+    Args:
+        data: the data folder.
+        plans: of the splits.
+        scale: share of each split's size, in (0, 1].
+        seed: draws the furniture, facades and episodes.
+        jobs: processes; 0 for one a core.
+        make_writer: makes what writes the instructions.
+        tell: is told of progress, in this thread.
+
+    Returns:
+        The splits that were written.
+
+    Raises:
+        BadInput: for a scale or a number of jobs out of range.
+        BadFile: if the host's secret is not one, or can be read by others.
+        StorageError: if the data folder cannot be written.
+        ArraMonError: if an episode cannot be made.
+    """
+    if not 0 <= jobs <= MAX_JOBS:
+        raise BadInput(f"{jobs} jobs were asked for, expected 1 to {MAX_JOBS}, or 0 for one a core")
+    orders = {plan.name: list(plan.episodes(scale)) for plan in plans}
+    with workshop(jobs or len(os.sched_getaffinity(0))) as run:
+        written = []
+        for plan in plans:
+            key = host_secret(data) if plan.hidden else str(seed)
+            made = _made(run, plan, key, orders[plan.name], make_writer, tell)
+            source = f"{SOURCE}, scale {scale:g}, " + ("from the host's secret" if plan.hidden else f"seed {seed}")
+            written.append(
+                write_split(
+                    data,
+                    plan.name,
+                    hidden=plan.hidden,
+                    source=source,
+                    episodes=sorted((one.episode for one in made), key=lambda episode: int(episode.episode_id)),
+                    sections=[build_section(read_plan(section), key) for section in plan.sections],
+                )
+            )
+    return written
+
+
+def _made(
+    run: Run,
+    plan: SplitPlan,
+    key: str,
+    episodes: Sequence[tuple[str, str]],
+    make_writer: MakeWriter,
+    tell: Callable[[Progress], None],
+) -> list[Made]:
+    begun, made = time.monotonic(), []
+    for batch in run(orders_of(key, plan.name, episodes, make_writer)):
+        made += batch
+        drafts = sum(one.attempts for one in made)
+        tell(Progress(plan.name, len(made), len(episodes), drafts, time.monotonic() - begun))
+    return made
