@@ -1,4 +1,4 @@
-"""The command line of the server: `arramon-server serve`, `import-release`, `show`, `check-instruction`."""
+"""The command line of the server: `arramon-server serve`, `import-release`, `show`, `stats`, `check-instruction`."""
 
 import argparse
 import json

@@ -31,6 +31,7 @@ def as_text(columns: Sequence[Figures]) -> Iterator[str]:
         columns: one at least.
     """
     yield "Words are those of the language's own tokenizer, without marks, in small letters. Paths include their start."
+    yield "Diversity is that of instructions drawn with a fixed seed, as many for each split and language."
     for phase in PHASES:
         yield from _titled(phase.upper(), [f"{each.split} {each.language}" for each in columns])
         yield _row("episodes", [f"{each.episodes}" for each in columns])
