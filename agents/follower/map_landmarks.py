@@ -1,0 +1,95 @@
+"""The landmarks that the agent has seen: each label at each place once."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from agents.follower.perceive import COLLECTIBLES, Sighting
+from arramon_client.agent import Label
+from lang.meaning import Thing
+
+APART, BUILDINGS_APART = 1.2, 3.0
+"""Sightings of one label nearer than this to each other, in units, are one thing."""
+
+FEWEST = 4
+"""Samples that make a sighting."""
+
+BEHIND = -1.0
+"""A thing farther behind than this, in units, is not what is meant next."""
+
+OFF_AXIS = 0.6
+"""How much a thing off the direction of the walk counts as farther away, for each squared radian."""
+
+
+@dataclass(slots=True)
+class Landmark:
+    """A thing at a place in the agent's own frame; `nearest` is the distance from which it was seen best."""
+
+    label: Label
+    x: float
+    z: float
+    nearest: float
+
+
+class Landmarks:
+    """All that was seen.
+
+    Args:
+        labels: what the numbers of a segmentation mean.
+    """
+
+    def __init__(self, labels: Sequence[Label]) -> None:
+        self._labels = labels
+        self._by_label: dict[int, list[Landmark]] = {}
+
+    def add(self, sightings: Iterable[Sighting]) -> None:
+        """Enters what a frame shows."""
+        for seen in sightings:
+            if seen.pixels < FEWEST:
+                continue
+            known = self._by_label.setdefault(seen.label, [])
+            label = self._labels[seen.label]
+            apart = BUILDINGS_APART if label.kind == "building" else APART
+            for landmark in known:
+                if abs(landmark.x - seen.x) < apart and abs(landmark.z - seen.z) < apart:
+                    if seen.distance < 0.8 * landmark.nearest:
+                        landmark.x, landmark.z, landmark.nearest = seen.x, seen.z, seen.distance
+                    break
+            else:
+                known.append(Landmark(label, seen.x, seen.z, seen.distance))
+
+    def fitting(self, thing: Thing) -> list[Landmark]:
+        """Those that a thing's name fits, as far as it goes."""
+        return [
+            landmark
+            for number, known in self._by_label.items()
+            if fits(thing, self._labels[number])
+            for landmark in known
+        ]
+
+    def forget(self) -> None:
+        """All of them."""
+        self._by_label.clear()
+
+
+def fits(thing: Thing, label: Label) -> bool:
+    """Whether a label is one that the thing's name allows."""
+    if thing.kind:
+        if thing.kind != label.kind:
+            return False
+    elif label.kind not in COLLECTIBLES:
+        return False
+    return thing.colour in ("", label.colour) and thing.look in ("", label.look)
+
+
+def along_way(landmarks: Iterable[Landmark], x: float, z: float, angle: float) -> list[Landmark]:
+    """Those ahead of (x, z) on a walk in the direction `angle` (radians), the likeliest to be meant first."""
+    sin, cos = math.sin(angle), math.cos(angle)
+    scored = []
+    for landmark in landmarks:
+        dx, dz = landmark.x - x, landmark.z - z
+        if dx * sin + dz * cos < BEHIND:
+            continue
+        off = math.atan2(dx * cos - dz * sin, dx * sin + dz * cos)
+        scored.append((math.hypot(dx, dz) * (1.0 + OFF_AXIS * off * off), landmark.x, landmark))
+    return [landmark for _, _, landmark in sorted(scored, key=lambda item: item[:2])]

@@ -1,0 +1,341 @@
+"""Does what a navigation instruction means, step by step, over what the agent has seen."""
+
+import math
+from collections.abc import Callable
+
+from agents.follower.map_landmarks import Landmark, along_way
+from agents.follower.navigation_body import Body, between_angles, rotated
+from agents.follower.navigation_motion import HEADINGS, TURN, can_step, turns, way_to
+from agents.follower.navigation_places import opening
+from arramon_client.agent import Action
+from lang.meaning import PLACES, Face, Navigation, Step, Thing, Turn, Walk
+
+DEGREES = {"left": -90, "right": 90, "around": 180, "slightly left": -30, "slightly right": 30}
+
+PASSED = 0.5
+"""How near to the line beside a place counts as there, in units."""
+
+OFFSETS = {"at": 0.0, "before": -1.5, "after": 1.5}
+"""Where a turn is taken from the thing, in units along the walk."""
+
+BESIDE = 2.0
+"""How far beside a thing the walk goes at most, in units."""
+
+OFF_COURSE = math.radians(40.0)
+"""A thing farther off the direction of the walk than this gives the walk its direction."""
+
+NEAR_TARGET = 10.0
+"""From here the target is gone to at once where nothing stands in between, in units; otherwise the steps come first."""
+
+ONWARD = 12
+"""How far the agent goes on where the steps have ended and the target was not seen, before it looks elsewhere."""
+
+REACH_SIDE, REACH_FROM, REACH_TO = 0.42, 0.8, 1.9
+"""Where the target is to lie for the pick-up, in units to the side and ahead; the box itself is 0.5 and 3."""
+
+
+class Navigator:
+    """Acts on one instruction.
+
+    Args:
+        body: what the agent knows of itself and the street; it goes on from one instruction to the next.
+        meaning: of the instruction.
+    """
+
+    def __init__(self, body: Body, meaning: Navigation) -> None:
+        self._body = body
+        self._meaning = meaning
+        self._number = 0
+        self._course = body.angle
+        self._corner = body.x, body.z
+        self._plan: list[Action] = []
+        self._plan_goal = (math.inf, math.inf)
+        self._plan_age = 0
+        self._committed = False
+        self._missed: set[tuple[float, float]] = set()
+        self._interacted: Landmark | None = None
+        self._looks: list[Action] = []
+        self._visited: list[tuple[float, float]] = []
+        self._onward = ONWARD
+        self._begin_step()
+
+    def act(self) -> Action:
+        """The next action, after the body has perceived."""
+        if self._interacted is not None:
+            self._missed.add((self._interacted.x, self._interacted.z))
+            self._interacted = None
+        action = self._go_for_target()
+        while action is None and self._number < len(self._meaning.steps):
+            action = self._do(self._meaning.steps[self._number])
+            if action is None:
+                self._number += 1
+                self._begin_step()
+        return self._explore() if action is None else action
+
+    def _begin_step(self) -> None:
+        self._lock: tuple[Landmark, ...] = ()
+        self._place: tuple[float, float] | None = None
+        self._turned_to: float | None = None
+        self._start = self._body.x, self._body.z
+        self._looked = False
+        self._looks = []
+        self._plan = []
+
+    # The target
+
+    def _go_for_target(self) -> Action | None:
+        target = self._target()
+        if target is None:
+            return None
+        body = self._body
+        if not self._committed and self._number < len(self._meaning.steps):
+            distance = body.distance(target.x, target.z)
+            if distance > NEAR_TARGET or not body.ground.sees(body.x, body.z, target.x, target.z):
+                return None
+        self._committed = True
+        if self._is_reached(target, *body.pose):
+            self._interacted = target
+            return Action.INTERACT
+        return self._go(
+            (target.x, target.z), REACH_TO + 0.2, lambda x, z, heading: self._is_reached(target, x, z, heading)
+        )
+
+    def _target(self) -> Landmark | None:
+        wanted = self._meaning.target
+        fitting = [mark for mark in self._body.landmarks.fitting(wanted) if (mark.x, mark.z) not in self._missed]
+        if not fitting:
+            return None
+        near = [thing for where in wanted.where for thing in where.things]
+
+        def cost(mark: Landmark) -> tuple[float, float]:
+            cost = self._body.distance(mark.x, mark.z)
+            for thing in near:
+                others = self._body.landmarks.fitting(thing)
+                cost += min([20.0, *(2.0 * math.hypot(o.x - mark.x, o.z - mark.z) for o in others)])
+            return cost, mark.x
+
+        return min(fitting, key=cost)
+
+    def _is_reached(self, target: Landmark, x: float, z: float, heading: int) -> bool:
+        right, ahead = rotated(target.x - x, target.z - z, heading * TURN)
+        if abs(right) > REACH_SIDE or not REACH_FROM <= ahead <= REACH_TO:
+            return False
+        # The nearest object in the box is the one that is picked up.
+        for other in self._body.landmarks.fitting(Thing("")):
+            if other is not target:
+                aside, far = rotated(other.x - x, other.z - z, heading * TURN)
+                if abs(aside) < 0.6 and far > -0.1 and math.hypot(aside, far) < math.hypot(right, ahead) + 0.1:
+                    return False
+        return True
+
+    # The steps
+
+    def _do(self, step: Step) -> Action | None:
+        """The next action of a step; None when it is done."""
+        if isinstance(step, Turn):
+            return self._turn(step)
+        if isinstance(step, Face):
+            return self._face(step.thing)
+        return self._walk(step)
+
+    def _turn(self, step: Turn) -> Action | None:
+        if self._turned_to is None:
+            if step.at and step.thing is not None:
+                action = self._approach(step)
+                if action is not None:
+                    return action
+            self._turned_to = self._walked_course() + math.radians(DEGREES[step.direction])
+        return self._turn_to(self._turned_to)
+
+    def _turn_to(self, course: float) -> Action | None:
+        body = self._body
+        rotation = turns(body.heading, round(course / TURN) % HEADINGS)
+        if rotation:
+            return rotation[0]
+        self._course, self._corner = course, (body.x, body.z)
+        return None
+
+    def _walked_course(self) -> float:
+        """The direction of the walk since the last turn, as it was walked where that is long enough to tell."""
+        dx, dz = self._body.x - self._corner[0], self._body.z - self._corner[1]
+        walked = math.atan2(dx, dz)
+        if math.hypot(dx, dz) >= 4.0 and abs(between_angles(self._course, walked)) < OFF_COURSE:
+            return walked
+        return self._course
+
+    def _face(self, thing: Thing) -> Action | None:
+        marks = self._body.landmarks.fitting(thing)
+        if self._turned_to is None:
+            if not marks and len(self._visited) < HEADINGS:
+                self._visited.append((self._body.x, self._body.z))
+                return Action.RIGHT
+            self._visited.clear()
+            if not marks:
+                return None
+            mark = min(marks, key=lambda m: (self._body.distance(m.x, m.z), m.x))
+            self._turned_to = math.atan2(mark.x - self._body.x, mark.z - self._body.z)
+        return self._turn_to(self._turned_to)
+
+    def _walk(self, step: Walk) -> Action | None:
+        if step.way == "ahead":
+            return self._walk_ahead(step)
+        marks = self._resolve(step.things)
+        if marks is None:
+            return self._seek()
+        body = self._body
+        if step.way in ("to", "towards"):
+            near = 1.6 if step.way == "to" else 3.0
+            if body.distance(marks[0], marks[1]) <= near:
+                self._course = self._aim(marks, self._start)
+                return None
+            return self._go(marks, near - 0.2)
+        beyond = 0.8 if step.way == "past" else 0.3
+        return self._pass(marks, beyond)
+
+    def _walk_ahead(self, step: Walk) -> Action | None:
+        following = self._meaning.steps[self._number + 1 :]
+        if step.count:
+            done = math.hypot(self._body.x - self._start[0], self._body.z - self._start[1]) >= step.count
+            return None if done else self._ahead()
+        if following and not (isinstance(following[0], Turn) and not following[0].at):
+            return None
+        return self._ahead()
+
+    def _approach(self, step: Turn) -> Action | None:
+        """To where a turn is taken; None when the agent is there."""
+        thing = step.thing
+        assert thing is not None
+        if thing.kind in PLACES:
+            return self._to_opening(-1 if "left" in step.direction else 1)
+        marks = self._resolve((thing,))
+        if marks is None:
+            return self._seek()
+        return self._pass(marks, OFFSETS[step.at])
+
+    def _to_opening(self, side: int) -> Action | None:
+        body = self._body
+        if self._place is None:
+            self._place = opening(body.ground, body.x, body.z, self._course, side)
+            if self._place is None:
+                return self._ahead()
+        _, ahead = rotated(self._place[0] - body.x, self._place[1] - body.z, self._course)
+        return None if ahead <= PASSED else self._go(self._place, 0.6)
+
+    def _pass(self, place: tuple[float, float], beyond: float) -> Action | None:
+        """Beside a place and `beyond` units on, on the course."""
+        body = self._body
+        course = self._course
+        if self._place is None and body.distance(*place) > BESIDE + 1.0:
+            aim = self._aim(place, (body.x, body.z))
+            if abs(between_angles(course, aim)) > OFF_COURSE:
+                self._course = course = aim
+        self._place = place
+        right, ahead = rotated(place[0] - body.x, place[1] - body.z, course)
+        left = ahead + beyond
+        if left <= PASSED:
+            return None
+        aside = right - min(max(right, -BESIDE), BESIDE)
+        sin, cos = math.sin(course), math.cos(course)
+        goal = body.x + left * sin + aside * cos, body.z + left * cos - aside * sin
+        return self._go(body.ground.near_free(*goal), 0.6)
+
+    def _aim(self, place: tuple[float, float], start: tuple[float, float]) -> float:
+        if math.hypot(place[0] - start[0], place[1] - start[1]) < 1.5:
+            return self._course
+        return math.atan2(place[0] - start[0], place[1] - start[1])
+
+    def _resolve(self, things: tuple[Thing, ...]) -> tuple[float, float] | None:
+        """Where the things are, or the middle of two; None where one was not seen yet."""
+        if not self._lock:
+            body = self._body
+            found = []
+            for thing in things:
+                marks = along_way(body.landmarks.fitting(thing), body.x, body.z, self._course)
+                place = {"second": 1, "last": len(marks) - 1}.get(thing.which, 0)
+                if not 0 <= place < len(marks):
+                    return None
+                found.append(marks[place])
+            self._lock = tuple(found)
+        xs, zs = [mark.x for mark in self._lock], [mark.z for mark in self._lock]
+        return sum(xs) / len(xs), sum(zs) / len(zs)
+
+    # Motion
+
+    def _go(
+        self, goal: tuple[float, float], radius: float, is_there: Callable[[float, float, int], bool] | None = None
+    ) -> Action | None:
+        """The next action towards a goal; None when the agent is there, or can come no nearer."""
+        body = self._body
+        moved = math.hypot(goal[0] - self._plan_goal[0], goal[1] - self._plan_goal[1])
+        stale = not self._plan or self._plan_age > 10 or moved > 0.8
+        if not stale and self._plan[0] is Action.FORWARD:
+            stale = not can_step(body.ground, *body.pose)
+        if stale:
+            self._plan = way_to(body.ground, body.pose, goal, radius, is_there, body.closed_steps)
+            self._plan_goal, self._plan_age = goal, 0
+        self._plan_age += 1
+        return self._plan.pop(0) if self._plan else None
+
+    def _ahead(self) -> Action | None:
+        """On along the course, as the street goes; None where there is no going on."""
+        body = self._body
+        if self._plan and body.distance(*self._plan_goal) > 2.5:
+            return self._go(self._plan_goal, 0.6)
+
+        def worth(degrees: int) -> float:
+            reach = body.ground.reach(body.x, body.z, self._course + math.radians(degrees), 10.0)
+            return reach - 0.04 * abs(degrees)
+
+        degrees = max((0, -10, 10, -20, 20, -30, 30, -45, 45), key=worth)
+        angle = self._course + math.radians(degrees)
+        reach = body.ground.reach(body.x, body.z, angle, 10.0)
+        if reach < 1.75:
+            return None
+        far = min(reach - 0.25, 6.0)
+        return self._go((body.x + far * math.sin(angle), body.z + far * math.cos(angle)), 0.6)
+
+    def _seek(self) -> Action | None:
+        """What a step names was not seen yet: a look to both sides, then on; None where there is no going on."""
+        if not self._looked:
+            self._looked = True
+            self._looks = [Action.LEFT, Action.RIGHT, Action.RIGHT, Action.LEFT]
+        if self._looks:
+            return self._looks.pop(0)
+        return self._ahead()
+
+    def _explore(self) -> Action:
+        """All is done and the target was not seen: a look all round, then to where the known ends."""
+        body = self._body
+        if (
+            not self._looks
+            and not self._plan
+            and not self._onward
+            and all(body.distance(*place) > 2.0 for place in self._visited)
+        ):
+            self._visited.append((body.x, body.z))
+            self._looks = [Action.RIGHT] * (HEADINGS - 1)
+        if self._looks:
+            return self._looks.pop(0)
+        if self._plan:
+            action = self._go(self._plan_goal, 0.8)
+            if action is not None:
+                return action
+        if self._onward:
+            action = self._ahead()
+            if action is not None:
+                self._onward -= 1
+                return action
+            self._onward = 0
+            self._visited.clear()
+            return self._explore()
+        edge = body.ground.frontier()
+        if len(edge):
+            hope = body.x + 3.0 * math.sin(self._course), body.z + 3.0 * math.cos(self._course)
+            far = ((edge - hope) ** 2).sum(axis=1)
+            for place in self._visited:
+                far[((edge - place) ** 2).sum(axis=1) < 4.0] += 1e4
+            x, z = edge[int(far.argmin())].tolist()
+            action = self._go((x, z), 0.8)
+            if action is not None:
+                return action
+        return Action.RIGHT

@@ -1,0 +1,106 @@
+"""The agent's own account of where it is and what it has seen, from its actions and its frames alone."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from agents.follower.map import Map
+from agents.follower.map_landmarks import Landmarks
+from agents.follower.navigation_motion import HEADINGS, STEPS, TURN, step_key
+from agents.follower.perceive import Eye
+from arramon_client.agent import Action, Label, Observation
+
+
+class Body:
+    """Odometry, map and landmarks in the own frame: it begins at (0, 0) with heading 0.
+
+    A blocked step is known by the depth, which stays the same to the last pixel.
+
+    Args:
+        labels: what the numbers of a segmentation mean.
+
+    Attributes:
+        x, z: units.
+        heading: in multiples of 30 degrees clockwise.
+        travelled: steps that were not blocked.
+        ground: the map.
+        landmarks: what was seen.
+        closed_steps: steps that turned out to be blocked.
+    """
+
+    def __init__(self, labels: Sequence[Label]) -> None:
+        self.x = self.z = 0.0
+        self.heading = 0
+        self.travelled = 0
+        self.ground = Map()
+        self.landmarks = Landmarks(labels)
+        self.closed_steps: frozenset[tuple[int, int, int]] = frozenset()
+        self._eye = Eye(labels)
+        self._last: Action | None = None
+        self._before: npt.NDArray[np.float32] | None = None
+
+    @property
+    def angle(self) -> float:
+        """The heading in radians."""
+        return self.heading * TURN
+
+    @property
+    def pose(self) -> tuple[float, float, int]:
+        """(x, z, heading)."""
+        return self.x, self.z, self.heading
+
+    def perceive(self, observation: Observation) -> None:
+        """Takes in the frame that followed the last action.
+
+        Raises:
+            ValueError: if it holds no depth or no segmentation.
+        """
+        depth, segmentation = observation.depth, observation.segmentation
+        if depth is None or segmentation is None:
+            raise ValueError("follower needs the sensors depth and segmentation, and this run does not have them")
+        coarse = depth[::4, ::4].copy()
+        self._move(self._before is not None and np.array_equal(coarse, self._before))
+        self._before = coarse
+        pose = self.x, self.z, self.angle
+        self.ground.add(self._eye.scan(depth, segmentation, pose), self.x, self.z)
+        self.landmarks.add(self._eye.sightings(depth, segmentation, pose))
+
+    def did(self, action: Action | None) -> None:
+        """What the agent does now; None when it leaves the street."""
+        self._last = action
+
+    def local(self, x: float, z: float) -> tuple[float, float]:
+        """A place as the agent sees it: units to the right, units ahead."""
+        return rotated(x - self.x, z - self.z, self.angle)
+
+    def distance(self, x: float, z: float) -> float:
+        """How far a place is, in units."""
+        return math.hypot(x - self.x, z - self.z)
+
+    def _move(self, same: bool) -> None:
+        if self._last is Action.FORWARD:
+            if same:
+                sin, cos = STEPS[self.heading]
+                self.closed_steps |= {step_key(*self.pose)}
+                self.ground.block(self.x + 0.75 * sin, self.z + 0.75 * cos)
+            else:
+                self.x, self.z = self.x + STEPS[self.heading][0], self.z + STEPS[self.heading][1]
+                self.travelled += 1
+        elif self._last is Action.LEFT:
+            self.heading = (self.heading - 1) % HEADINGS
+        elif self._last is Action.RIGHT:
+            self.heading = (self.heading + 1) % HEADINGS
+        self._last = None
+
+
+def rotated(dx: float, dz: float, angle: float) -> tuple[float, float]:
+    """A vector as one who faces `angle` (radians) sees it: units to the right, units ahead."""
+    sin, cos = math.sin(angle), math.cos(angle)
+    return dx * cos - dz * sin, dx * sin + dz * cos
+
+
+def between_angles(a: float, b: float) -> float:
+    """From a to b the short way, in radians, in [-pi, pi)."""
+    return (b - a + math.pi) % (2.0 * math.pi) - math.pi

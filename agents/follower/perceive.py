@@ -1,0 +1,169 @@
+"""What a frame shows, in the agent's own frame: what stands in the way, how far the way is free, and the landmarks.
+
+The agent's own frame: it began at (0, 0) facing +z; x runs to the right of that, both in units.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cache
+
+import numpy as np
+import numpy.typing as npt
+
+from arramon_client.agent import Label
+
+Floats = npt.NDArray[np.float32]
+
+FIELD_OF_VIEW = 60.0
+"""Degrees, vertical and horizontal: frames are square."""
+
+EYE_HEIGHT = 0.525
+LOWEST, HIGHEST = 0.05, 0.62
+"""Heights between which a thing stands in the agent's way, in units."""
+
+FARTHEST = 20.0
+"""How far what stands in the way is noted, in units."""
+
+SAMPLES = 112
+"""Rows and columns of a frame that are looked at: every second pixel of the usual 224."""
+
+CLUSTER = 1.5
+"""Pixels of one label in one square of this side, in units, are one sighting."""
+
+GROUND = ("nothing", "road", "pavement", "roof", "floor", "start_tile")
+COLLECTIBLES = ("ball", "hourglass", "mug", "tv", "book", "bowl", "bucket")
+
+
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """A part of a thing as one frame shows it.
+
+    Attributes:
+        label: its place in the table of labels.
+        x, z: the middle of what is seen of it, in the agent's own frame.
+        distance: from the eye, in units.
+        pixels: how many of the samples show it.
+    """
+
+    label: int
+    x: float
+    z: float
+    distance: float
+    pixels: int
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """A frame's geometry in the agent's own frame.
+
+    Attributes:
+        obstacles: (n, 2) of (x, z): points of what stands in the way.
+        walls: (n,) whether each of them belongs to a building.
+        angles: (m,) radians clockwise from the own +z, one for each of some columns.
+        ranges: (m,) how far the way is free there, in units along the ray, at most FARTHEST.
+    """
+
+    obstacles: Floats
+    walls: npt.NDArray[np.bool_]
+    angles: Floats
+    ranges: Floats
+
+
+@dataclass(eq=False)
+class Eye:
+    """Reads frames by a table of labels.
+
+    Args:
+        labels: what the numbers of a segmentation mean.
+    """
+
+    labels: Sequence[Label]
+    solid: npt.NDArray[np.bool_] = field(init=False)
+    building: npt.NDArray[np.bool_] = field(init=False)
+    thing: npt.NDArray[np.bool_] = field(init=False)
+
+    def __post_init__(self) -> None:
+        kinds = [label.kind for label in self.labels]
+        self.solid = np.array([kind not in (*GROUND, *COLLECTIBLES, "banner") for kind in kinds])
+        self.building = np.array([kind == "building" for kind in kinds])
+        self.thing = np.array([kind not in (*GROUND, "building", "wall") for kind in kinds])
+
+    def scan(self, depth: Floats, segmentation: npt.NDArray[np.uint16], pose: tuple[float, float, float]) -> Scan:
+        """What stands in the way.
+
+        Args:
+            depth: (size, size) units along the viewing direction, 0 where nothing was hit.
+            segmentation: (size, size) places in the table of labels.
+            pose: (x, z, radians clockwise) of the eye in the own frame.
+        """
+        lens = _lens(len(depth))
+        first = lens.horizon - 4
+        z = depth[lens.rows][first:, lens.columns]
+        seen = segmentation[lens.rows][first:, lens.columns]
+        height = EYE_HEIGHT - lens.down[first:, None] * z
+        solid = self.solid[seen] & (height > LOWEST) & (height < HIGHEST) & (z > 0.0)
+        near = np.where(solid, z, np.float32(np.inf)).min(axis=0)
+        ranges = np.minimum(near * lens.stretch, FARTHEST).astype(np.float32)
+        solid &= z < FARTHEST
+        rows, columns = np.nonzero(solid)
+        ahead = z[rows, columns]
+        obstacles = _own(lens.right[columns] * ahead, ahead, pose)
+        angles = lens.angles + np.float32(pose[2])
+        return Scan(obstacles, self.building[seen[rows, columns]], angles[::2], ranges[::2])
+
+    def sightings(
+        self, depth: Floats, segmentation: npt.NDArray[np.uint16], pose: tuple[float, float, float]
+    ) -> list[Sighting]:
+        """The things in view, and the buildings at eye height; arguments as of `scan`."""
+        lens = _lens(len(depth))
+        z, seen = depth[lens.rows][:, lens.columns], segmentation[lens.rows][:, lens.columns]
+        shown = self.thing[seen]
+        shown[lens.horizon] |= self.building[seen[lens.horizon]]
+        shown &= z > 0.0
+        rows, columns = np.nonzero(shown)
+        if not len(rows):
+            return []
+        ahead, labels = z[rows, columns], seen[rows, columns].astype(np.int64)
+        places = _own(lens.right[columns] * ahead, ahead, pose)
+        cells = np.floor(places / CLUSTER).astype(np.int64) + 512
+        keys = (labels << 20) | (cells[:, 0] << 10) | cells[:, 1]
+        unique, inverse, counts = np.unique(keys, return_inverse=True, return_counts=True)
+        inverse = inverse.ravel()
+        xs = np.bincount(inverse, places[:, 0]) / counts
+        zs = np.bincount(inverse, places[:, 1]) / counts
+        return [
+            Sighting(key >> 20, x, z_, math.hypot(x - pose[0], z_ - pose[1]), count)
+            for key, x, z_, count in zip(unique.tolist(), xs.tolist(), zs.tolist(), counts.tolist(), strict=True)
+        ]
+
+
+@dataclass(frozen=True, eq=False)
+class _Lens:
+    """Rays of the samples of a frame: how far right and down each goes for each unit ahead, and by what its length
+    exceeds its way ahead."""
+
+    rows: slice
+    columns: slice
+    right: Floats
+    down: Floats
+    angles: Floats
+    stretch: Floats
+    horizon: int
+
+
+@cache
+def _lens(size: int) -> _Lens:
+    every = max(1, size // SAMPLES)
+    pixels = np.arange(0, size, every, dtype=np.float32) + 0.5 - size / 2
+    rays = pixels / (size / 2 / math.tan(math.radians(FIELD_OF_VIEW / 2)))
+    samples = slice(None, None, every)
+    horizon = int(np.searchsorted(rays, 0.0))
+    return _Lens(samples, samples, rays, rays, np.arctan(rays), np.hypot(rays, 1.0).astype(np.float32), horizon)
+
+
+def _own(right: Floats, ahead: Floats, pose: tuple[float, float, float]) -> Floats:
+    """(n, 2): places given to the right and ahead of the eye, in the own frame."""
+    x, z, heading = pose
+    sin, cos = math.sin(heading), math.cos(heading)
+    return np.stack([x + right * cos + ahead * sin, z - right * sin + ahead * cos], axis=1)

@@ -1,0 +1,128 @@
+"""What the camera's segmentation shows along a path: which things are really seen, from where, and where they stand."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from server.sim.cameras import FIELD_OF_VIEW, Actor, Camera, Viewpoint
+from server.sim.city import label_of_prop
+from server.sim.geometry import Pose
+from server.sim.labels import Label
+from server.sim.rules import Action, Collectible, moved
+from server.sim.section import Section
+from server.sim.view import street_actor
+
+SIZE = 128
+"""Pixels along each side of the frames that are looked at."""
+
+FEWEST = 14
+"""Pixels that make a thing seen."""
+
+SLACK = 1.0
+"""A pixel belongs to the nearest thing of its label that is no farther than this from it, in units."""
+
+
+@dataclass(frozen=True, slots=True)
+class Landmark:
+    """A piece of furniture or a collectible that is seen on the way.
+
+    Attributes:
+        label: what it looks like.
+        x, z: where it stands, in the world frame.
+        seen: the numbers of the poses from which it is seen, in order; -1 for a look round at the first.
+    """
+
+    label: Label
+    x: float
+    z: float
+    seen: tuple[int, ...]
+
+
+def poses_along(start: Pose, path: Sequence[tuple[float, float]], actions: Sequence[Action]) -> list[Pose]:
+    """The poses of a ground truth, the start included; positions are those of the path, turns repeat one.
+
+    Raises:
+        ValueError: unless there is a forward step for each step of the path.
+    """
+    poses, place = [Pose(*path[0], start.heading)], 0
+    for action in actions:
+        pose = moved(poses[-1], action)
+        if action is Action.FORWARD:
+            place += 1
+            if place >= len(path):
+                raise ValueError(f"the actions go forward more than the path's {len(path) - 1} times")
+            pose = Pose(*path[place], pose.heading)
+        poses.append(pose)
+    if place != len(path) - 1:
+        raise ValueError(f"the actions go forward {place} times, the path {len(path) - 1} times")
+    return poses
+
+
+def look(
+    poses: Sequence[Pose], street: Sequence[Collectible], section: Section, camera: Camera
+) -> tuple[Landmark, ...]:
+    """Everything that is seen from any of the poses, and from the first in all directions.
+
+    Args:
+        poses: in order.
+        street: the collectibles in the street.
+        section: whose furniture is looked for.
+        camera: of the section's scene.
+    """
+    labels = [label_of_prop(prop) for prop in section.props] + [Label.of(item.type) for item in street]
+    places = np.array([(p.x, p.z) for p in section.props] + [(c.position.x, c.position.z) for c in street])
+    by_number = _by_number(labels, camera.labels)
+    actors = [street_actor(item) for item in street]
+    seen: list[list[int]] = [[] for _ in labels]
+    round_about = [poses[0].turned(30.0 * i) for i in range(1, 12)]
+    for number, pose in [*((-1, pose) for pose in round_about), *enumerate(poses)]:
+        for thing in _in_frame(pose, actors, camera, by_number, places):
+            if not seen[thing] or seen[thing][-1] != number:
+                seen[thing].append(number)
+    return tuple(
+        Landmark(label, float(x), float(z), tuple(numbers))
+        for label, (x, z), numbers in zip(labels, places.tolist(), seen, strict=True)
+        if numbers
+    )
+
+
+def _by_number(
+    labels: Sequence[Label], camera_labels: Sequence[str]
+) -> list[np.ndarray[tuple[int], np.dtype[np.int64]]]:
+    """For each of the camera's numbers the things that have its label."""
+    names = [str(label) for label in labels]
+    collectibles = {str(label): f"{label.look} {label.colour} {label.kind}" for label in labels}
+    return [
+        np.array([i for i, name in enumerate(names) if seen in (name, collectibles[name])], dtype=np.int64)
+        for seen in camera_labels
+    ]
+
+
+def _in_frame(
+    pose: Pose,
+    actors: Sequence[Actor],
+    camera: Camera,
+    by_number: Sequence[np.ndarray[tuple[int], np.dtype[np.int64]]],
+    places: np.ndarray[tuple[int, int], np.dtype[np.float64]],
+) -> list[int]:
+    """The numbers of the things that enough pixels of the frame from `pose` belong to."""
+    frame = camera.render(Viewpoint(pose.x, pose.z, pose.heading), actors, SIZE, segmentation=True)
+    assert frame.segmentation is not None
+    counts = np.bincount(frame.segmentation.ravel(), minlength=len(by_number))
+    found: list[int] = []
+    for number in np.flatnonzero(counts >= FEWEST).tolist():
+        things = by_number[number]
+        if not len(things):
+            continue
+        rows, columns = np.nonzero(frame.segmentation == number)
+        ahead = frame.depth[rows, columns] / 1000.0
+        right = ahead * (columns + 0.5 - SIZE / 2) / (SIZE / 2 / math.tan(math.radians(FIELD_OF_VIEW / 2)))
+        angle = math.radians(pose.heading)
+        x = pose.x + right * math.cos(angle) + ahead * math.sin(angle)
+        z = pose.z - right * math.sin(angle) + ahead * math.cos(angle)
+        apart = np.hypot(x[:, None] - places[things, 0], z[:, None] - places[things, 1])
+        nearest = apart.argmin(axis=1)[apart.min(axis=1) < SLACK]
+        found += things[np.bincount(nearest, minlength=len(things)) >= FEWEST].tolist()
+    return found
