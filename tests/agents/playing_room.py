@@ -1,0 +1,70 @@
+"""Plays one assembly phase by the rules and the camera, as the server does, without a server."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from agents.follower.room import RoomFollower
+from arramon_client.agent import Label, Observation
+from lang.meaning import Assembly
+from server.sim.catalogue import ObjectType
+from server.sim.geometry import Pose
+from server.sim.labels import LABELS, places_of
+from server.sim.raster import RasterCamera
+from server.sim.room import Placement
+from server.sim.room_scene import room_scene
+from server.sim.rules import Action, Layout, Limits, Phase, Placed, PlacedObject, State, step
+from server.sim.view import view
+
+CLIENT_LABELS = tuple(Label(label.kind, label.colour, label.look) for label in LABELS)
+HERE = Pose(0.0, 0.0, 0.0)
+
+
+class Open:
+    """Ground with nothing on it: in the room nobody asks it."""
+
+    def way_is_free(self, start: tuple[float, float], end: tuple[float, float]) -> bool:
+        return True
+
+
+def things(*lines: str) -> tuple[PlacedObject, ...]:
+    """Objects from lines such as "dotted red mug 1 1 2": type, then column, level, row."""
+    found = []
+    for line in lines:
+        *name, column, level, row = line.split()
+        found.append(PlacedObject(ObjectType.parse(" ".join(name)), Placement(int(column), int(level), int(row))))
+    return tuple(found)
+
+
+def begin(room: tuple[PlacedObject, ...], carried: ObjectType) -> State:
+    return State(HERE, room, phase=Phase.ASSEMBLY, carried=carried)
+
+
+def observe(state: State, *, steps_left: int = 150, size: int = 128) -> Observation:
+    seen = view(state, Layout(HERE, ((), ()), ()))
+    frame = camera().render(seen.viewpoint, seen.actors, size, segmentation=True)
+    assert frame.segmentation is not None
+    segmentation = places_of(camera().labels)[frame.segmentation]
+    depth = (frame.depth / 1000).astype(np.float32)
+    nothing_yet = Observation("1", 1, "assembly", 0, "Place it.", state.phase_step, steps_left - state.phase_step)
+    return replace(nothing_yet, depth=depth, segmentation=segmentation)
+
+
+def play(
+    meaning: Assembly, room: tuple[PlacedObject, ...], carried: ObjectType, *, steps: int = 150, size: int = 128
+) -> tuple[Placement, bool, int]:
+    """Where the follower puts the object, whether the step limit forced it, and after how many steps."""
+    follower, state, layout = RoomFollower(meaning, CLIENT_LABELS), begin(room, carried), Layout(HERE, ((), ()), ())
+    for taken in range(1, steps + 1):
+        action = Action(follower.act(observe(state, steps_left=steps, size=size)))
+        state, events = step(state, action, layout, Open(), Limits(steps))
+        for event in events:
+            if isinstance(event, Placed):
+                return event.placement, action is not Action.INTERACT, taken
+    raise AssertionError("the rules end a phase at its step limit")
+
+
+@cache
+def camera() -> RasterCamera:
+    return RasterCamera(room_scene())
