@@ -69,6 +69,11 @@ def folder_of(data: Path, name: str) -> Path:
     return data / "splits" / name
 
 
+def folders_of(data: Path) -> list[Path]:
+    """The folders of all splits, in the order of their names; not what a killed `write_split` left behind."""
+    return sorted(folder for folder in (data / "splits").glob("*/") if not folder.name.startswith("."))
+
+
 def read_splits(data: Path) -> dict[str, Split]:
     """All splits of a data folder, by name.
 
@@ -76,7 +81,7 @@ def read_splits(data: Path) -> dict[str, Split]:
         BadFile: if a file is wrong.
         NotFound: if there is no split at all; the message says how to get one.
     """
-    folders = sorted((data / "splits").glob("*/"))
+    folders = folders_of(data)
     if not folders:
         raise NotFound(
             f"there are no episodes in {data}; bring some in with `arramon-server import-release FILE... --data {data}`"
@@ -118,6 +123,8 @@ def write_split(
         with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".new-") as temporary:
             new = Path(temporary) / name
             (new / "sections").mkdir(parents=True)
+            if hidden:
+                new.chmod(0o700)  # Targets, goals and paths are its owner's alone on this machine, too.
             write_episodes(new / "episodes.jsonl", Header(FORMAT, VERSION, name, hidden, source), episodes)
             for section in sections:
                 write_section(new / "sections" / f"{section.id}.json", section)

@@ -7,7 +7,7 @@ from typing import Any
 
 from server.episodes.episode import Episode, languages_of
 from server.episodes.files import read_episodes
-from server.episodes.splits import folder_of
+from server.episodes.splits import folder_of, folders_of
 from server.errors import BadInput, NotFound
 from server.stats.diversity import SAMPLE
 from server.stats.measure import Figures, measure
@@ -43,7 +43,7 @@ def as_json(columns: Sequence[Figures]) -> list[dict[str, Any]]:
 
 
 def _read(data: Path, names: Sequence[str]) -> dict[str, list[Episode]]:
-    there = [folder.name for folder in sorted((data / "splits").glob("*/")) if not folder.name.startswith(".")]
+    there = [folder.name for folder in folders_of(data)]
     if not there:
         raise NotFound(f"there are no episodes in {data}")
     for name in names:

@@ -1,0 +1,17 @@
+"""The data folder: what counts as a split."""
+
+from pathlib import Path
+
+import pytest
+
+from server.episodes.splits import read_splits
+from server.errors import NotFound
+from tests import tiny
+
+
+def test_what_a_killed_writer_left_is_no_split(tmp_path: Path) -> None:
+    (tmp_path / "splits" / ".new-abc" / "tiny" / "sections").mkdir(parents=True)
+    with pytest.raises(NotFound, match="there are no episodes in"):
+        read_splits(tmp_path)
+    tiny.write(tmp_path)
+    assert list(read_splits(tmp_path)) == ["tiny"]
