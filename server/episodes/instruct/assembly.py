@@ -37,7 +37,7 @@ EXACTLY = 0.15
 EXACTLY_YOU = 0.6
 
 WEIGHTS = {
-    "left_of": 9.0, "right_of": 8.5, "in_front_of": 7.0, "behind": 26.0, "between": 9.0, "near": 3.0,
+    "left_of": 12.0, "right_of": 7.5, "in_front_of": 7.0, "behind": 26.0, "between": 9.0, "near": 3.0,
     "diagonal_to": 0.25, "against wall": 9.0, "near wall": 3.5, "in_front_of you": 18.0, "left_of you": 3.0,
     "right_of you": 3.0, "askew": 0.4, "far": 0.6,
 }  # fmt: skip
