@@ -2,5 +2,6 @@
 
 from lang.language import Language, UnknownLanguage, available, identify, load
 from lang.mentions import Mention
+from lang.reading import CannotRead
 
-__all__ = ["Language", "Mention", "UnknownLanguage", "available", "identify", "load"]
+__all__ = ["CannotRead", "Language", "Mention", "UnknownLanguage", "available", "identify", "load"]

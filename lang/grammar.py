@@ -65,6 +65,7 @@ class Grammar:
         }
         self.sentence_end: str = grammar["text"]["sentence_end"]
         self.spelling: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in grammar["text"]["spelling"]]
+        self.reading: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in grammar["text"]["reading"]]
         self._read_things(things)
         self._read_phrases(phrases)
 

@@ -11,6 +11,7 @@ from lang.grammar import Grammar
 from lang.lexicon import Lexicon
 from lang.meaning import Meaning
 from lang.mentions import Mention, find_mentions
+from lang.reading import Reader
 from lang.relations import Relations
 from lang.tokens import Tokenizer
 from lang.writing import Writer
@@ -52,7 +53,8 @@ class Language:
             raise ValueError(f"{folder / _ABOUT}: code {self.code!r}; expected the folder's name, {folder.name!r}")
         self._folder = folder
         self._tokenizer = Tokenizer(about["letters"], about["digits"], about["ignored"])
-        self._lexicon = Lexicon(_read(folder / "lexicon.toml"), self._tokenizer)
+        self._words = _read(folder / "lexicon.toml")
+        self._lexicon = Lexicon(self._words, self._tokenizer)
         self._relations = Relations(_read(folder / "relations.toml"), self._tokenizer, self._lexicon)
 
     def normalise(self, text: str) -> str:
@@ -99,6 +101,23 @@ class Language:
     @cached_property
     def _writer(self) -> Writer:
         return Writer(self.grammar)
+
+    def read(self, text: str, phase: str) -> Meaning:
+        """What an instruction means, as far as it is understood; what is not is skipped.
+
+        Args:
+            text: the instruction.
+            phase: "navigation", which gives a `lang.meaning.Navigation`, or "assembly", which gives an `Assembly`.
+
+        Raises:
+            ValueError: for another phase.
+            CannotRead: a ValueError, if nothing of the text is understood.
+        """
+        return self._reader.read(text, phase)
+
+    @cached_property
+    def _reader(self) -> Reader:
+        return Reader(self.grammar, self._words, self._tokenizer)
 
     def count_letters(self, text: str) -> int:
         """How many characters of the text belong to the language's script."""

@@ -89,8 +89,8 @@ def collectible(random: Random, where: tuple[Where, ...] = ()) -> Thing:
     return Thing(random.choice(KINDS), random.choice(COLOURS), random.choice(PATTERNS), where=where)
 
 
-def landmark(random: Random) -> Thing:
-    """Something in the street, named more or less closely."""
+def landmark(random: Random, nested: float = 0.05) -> Thing:
+    """Something in the street, named more or less closely; `nested` is how often with where it stands."""
     if random.random() < 0.15:
         return Thing("banner", random.choice(BANNER_COLOURS), random.choice(("", *BANNER_SHAPES)))
     if random.random() < 0.12:
@@ -98,7 +98,7 @@ def landmark(random: Random) -> Thing:
     kind = random.choice(tuple(FURNITURE))
     which = random.choice(("first", "second", "last", "nearest")) if random.random() < 0.12 else ""
     colour = random.choice(("", *FURNITURE[kind]))
-    where = (_where(random, _STREET_RELATIONS[:3], []),) if random.random() < 0.05 else ()
+    where = (Where(random.choice(_STREET_RELATIONS[:3]), (landmark(random, 0.0),)),) if random.random() < nested else ()
     return Thing(kind, colour, which=which, where=where)
 
 
@@ -134,7 +134,7 @@ def _where(random: Random, relations: tuple[str, ...], things: list[Thing]) -> W
     return Where(relation, (random.choice(things) if things else landmark(random),), random.random() < 0.1)
 
 
-def _room_where(random: Random) -> Where:
+def _room_where(random: Random, nested: float = 0.06) -> Where:
     wall = Thing("wall", look=random.choice(WALLS))
     if random.random() < 0.25:
         return Where("against", (wall,))
@@ -143,5 +143,5 @@ def _room_where(random: Random) -> Where:
         return Where(relation, (collectible(random), random.choice((wall, collectible(random)))))
     if random.random() < 0.1 and relation in ("left_of", "right_of", "in_front_of", "near"):
         return Where(relation, (Thing("you"),), random.random() < 0.3)
-    where = (_room_where(random),) if random.random() < 0.06 else ()
+    where = (_room_where(random, 0.0),) if random.random() < nested else ()
     return Where(relation, (collectible(random, where),), random.random() < 0.15)

@@ -10,7 +10,7 @@ from lang.language import ROOT, available, identify, load
 
 
 def test_the_public_names() -> None:
-    assert lang.__all__ == ["Language", "Mention", "UnknownLanguage", "available", "identify", "load"]
+    assert lang.__all__ == ["CannotRead", "Language", "Mention", "UnknownLanguage", "available", "identify", "load"]
 
 
 def test_english_and_hindi_are_there() -> None:

@@ -1,0 +1,181 @@
+"""Reads noun phrases: a thing with what is said of it, its adjectives in any order."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from lang.grammar import Grammar, forms_of
+from lang.matching import Phrasebook, Split
+
+PLAIN, SAME, PRONOUN = "", "same", "it"
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """A thing as a text names it; the attributes are those of `lang.meaning.Thing`.
+
+    Attributes:
+        back: SAME where it refers to one of its kind that was spoken of, PRONOUN for the thing spoken of last.
+    """
+
+    kind: str
+    colour: str = ""
+    look: str = ""
+    which: str = ""
+    where: tuple["Placed", ...] = ()
+    back: str = PLAIN
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """A relation as a text says it; see `lang.meaning.Where`."""
+
+    relation: str
+    things: tuple[Named, ...]
+    exactly: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class _Word:
+    role: str
+    value: str = ""
+    kind: str = ""
+
+
+_PATTERNED = "\0"
+"""Stands for the kind of a noun that is a collectible's only where a pattern is said."""
+
+_DESCRIBING = ("look", "colour", "which", "modifier")
+"""What adjectives can be; where one can be several, the first that suits its noun."""
+
+
+class Namer:
+    """Reads the noun phrases of one language.
+
+    Args:
+        grammar: of the language.
+        lexicon: the content of its `lexicon.toml`, whose words for collectibles are read too.
+        split: gives a text's words as they are compared.
+    """
+
+    def __init__(self, grammar: Grammar, lexicon: Mapping[str, Any], split: Split) -> None:
+        self._grammar = grammar
+        self._split = split
+        self._collectibles = frozenset((*lexicon["kinds"], ""))
+        self._object_colours = frozenset(lexicon["colours"])
+        self._book = Phrasebook()
+        self._after = Phrasebook()
+        self._patterned = {
+            split(phrase): kind for kind, phrases in lexicon["patterned_kinds"].items() for phrase in phrases
+        }
+        for role, phrases in (
+            ("determiner", grammar.determiners), ("same", grammar.same), ("pronoun", grammar.pronouns),
+            ("modifier", (*grammar.modifiers, *lexicon["modifiers"])),
+        ):  # fmt: skip
+            for phrase in phrases:
+                self._book.add(split(phrase), _Word(role))
+        self._add_nouns(lexicon)
+        self._add_adjectives(lexicon)
+
+    @property
+    def vocabulary(self) -> set[str]:
+        """All words that noun phrases are made of."""
+        return self._book.vocabulary | self._after.vocabulary
+
+    def _add_nouns(self, lexicon: Mapping[str, Any]) -> None:
+        for kind, lexemes in self._grammar.nouns.items():
+            for form in forms_of(lexemes):
+                self._book.add(self._split(form), _Word("noun", kind))
+        for listed in (self._grammar.also_nouns, lexicon["kinds"], {"": lexicon["stand_ins"]}):
+            for kind, phrases in listed.items():
+                for phrase in phrases:
+                    self._book.add(self._split(phrase), _Word("noun", kind))
+        for phrase in self._patterned:
+            self._book.add(phrase, _Word("noun", _PATTERNED))
+
+    def _add_adjectives(self, lexicon: Mapping[str, Any]) -> None:
+        grammar = self._grammar
+        for role, listed in (("colour", grammar.colours), ("which", grammar.whiches)):
+            for value, patterns in listed.items():
+                for text in sorted({text for pattern in patterns for text in grammar.spelt(pattern)}):
+                    self._book.add(self._split(text), _Word(role, value))
+        for kind, looks in grammar.looks.items():
+            for value, wordings in looks.items():
+                for wording in wordings:
+                    book = self._after if wording.after else self._book
+                    for text in sorted(grammar.spelt(wording.wording)):
+                        book.add(self._split(text), _Word("look", value, kind))
+        for value, phrases in lexicon["colours"].items():
+            for phrase in phrases:
+                self._book.add(self._split(phrase), _Word("colour", value))
+        for value, phrases in lexicon["patterns"].items():
+            for phrase in phrases:
+                self._book.add(self._split(phrase), _Word("look", value, "collectible"))
+
+    def is_collectible(self, named: Named) -> bool:
+        """Whether the thing is of a collectible's kind, or is described like one without its kind."""
+        return named.kind in self._collectibles and bool(named.kind or named.colour or named.look)
+
+    def read(self, keys: Sequence[str], start: int) -> list[tuple[int, Named]]:
+        """The noun phrases that begin at `keys[start]`: where each ends, and what it names."""
+        at, back = start, PLAIN
+        for end, word in self._words(self._book, keys, start):
+            if word.role == "pronoun":
+                return [(end, Named("", back=PRONOUN))]
+            if word.role in ("determiner", "same"):
+                at, back = end, SAME if word.role == "same" else PLAIN
+                break
+        found: dict[tuple[int, Named], None] = {}
+        described: list[tuple[_Word, ...]] = []
+        while True:
+            words = list(self._words(self._book, keys, at))
+            for end, word in words:
+                if word.role == "noun":
+                    found.update(dict.fromkeys(self._with_noun(keys, at, end, word.value, described, back)))
+            nouns = [end for end, word in words if word.role == "noun"]
+            # "Blue booth" is a noun, and no adjective with another noun.
+            adjectives = [
+                (end, word) for end, word in words if word.role in _DESCRIBING and end > max(nouns, default=0)
+            ]
+            if not adjectives:
+                return list(found)
+            at = adjectives[0][0]
+            described.append(tuple(word for end, word in adjectives if end == at))
+
+    def _words(self, book: Phrasebook, keys: Sequence[str], at: int) -> Iterator[tuple[int, _Word]]:
+        for end, word in book.at(keys, at):
+            if isinstance(word, _Word):
+                yield end, word
+
+    def _with_noun(
+        self,
+        keys: Sequence[str],
+        at: int,
+        end: int,
+        kind: str,
+        described: Sequence[tuple[_Word, ...]],
+        back: str,
+    ) -> Iterator[tuple[int, Named]]:
+        patterned = any(word.role == "look" and word.kind == "collectible" for group in described for word in group)
+        if kind == _PATTERNED or (patterned and tuple(keys[at:end]) in self._patterned):
+            if not patterned:
+                return
+            kind = self._patterned[tuple(keys[at:end])]
+        said = {"look": "", "colour": "", "which": ""}
+        for group in described:
+            suiting = [word for word in group if self._suits(word, kind)]
+            if suiting:
+                word = min(suiting, key=lambda each: _DESCRIBING.index(each.role))
+                said[word.role] = word.value
+        after = [(to, word.value) for to, word in self._words(self._after, keys, end) if self._suits(word, kind)]
+        if after:
+            end, said["look"] = after[0]
+        yield end, Named(kind, said["colour"], said["look"], said["which"], (), back)
+
+    def _suits(self, word: _Word, kind: str) -> bool:
+        """Whether things of that kind can be described so."""
+        if word.role == "look":
+            return word.kind == kind or (word.kind == "collectible" and kind in self._collectibles)
+        if word.role == "colour":
+            return kind not in self._collectibles or word.value in self._object_colours
+        return True

@@ -1,0 +1,368 @@
+"""Reads what an instruction means: the language's patterns found in its words, what is not understood skipped."""
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from lang.clauses import focus_of, step_of
+from lang.grammar import Grammar
+from lang.lexicon import FUZZY_LENGTH, keys_of, within_one_edit
+from lang.matching import OPTIONAL, Automaton, Bound, Label, Phrasebook
+from lang.meaning import TURNS, Assembly, Meaning, Navigation, Step, Thing, Where
+from lang.naming import PRONOUN, SAME, Named, Namer, Placed
+from lang.patterns import Pattern, Slot
+from lang.tokens import Tokenizer
+
+DEPTH = 2
+"""How deep landmarks may be described by landmarks."""
+
+PHASES = ("navigation", "assembly")
+
+_ITEM, _FRAGMENT, _FILLER, _UNKNOWN = 0.2, 0.8, 0.06, 1.0
+"""What it costs to read a clause, to read a mere thing or relation, to skip a joining word, to skip another one."""
+
+_ALSO, _AMID = 0.05, 0.3
+"""What it costs besides, if a clause is one that is only read, or a main clause that begins amid other words."""
+
+_Listed = Mapping[str, tuple[Pattern, ...]]
+
+_STEPS = ("turn", "face", "walk")
+
+
+class CannotRead(ValueError):
+    """Nothing can be made of a text; the message says what was expected."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Item:
+    """A part of the text that was understood: it ends before `end`."""
+
+    end: int
+    label: str
+    bound: Bound
+    cost: float
+
+
+class Reader:
+    """Reads one language's instructions.
+
+    Args:
+        grammar: of the language.
+        lexicon: the content of its `lexicon.toml`.
+        tokenizer: of the language.
+    """
+
+    def __init__(self, grammar: Grammar, lexicon: Mapping[str, Any], tokenizer: Tokenizer) -> None:
+        self._grammar = grammar
+        self._tokenizer = tokenizer
+        self.namer = Namer(grammar, lexicon, self.split)
+        self.books = self._books()
+        also = grammar.also_read
+        targets = {f"target {key}": patterns for key, patterns in grammar.target.items()}
+        self.clauses = {
+            "navigation": self._automaton(
+                {**grammar.steps, **targets}, {key: also[key] for key in also if key not in grammar.where}
+            ),
+            "assembly": self._automaton(grammar.assembly, {key: also[key] for key in also if key in grammar.assembly}),
+        }
+        self.attached = self._automaton({"attached": grammar.attached, "nested": grammar.nested}, {})
+        self.nested = self._automaton({"nested": grammar.nested}, {})
+        self.relations = self._automaton(grammar.where, {key: also[key] for key in also if key in grammar.where})
+        self.joins = {True: self._joins(("where", "where after clause")), False: self._joins(("nested where",))}
+        self.fillers = self._fillers()
+        self._vocabulary = frozenset(self._all_words())
+        self._long = [word for word in self._vocabulary if len(word) >= FUZZY_LENGTH]
+        self._never_fuzzy = frozenset(word.casefold() for word in lexicon["not_misspelt"])
+        self._corrected: dict[str, str] = {}
+
+    def split(self, text: str) -> tuple[str, ...]:
+        """The words of a text as they are compared."""
+        return keys_of(self._tokenizer.split(text))
+
+    def read(self, text: str, phase: str) -> Meaning:
+        """What the text means, as far as it is understood.
+
+        Args:
+            text: the instruction.
+            phase: "navigation" or "assembly".
+
+        Raises:
+            ValueError: for another phase.
+            CannotRead: if nothing of it is understood.
+        """
+        if phase not in PHASES:
+            raise ValueError(f"phase {phase!r}; expected {' or '.join(PHASES)}")
+        for pattern, replacement in self._grammar.reading:
+            text = re.sub(pattern, replacement, text)
+        keys = tuple(map(self._mended, self.split(self._tokenizer.normalise(text))))
+        items = _Text(self, keys, phase).items()
+        if not items:
+            expected = "what to pick up" if phase == "navigation" else "where to place what"
+            raise CannotRead(f"nothing understood in {text[:80]!r}; expected steps or {expected}")
+        told = _Told(self._grammar, self.namer)
+        return told.navigation(items) if phase == "navigation" else told.assembly(items)
+
+    def _mended(self, key: str) -> str:
+        """The word that is meant: itself, or the one word it is a typing error away from."""
+        if len(key) < FUZZY_LENGTH or key in self._vocabulary or key in self._never_fuzzy:
+            return key
+        if key not in self._corrected:
+            near = [word for word in self._long if within_one_edit(key, word)]
+            self._corrected[key] = near[0] if len(near) == 1 else key
+        return self._corrected[key]
+
+    def _books(self) -> dict[str, Phrasebook]:
+        """What each word and each table's slot can be."""
+        books = {name: Phrasebook() for name in (*self._grammar.words, *self._grammar.tables)}
+        for name, forms in self._grammar.word_forms().items():
+            for form in forms:
+                books[name].add(self.split(form), None)
+        for slot, table in self._grammar.tables.items():
+            for value, patterns in table.values.items():
+                for text in sorted({text for pattern in patterns for text in self._grammar.spelt(pattern)}):
+                    books[slot].add(self.split(text), value)
+        return books
+
+    def _automaton(self, listed: _Listed, also: _Listed) -> Automaton:
+        automaton = Automaton(self.split)
+        for key, patterns in listed.items():
+            automaton.add(key, patterns)
+        for key, patterns in also.items():
+            automaton.add(key, patterns, also=True)
+        return automaton
+
+    def _joins(self, names: Iterable[str]) -> Automaton:
+        automaton = Automaton(self.split)
+        for name in names:
+            for pattern in self._grammar.joins[name]:
+                automaton.add_body(Label(name), tuple(part for part in pattern.body if not isinstance(part, Slot)))
+        return automaton
+
+    def _fillers(self) -> frozenset[str]:
+        """Words that join clauses and mean nothing by themselves, and marks."""
+        joins = Automaton(self.split)
+        for patterns in self._grammar.joins.values():
+            joins.add("", patterns)
+        return frozenset(joins.vocabulary) | OPTIONAL
+
+    def _all_words(self) -> Iterable[str]:
+        yield from self.fillers
+        yield from self.namer.vocabulary
+        for book in self.books.values():
+            yield from book.vocabulary
+        for automaton in (*self.clauses.values(), self.attached, self.nested, self.relations):
+            yield from automaton.vocabulary
+
+
+@dataclass(slots=True)
+class _Text:
+    """One text being read, with what was found at each place."""
+
+    reader: Reader
+    keys: tuple[str, ...]
+    phase: str
+    _memo: dict[tuple[str, int, int, bool], list[tuple[int, object]]] = field(default_factory=dict)
+
+    def items(self) -> list[_Item]:
+        """The parts that are understood, in order: of all ways to divide the text, the one that skips least."""
+        size = len(self.keys)
+        best: list[tuple[float, _Item | None]] = [(0.0, None)] * (size + 1)
+        for start in range(size - 1, -1, -1):
+            skip = _FILLER if self.keys[start] in self.reader.fillers else _UNKNOWN
+            best[start] = (best[start + 1][0] + skip, None)
+            for item in self._items_at(start):
+                cost = item.cost + best[item.end][0]
+                if item.end > start and cost < best[start][0]:
+                    best[start] = (cost, item)
+        items, at = [], 0
+        while at < size:
+            chosen = best[at][1]
+            if chosen is not None:
+                items.append(chosen)
+            at = chosen.end if chosen is not None else at + 1
+        return items
+
+    def _items_at(self, start: int) -> Iterable[_Item]:
+        automaton = self.reader.clauses[self.phase]
+        amid = start > 0 and self.keys[start - 1] not in self.reader.fillers
+        for match in automaton.find(self.keys, start, lambda slot, at: self._slot(slot, at, DEPTH, top=True)):
+            cost = _ITEM + _ALSO * match.label.also + _AMID * (amid and match.label.main_only)
+            yield _Item(match.end, match.label.key, match.bound, cost)
+        for end, named in self._slot("target", start, DEPTH, top=True):
+            yield _Item(end, "mention", (("target", named),), _FRAGMENT)
+        for end, wheres in self._slot("where", start, DEPTH, top=True):
+            yield _Item(end, "where", (("where", wheres),), _FRAGMENT)
+
+    def _slot(self, slot: str, at: int, depth: int, *, top: bool) -> list[tuple[int, object]]:
+        key = (slot, at, depth, top)
+        if key not in self._memo:
+            self._memo[key] = self._read_slot(slot, at, depth, top=top)
+        return self._memo[key]
+
+    def _read_slot(self, slot: str, at: int, depth: int, *, top: bool) -> list[tuple[int, object]]:
+        reader = self.reader
+        if slot in reader.books:
+            return list(reader.books[slot].at(self.keys, at))
+        if slot == "where":
+            return [(end, wheres) for end, wheres in self._wheres(at, depth, top=top)]
+        if slot in ("thing", "other"):
+            return [*self._plain(at), *self._standing(reader.nested, at, depth, top=False)]
+        if slot == "target":
+            found = [*self._plain(at), *self._standing(reader.attached, at, depth, top=True)]
+            return [
+                (end, named) for end, named in found if isinstance(named, Named) and reader.namer.is_collectible(named)
+            ]
+        return self._plain(at)
+
+    def _plain(self, at: int) -> list[tuple[int, object]]:
+        key = ("", at, 0, False)
+        if key not in self._memo:
+            self._memo[key] = list(self.reader.namer.read(self.keys, at))
+        return self._memo[key]
+
+    def _standing(self, automaton: Automaton, at: int, depth: int, *, top: bool) -> list[tuple[int, object]]:
+        """Things with where they stand."""
+        if depth == 0:
+            return []
+
+        def read(slot: str, place: int) -> list[tuple[int, object]]:
+            return self._plain(place) if slot == "thing" else self._slot(slot, place, depth - 1, top=top)
+
+        found: list[tuple[int, object]] = []
+        for match in automaton.find(self.keys, at, read):
+            bound = dict(match.bound)
+            thing, where = bound["thing"], bound["where"]
+            assert isinstance(thing, Named)
+            assert isinstance(where, tuple)
+            found.append((match.end, Named(thing.kind, thing.colour, thing.look, thing.which, where, thing.back)))
+        return found
+
+    def _wheres(self, at: int, depth: int, *, top: bool) -> list[tuple[int, tuple[Placed, ...]]]:
+        found: list[tuple[int, tuple[Placed, ...]]] = [(end, (placed,)) for end, placed in self._placed(at, depth)]
+        longer = list(found)
+        while longer and len(longer[0][1]) < 3:
+            longer = [
+                (end, (*wheres, placed))
+                for before, wheres in longer
+                for join in self.reader.joins[top].find(self.keys, before, lambda *_: ())
+                for end, placed in self._placed(join.end, depth)
+            ]
+            longer = list(dict.fromkeys(longer))
+            found += longer
+        return found
+
+    def _placed(self, at: int, depth: int) -> list[tuple[int, Placed]]:
+        found = []
+        for match in self.reader.relations.find(self.keys, at, lambda slot, p: self._slot(slot, p, depth, top=False)):
+            bound = dict(match.bound)
+            relation, _, kind = match.label.key.partition(" ")
+            found.append((match.end, Placed(relation, _things_in(bound, kind), "exactly" in bound)))
+        return list(dict.fromkeys(found))
+
+
+def _things_in(bound: Mapping[str, object], kind: str) -> tuple[Named, ...]:
+    """The things that a clause or relation is about; `kind` is the rest of its key ("same", "you")."""
+    if kind in ("same", "you"):
+        return (Named("", back=PRONOUN) if kind == "same" else Named("you"),)
+    things = tuple(bound[slot] for slot in ("thing", "other") if slot in bound)
+    if "pair" in bound:
+        things = (bound["pair"], bound["pair"])
+    return tuple(thing for thing in things if isinstance(thing, Named))
+
+
+@dataclass(slots=True)
+class _Told:
+    """Puts together what the items say, in order, and finds what references mean."""
+
+    grammar: Grammar
+    namer: Namer
+    focus: Thing | None = None
+    spoken_of: list[Thing] = field(default_factory=list)
+
+    def navigation(self, items: Sequence[_Item]) -> Navigation:
+        steps: list[Step] = []
+        targets: list[Thing] = []
+        mentioned: list[Thing] = []
+        for item in items:
+            kind, bound = item.label.split()[0], dict(item.bound)
+            if kind in _STEPS:
+                steps += self._step(item)
+            elif kind in ("target", "mention") and "target" in bound:
+                (targets if kind == "target" else mentioned).append(self._target(bound))
+            elif kind == "where" and (targets or mentioned):
+                listed = targets or mentioned
+                listed[-1] = self._with(listed[-1], self._wheres(bound["where"]))
+        collectibles = [thing for thing in self.spoken_of if thing.look in self.grammar.looks["collectible"]]
+        candidates = targets or mentioned or collectibles or [Thing("")]
+        return Navigation(tuple(steps), candidates[-1])
+
+    def assembly(self, items: Sequence[_Item]) -> Assembly:
+        turns: list[str] = []
+        thing: Thing | None = None
+        wheres: tuple[Where, ...] = ()
+        for item in items:
+            bound = dict(item.bound)
+            if item.label.startswith("turn"):
+                direction = self._attribute(bound, "direction")
+                if direction in TURNS:
+                    turns.append(direction)
+                continue
+            named = bound.get("thing", bound.get("target"))
+            if thing is None and isinstance(named, Named):
+                thing = self._thing(named)
+                wheres += thing.where
+                thing = self._with(thing, (), bare=True)
+            if "where" in bound:
+                wheres += self._wheres(bound["where"])
+        return Assembly(tuple(turns), thing or Thing(""), wheres)
+
+    def _step(self, item: _Item) -> list[Step]:
+        """The step that a clause says; none where it does not say enough."""
+        bound = dict(item.bound)
+        words = item.label.split()
+        size = 2 if words[0] == "walk" or (len(words) > 1 and words[0] == "turn") else 1
+        key, rest = " ".join(words[:size]), words[size:]
+        named = _things_in(bound, "same" if rest == ["same"] else "")
+        things = tuple(self._thing(each) for each in named)
+        count = self._attribute(bound, "count")
+        try:
+            step = step_of(
+                key, self._attribute(bound, "direction"), things, self._attribute(bound, "side"), int(count or 0)
+            )
+        except (TypeError, ValueError):
+            return []
+        self.focus = focus_of(things, self.focus)
+        self.spoken_of += things
+        return [step]
+
+    def _attribute(self, bound: Mapping[str, object], attribute: str) -> str:
+        for slot, table in self.grammar.tables.items():
+            value = bound.get(slot)
+            if table.attribute == attribute and isinstance(value, str):
+                return value
+        return ""
+
+    def _target(self, bound: Mapping[str, object]) -> Thing:
+        named = bound["target"]
+        assert isinstance(named, Named)
+        thing = self._thing(named)
+        return self._with(thing, self._wheres(bound["where"])) if "where" in bound else thing
+
+    def _with(self, thing: Thing, wheres: tuple[Where, ...], *, bare: bool = False) -> Thing:
+        where = () if bare else (*thing.where, *wheres)
+        return Thing(thing.kind, thing.colour, thing.look, thing.which, where)
+
+    def _thing(self, named: Named) -> Thing:
+        """The thing that is meant: what was spoken of, where it is referred to."""
+        if named.back == PRONOUN:
+            return self.focus or (self.spoken_of[-1] if self.spoken_of else Thing(""))
+        if named.back == SAME:
+            last = next((thing for thing in reversed(self.spoken_of) if thing.kind == named.kind), None)
+            if last is not None:
+                return last
+        return Thing(named.kind, named.colour, named.look, named.which, self._wheres(named.where))
+
+    def _wheres(self, placed: object) -> tuple[Where, ...]:
+        assert isinstance(placed, tuple)
+        return tuple(Where(each.relation, tuple(map(self._thing, each.things)), each.exactly) for each in placed)
