@@ -26,6 +26,10 @@ DASH, GAP = 1.0, 1.0
 """Units."""
 
 
+CLEAR = 2.0
+"""Between the middles of two dashes that lie at a slant to each other, in units."""
+
+
 class Dash(NamedTuple):
     """A dash's middle (x, z) and its direction, degrees clockwise from +z."""
 
@@ -35,18 +39,18 @@ class Dash(NamedTuple):
 
 
 def dashes(section: Section, pavement: float) -> list[Dash]:
-    """The dashes of all of a section's roads, along its main heading and across it.
+    """The dashes of all of a section's roads, along its main heading and across it, and so for its buildings' headings.
 
     Args:
-        section: whose streets run along its heading and at right angles to it.
+        section: whose streets run along its buildings.
         pavement: width of what is not road around each building, in units.
     """
     x0, z0, x1, z1 = section.bounds
     middle = ((x0 + x1) / 2, (z0 + z1) / 2)
     reach = math.hypot(x1 - x0, z1 - z0) / 2 + _BEYOND
     offsets = np.arange(-reach, reach, _CELL)
-    found = []
-    for heading in (section.heading, section.heading + 90.0):
+    roads: list[list[Dash]] = []
+    for heading in headings(section):
         angle = math.radians(heading)
         sin, cos = math.sin(angle), math.cos(angle)
         # Rows run across the road, one behind the other along it.
@@ -56,12 +60,36 @@ def dashes(section: Section, pavement: float) -> list[Dash]:
         for building in section.buildings:
             road &= ~covers(building, x, z, pavement)
         for start, end, centre in _stretches(road):
+            roads.append([])
             for k in range(int((end - start) // (DASH + GAP))):
                 forward = offsets[0] + start + k * (DASH + GAP) + (DASH + GAP) / 2
                 aside = offsets[0] + centre
                 place = (middle[0] + aside * cos + forward * sin, middle[1] - aside * sin + forward * cos)
-                found.append(Dash(float(place[0]), float(place[1]), heading))
-    return found
+                roads[-1].append(Dash(float(place[0]), float(place[1]), heading))
+    return _apart(roads)
+
+
+def _apart(roads: list[list[Dash]]) -> list[Dash]:
+    """The roads' dashes without those that lie across one of a longer road: a road is found once for every heading.
+
+    Roads at right angles may cross.
+    """
+    kept: dict[int, list[Dash]] = {}
+    for number in sorted(range(len(roads)), key=lambda number: -len(roads[number])):
+        before = [dash for dashes in kept.values() for dash in dashes]
+        kept[number] = [dash for dash in roads[number] if not any(_clash(dash, other) for other in before)]
+    return [dash for number in sorted(kept) for dash in kept[number]]
+
+
+def _clash(one: Dash, other: Dash) -> bool:
+    slanting = 1.0 < (one.heading - other.heading) % 90.0 < 89.0
+    return slanting and math.hypot(one.x - other.x, one.z - other.z) < CLEAR
+
+
+def headings(section: Section) -> list[float]:
+    """Along which streets run: the section's, that of every building, and those at right angles to them."""
+    turned = {round((building.heading - section.heading) % 90.0, 6) % 90.0 for building in section.buildings}
+    return [section.heading + angle + across for angle in sorted({0.0, *turned}) for across in (0.0, 90.0)]
 
 
 def covers(

@@ -1,5 +1,6 @@
 """Builds up what a plan's streets leave: buildings along every street, facing it, and no gap that leads outside."""
 
+import math
 from dataclasses import dataclass, field
 from random import Random
 
@@ -27,8 +28,11 @@ DEEP = 1.0
 OVERLAP = 1.5
 """How far lots along one street reach behind the lots along another, in units: so they leave no gap between them."""
 
-SETBACKS = (0.0, 0.0, 0.0, 0.25, 0.5, 0.75)
+SETBACKS = (0.0, 0.0, 0.0, 0.25, 0.5)
 """How far a facade may stand back from the edge of the street, in units."""
+
+THICKEN = 1.0
+"""How far what fills a gap reaches behind its neighbours, in units."""
 
 HEIGHTS = ((1.6, 2.6), (2.6, 4.4), (4.4, 6.5), (6.5, 9.0))
 """Of buildings, in units: as often short as tall."""
@@ -69,7 +73,7 @@ def build_up(plan: Plan, seed: str) -> tuple[Building, ...]:
         layer.lots = lots_of(plan, layer)
     base = survey(ground, plan.heading % 90.0)
     gaps = ~base.street & within(base.street, RING) & ~standing(base.grid, boxes(layers)) & ~near(base.street, DEEP)
-    base.lots = cover(gaps, 1)
+    base.lots = [thickened(gap, base.street) for gap in cover(gaps, 1)]
     layers.append(base)
     for number, layer in enumerate(layers):
         layer.lots = stand_back(plan, number, layer, layers)
@@ -96,6 +100,21 @@ def lots_of(plan: Plan, layer: Layer) -> list[Rectangle]:
         random = seeded(plan.id, "lots", layer.grid.heading, number)
         found += split(rectangle, round(SHORTEST / CELL), round(LONGEST / CELL), random)
     return found
+
+
+def thickened(gap: Rectangle, street: Mask) -> Rectangle:
+    """A lot that fills a gap and reaches behind its neighbours, but not into a street: nobody builds a wall of paper."""
+    grown = gap
+    for side, outwards in zip(Rectangle._fields, (-1, -1, 1, 1), strict=True):
+        for _ in range(round(THICKEN / CELL)):
+            wider = grown._replace(**{side: getattr(grown, side) + outwards})
+            inside = (
+                min(wider.top, wider.left) >= 0 and wider.bottom <= street.shape[0] and wider.right <= street.shape[1]
+            )
+            if not inside or street[wider.top : wider.bottom, wider.left : wider.right].any():
+                break
+            grown = wider
+    return grown
 
 
 def near(mask: Mask, units: float) -> Mask:
@@ -155,7 +174,7 @@ def another(box: Building, done: list[Building], used: dict[str, int], random: R
     """A facade that is rare around here, and on the whole."""
     apart = dict.fromkeys(FACADES, NEAR)
     for other in done:
-        distance = float(np.hypot(other.x - box.x, other.z - box.z))
+        distance = round(math.hypot(other.x - box.x, other.z - box.z), 3)
         apart[other.facade] = min(apart[other.facade], distance)
     farthest = max(apart.values())
     return min((f for f in FACADES if apart[f] >= farthest), key=lambda f: (used[f], random.random()))

@@ -1,10 +1,7 @@
 """From a street plan to a section: buildings, and what stands in the streets and hangs on the walls."""
 
-import numpy as np
-
-from server.episodes.furnish import furnish
-from server.episodes.grid import sample
 from server.episodes.plans.blocks import bounds_of, build_up
+from server.episodes.plans.landmarks import furnish
 from server.episodes.plans.plan import Plan
 from server.sim.section import Section
 
@@ -19,6 +16,4 @@ def build_section(plan: Plan, seed: str) -> Section:
         seed: draws heights, facades and furniture: of a hidden section, the host's secret.
     """
     buildings = build_up(plan, seed)
-    trodden = sample(plan.lines())
-    props = furnish(f"{seed}/{plan.id}", plan.heading, buildings, trodden, np.zeros((0, 2)))
-    return Section(plan.id, plan.heading, bounds_of(plan), buildings, props)
+    return Section(plan.id, plan.heading, bounds_of(plan), buildings, furnish(plan, buildings, seed))
