@@ -103,7 +103,7 @@ def lots_of(plan: Plan, layer: Layer) -> list[Rectangle]:
 
 
 def thickened(gap: Rectangle, street: Mask) -> Rectangle:
-    """A lot that fills a gap and reaches behind its neighbours, but not into a street: nobody builds a wall of paper."""
+    """A lot that fills a gap and reaches behind its neighbours, never into a street: no wall is thin as paper."""
     grown = gap
     for side, outwards in zip(Rectangle._fields, (-1, -1, 1, 1), strict=True):
         for _ in range(round(THICKEN / CELL)):
