@@ -36,6 +36,12 @@ OCCUPIED = 0.05
 OUT_OF_VIEW = 0.6
 """Chance of a thing that the agent does not have before it after turns that were said."""
 
+BESIDE_EYES = 0.6
+"""How well a cell ahead but to one side fits "to your left"."""
+
+EDGE = 0.7
+"""Chance of column 0: the original never puts anything there, nor do generated episodes."""
+
 _DEGREES = {"left": -90, "right": 90, "around": 180, "slightly left": -30, "slightly right": 30}
 
 
@@ -120,7 +126,7 @@ def weigh_cells(meaning: Assembly, room: Room) -> dict[Cell, float]:
         height = room.height(cell)
         weight = OCCUPIED if height and not is_on_top else 1.0
         ahead = relative(cell, START, quarter)[1]
-        weight *= 1.0 if ahead > 0 else 0.85 if ahead == 0 else 0.6
+        weight *= (1.0 if ahead > 0 else 0.85 if ahead == 0 else 0.6) * (1.0 if cell[0] else EDGE)
         for where, found in zip(meaning.where, landmarks, strict=True):
             weight *= max((w * _grade(where, cell, height + 1, marks, quarter) for w, marks in found), default=1.0)
         weights[cell] = weight
@@ -210,6 +216,8 @@ def _grade(where: Where, cell: Cell, level: int, landmarks: tuple[Landmark, ...]
         if mark is None and relation in ("in_front_of", "behind"):  # before one's own eyes is the far side
             ahead = -ahead
         grade = _grade_offset(relation, across, ahead)
+        if mark is None and relation in ("left_of", "right_of") and ahead > 0 and grade:
+            grade = BESIDE_EYES
     return max(grade * grade if where.exactly else grade, NO)
 
 
