@@ -27,8 +27,15 @@ OFF_COURSE = math.radians(40.0)
 NEAR_TARGET = 10.0
 """From here the target is gone to at once where nothing stands in between, in units; otherwise the steps come first."""
 
-ONWARD = 12
-"""How far the agent goes on where the steps have ended and the target was not seen, before it looks elsewhere."""
+LOOK = (Action.LEFT, Action.RIGHT, Action.RIGHT, Action.LEFT)
+"""A look to both sides."""
+
+SOUGHT = 15.0
+"""How far the agent goes on for a thing that it does not see, in units."""
+
+ONWARD = 12.0
+"""How far the agent goes on where the steps have ended and the target was not seen, before it looks elsewhere, in
+units."""
 
 REACH_SIDE, REACH_FROM, REACH_TO = 0.42, 0.8, 1.9
 """Where the target is to lie for the pick-up, in units to the side and ahead; the box itself is 0.5 and 3."""
@@ -56,7 +63,8 @@ class Navigator:
         self._interacted: Landmark | None = None
         self._looks: list[Action] = []
         self._visited: list[tuple[float, float]] = []
-        self._onward = ONWARD
+        self._searched = not meaning.target.where
+        self._hopes = [self._to_surroundings, self._onward, self._to_surroundings]
         self._begin_step()
 
     def act(self) -> Action:
@@ -298,20 +306,45 @@ class Navigator:
         """What a step names was not seen yet: a look to both sides, then on; None where there is no going on."""
         if not self._looked:
             self._looked = True
-            self._looks = [Action.LEFT, Action.RIGHT, Action.RIGHT, Action.LEFT]
+            self._looks = list(LOOK)
         if self._looks:
             return self._looks.pop(0)
-        return self._ahead()
+        return self._ahead() if self._body.distance(*self._start) < SOUGHT else None
 
     def _explore(self) -> Action:
-        """All is done and the target was not seen: a look all round, then to where the known ends."""
+        """All is done and the target was not seen: to what it stands near, on along the street, then anywhere."""
+        if not self._looked:
+            self._looked = True
+            self._looks = list(LOOK)
+        while self._hopes:
+            if self._looks:
+                return self._looks.pop(0)
+            action = self._hopes[0]()
+            if action is not None:
+                return action
+            self._hopes.pop(0)
+            self._plan = []
+        return self._wander()
+
+    def _to_surroundings(self) -> Action | None:
+        """To the thing that the target is said to stand near, and a look round there."""
+        if self._searched:
+            return None
+        marks = self._resolve(tuple(thing for where in self._meaning.target.where[:1] for thing in where.things))
+        action = None if marks is None else self._go(marks, 2.0)
+        if action is None and marks is not None:
+            self._searched = True
+            self._looks = [Action.RIGHT] * (HEADINGS - 1)
+            return self._looks.pop(0)
+        return action
+
+    def _onward(self) -> Action | None:
+        return self._ahead() if self._body.distance(*self._start) < ONWARD else None
+
+    def _wander(self) -> Action:
+        """A look all round, then to where the known ends, and so on."""
         body = self._body
-        if (
-            not self._looks
-            and not self._plan
-            and not self._onward
-            and all(body.distance(*place) > 2.0 for place in self._visited)
-        ):
+        if not self._looks and not self._plan and all(body.distance(*place) > 2.0 for place in self._visited):
             self._visited.append((body.x, body.z))
             self._looks = [Action.RIGHT] * (HEADINGS - 1)
         if self._looks:
@@ -320,14 +353,6 @@ class Navigator:
             action = self._go(self._plan_goal, 0.8)
             if action is not None:
                 return action
-        if self._onward:
-            action = self._ahead()
-            if action is not None:
-                self._onward -= 1
-                return action
-            self._onward = 0
-            self._visited.clear()
-            return self._explore()
         edge = body.ground.frontier()
         if len(edge):
             hope = body.x + 3.0 * math.sin(self._course), body.z + 3.0 * math.cos(self._course)

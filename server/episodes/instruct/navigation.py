@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from random import Random
 
 from lang.meaning import Face, Navigation, Step, Thing, Turn, Walk
 from server.episodes.instruct.navigation_choice import Named, fits, nameable
-from server.episodes.instruct.navigation_legs import Leg, legs_of, turn_between
+from server.episodes.instruct.navigation_legs import Leg, bearing, legs_of, turn_between
 from server.episodes.instruct.navigation_target import describe
 from server.episodes.instruct.sight import Landmark, look, poses_along
 from server.sim.cameras import Camera
@@ -82,9 +83,8 @@ def plan_from_sight(
     thing = describe(target, street, marks, poses, random)
     if thing is None:
         return None
-    if not legs:
-        return Navigation((), thing)
-    plan = _Plan(path, poses, marks, legs, random)
+    goal = target.position.x, target.position.z
+    plan = _Plan(path, poses, marks, legs, goal, random)
     return Navigation(plan.steps(), thing)
 
 
@@ -101,9 +101,14 @@ class _Plan:
         poses: Sequence[Pose],
         marks: Sequence[Landmark],
         legs: Sequence[Leg],
+        goal: tuple[float, float],
         random: Random,
     ) -> None:
-        self._marks, self._legs, self._random = marks, legs, random
+        self._around = [mark for mark in marks if mark.seen[0] <= 0]
+        onward = (replace(mark, seen=tuple(n for n in mark.seen if n >= 0)) for mark in marks)
+        self._marks = [mark for mark in onward if mark.seen]
+        self._legs, self._goal, self._random = legs, goal, random
+        self._end = path[-1]
         arrivals: dict[tuple[float, float], int] = {}
         departures: dict[tuple[float, float], int] = {}
         for number, pose in enumerate(poses):
@@ -116,6 +121,9 @@ class _Plan:
     def steps(self) -> tuple[Step, ...]:
         """All of them."""
         steps: list[Step] = []
+        if not self._legs:
+            rotation = turn_between(self._heading, bearing(self._end, self._goal))
+            return self._rotate(rotation, "", None)[0][0] if abs(rotation) > 30.0 else ()
         exact, short = self._begin()
         for number, leg in enumerate(self._legs):
             walks, reached = self._walks(leg, short[1])
@@ -131,7 +139,7 @@ class _Plan:
         first = self._legs[0]
         rotation = turn_between(self._heading, first.heading)
         if abs(rotation) > 25.0 and self._random.random() < 0.35:
-            named = nameable(self._marks, first, 0, self._departures[first.first], self._random)
+            named = nameable(self._around, first, 0, self._departures[first.first], self._random)
             facing = [n for n in named if abs(_off(n)) < 12.0 and n.along > 2.0 and self._is_alone(n.thing)]
             if facing:
                 face: _Words = ((Face(self._random.choice(facing).thing),), 0.0)
@@ -149,7 +157,7 @@ class _Plan:
 
     def _is_alone(self, thing: Thing) -> bool:
         """Whether only one thing of that name is seen by one who looks round at the start."""
-        return sum(mark.seen[0] <= 0 and fits(thing, mark) for mark in self._marks) == 1
+        return sum(fits(thing, mark) for mark in self._around) == 1
 
     def _walks(self, leg: Leg, off: float) -> tuple[tuple[Walk, ...], float]:
         """Things to walk by on the leg, and how far these lead along it.
@@ -173,11 +181,12 @@ class _Plan:
     def _walk(self, leg: Leg, reached: float, off: float) -> tuple[Walk, float] | None:
         """One thing to walk by from so far along the leg, and how far along it leads."""
         start = self._path_number(leg, reached)
-        since, until = self._departures[start], self._arrivals[min(start + 2, leg.last)]
+        since = self._departures[start]
+        until = self._arrivals[min(start + 2, leg.last)] if abs(off) <= INEXACT else since
         options: list[tuple[float, Walk, float]] = []
         for named in nameable(self._marks, leg, since, until, self._random, start=reached):
             along = named.along - reached
-            if abs(named.right) > 3.0 or along < 2.5 or abs(math.degrees(math.atan2(named.right, along)) + off) > 55.0:
+            if abs(named.right) > 3.0 or along < 2.5 or abs(math.degrees(math.atan2(named.right, along)) - off) > 50.0:
                 continue
             side = "" if self._random.random() < 0.5 or abs(named.right) < 0.6 else _side(named)
             score = abs(named.right) + 0.1 * abs(along - 8.0) + 1.5 * self._random.random()
