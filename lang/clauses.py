@@ -44,7 +44,7 @@ def _said_of(walk: Walk) -> dict[str, Value]:
 
 def things_said(things: tuple[Thing, ...]) -> dict[str, Thing]:
     """The slots of one thing, of two, or of a pair of the same ("the two benches")."""
-    if len(things) == 2 and things[0] == things[1]:
+    if len(things) == 2 and things[0] == things[1] and not things[0].where:
         return {"pair": things[0]}
     return dict(zip(("thing", "other"), things, strict=False))
 

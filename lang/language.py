@@ -55,7 +55,8 @@ class Language:
         self._tokenizer = Tokenizer(about["letters"], about["digits"], about["ignored"])
         self._words = _read(folder / "lexicon.toml")
         self._lexicon = Lexicon(self._words, self._tokenizer)
-        self._relations = Relations(_read(folder / "relations.toml"), self._tokenizer, self._lexicon)
+        self._relation_words = _read(folder / "relations.toml")
+        self._relations = Relations(self._relation_words, self._tokenizer, self._lexicon)
 
     def normalise(self, text: str) -> str:
         """The text in Unicode's NFC, without characters that carry no meaning, each run of white space one space."""
@@ -117,7 +118,7 @@ class Language:
 
     @cached_property
     def _reader(self) -> Reader:
-        return Reader(self.grammar, self._words, self._tokenizer)
+        return Reader(self.grammar, self._words, self._relation_words, self._tokenizer)
 
     def count_letters(self, text: str) -> int:
         """How many characters of the text belong to the language's script."""

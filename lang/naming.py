@@ -78,6 +78,11 @@ class Namer:
         self._add_adjectives(lexicon)
 
     @property
+    def kinds(self) -> frozenset[str]:
+        """All kinds that there are nouns for."""
+        return frozenset(self._grammar.nouns)
+
+    @property
     def vocabulary(self) -> set[str]:
         """All words that noun phrases are made of."""
         return self._book.vocabulary | self._after.vocabulary

@@ -8,10 +8,11 @@ from typing import Any
 from lang.clauses import focus_of, step_of
 from lang.grammar import Grammar
 from lang.lexicon import FUZZY_LENGTH, keys_of, within_one_edit
-from lang.matching import OPTIONAL, Automaton, Bound, Label, Phrasebook
+from lang.matching import OPTIONAL, Automaton, Bound, Label, Match, Phrasebook
 from lang.meaning import TURNS, Assembly, Meaning, Navigation, Step, Thing, Where
 from lang.naming import PRONOUN, SAME, Named, Namer, Placed
-from lang.patterns import Pattern, Slot
+from lang.patterns import Choice, Pattern, Slot
+from lang.patterns import Sequence as Body
 from lang.tokens import Tokenizer
 
 DEPTH = 2
@@ -22,8 +23,9 @@ PHASES = ("navigation", "assembly")
 _ITEM, _FRAGMENT, _FILLER, _UNKNOWN = 0.2, 0.8, 0.06, 1.0
 """What it costs to read a clause, to read a mere thing or relation, to skip a joining word, to skip another one."""
 
-_ALSO, _AMID = 0.05, 0.3
-"""What it costs besides, if a clause is one that is only read, or a main clause that begins amid other words."""
+_ALSO, _AMID, _UNUSUAL = 0.05, 0.3, 0.1
+"""What it costs besides, if a clause is one that is only read, a main clause that begins amid other words, or said of
+a thing of another kind than its pattern is for."""
 
 _Listed = Mapping[str, tuple[Pattern, ...]]
 
@@ -50,10 +52,13 @@ class Reader:
     Args:
         grammar: of the language.
         lexicon: the content of its `lexicon.toml`.
+        relations: the content of its `relations.toml`, whose phrases are read too.
         tokenizer: of the language.
     """
 
-    def __init__(self, grammar: Grammar, lexicon: Mapping[str, Any], tokenizer: Tokenizer) -> None:
+    def __init__(
+        self, grammar: Grammar, lexicon: Mapping[str, Any], relations: Mapping[str, Any], tokenizer: Tokenizer
+    ) -> None:
         self._grammar = grammar
         self._tokenizer = tokenizer
         self.namer = Namer(grammar, lexicon, self.split)
@@ -69,6 +74,9 @@ class Reader:
         self.attached = self._automaton({"attached": grammar.attached, "nested": grammar.nested}, {})
         self.nested = self._automaton({"nested": grammar.nested}, {})
         self.relations = self._automaton(grammar.where, {key: also[key] for key in also if key in grammar.where})
+        for relation, phrases in relations["phrases"].items():
+            for phrase in phrases:
+                self.relations.add_body(Label(relation, also=True), _about_things(relation, phrase, relations))
         self.joins = {True: self._joins(("where", "where after clause")), False: self._joins(("nested where",))}
         self.fillers = self._fillers()
         self._vocabulary = frozenset(self._all_words())
@@ -155,6 +163,15 @@ class Reader:
             yield from automaton.vocabulary
 
 
+def _about_things(relation: str, phrase: str, relations: Mapping[str, Any]) -> Body:
+    """The pattern of a phrase of `relations.toml`: before its landmark or after it."""
+    landmark: Body = (Slot("thing"),)
+    if relation == "between":
+        two: Body = (Slot("thing"), f" {relations['conjunctions'][0]} ", Slot("other"))
+        landmark = (Choice((two, (Slot("pair"),))),)
+    return (f"{phrase} ", *landmark) if relations["position"] == "before" else (*landmark, f" {phrase}")
+
+
 @dataclass(slots=True)
 class _Text:
     """One text being read, with what was found at each place."""
@@ -187,12 +204,19 @@ class _Text:
         automaton = self.reader.clauses[self.phase]
         amid = start > 0 and self.keys[start - 1] not in self.reader.fillers
         for match in automaton.find(self.keys, start, lambda slot, at: self._slot(slot, at, DEPTH, top=True)):
-            cost = _ITEM + _ALSO * match.label.also + _AMID * (amid and match.label.main_only)
+            unusual = not self._is_usual(match)
+            cost = _ITEM + _ALSO * match.label.also + _AMID * (amid and match.label.main_only) + _UNUSUAL * unusual
             yield _Item(match.end, match.label.key, match.bound, cost)
         for end, named in self._slot("target", start, DEPTH, top=True):
             yield _Item(end, "mention", (("target", named),), _FRAGMENT)
         for end, wheres in self._slot("where", start, DEPTH, top=True):
             yield _Item(end, "where", (("where", wheres),), _FRAGMENT)
+
+    def _is_usual(self, match: Match) -> bool:
+        kind = match.label.key.rpartition(" ")[2]
+        return kind not in self.reader.namer.kinds or all(
+            named.kind == kind for slot, named in match.bound if slot == "thing" and isinstance(named, Named)
+        )
 
     def _slot(self, slot: str, at: int, depth: int, *, top: bool) -> list[tuple[int, object]]:
         key = (slot, at, depth, top)
@@ -254,7 +278,13 @@ class _Text:
 
     def _placed(self, at: int, depth: int) -> list[tuple[int, Placed]]:
         found = []
-        for match in self.reader.relations.find(self.keys, at, lambda slot, p: self._slot(slot, p, depth, top=False)):
+        matches = list(
+            self.reader.relations.find(self.keys, at, lambda slot, place: self._slot(slot, place, depth, top=False))
+        )
+        written = {match.end for match in matches if not match.label.also}
+        for match in matches:
+            if match.label.also and match.end in written:
+                continue
             bound = dict(match.bound)
             relation, _, kind = match.label.key.partition(" ")
             found.append((match.end, Placed(relation, _things_in(bound, kind), "exactly" in bound)))
@@ -295,7 +325,14 @@ class _Told:
                 listed[-1] = self._with(listed[-1], self._wheres(bound["where"]))
         collectibles = [thing for thing in self.spoken_of if thing.look in self.grammar.looks["collectible"]]
         candidates = targets or mentioned or collectibles or [Thing("")]
-        return Navigation(tuple(steps), candidates[-1])
+        return Navigation(tuple(steps), self._in_full(candidates[-1], [*collectibles, *mentioned]))
+
+    def _in_full(self, target: Thing, said: Sequence[Thing]) -> Thing:
+        """The target with its colour and look, where only a mention before gives them ("Pick up the bucket.")."""
+        if target.colour or target.look:
+            return target
+        fuller = [thing for thing in said if thing.kind == target.kind and thing.colour]
+        return self._with(fuller[-1], target.where) if fuller else target
 
     def assembly(self, items: Sequence[_Item]) -> Assembly:
         turns: list[str] = []
@@ -318,23 +355,23 @@ class _Told:
         return Assembly(tuple(turns), thing or Thing(""), wheres)
 
     def _step(self, item: _Item) -> list[Step]:
-        """The step that a clause says; none where it does not say enough."""
+        """The step that a clause says, one for each thing ("past the bench and the cone"); none if it says too little."""
         bound = dict(item.bound)
         words = item.label.split()
         size = 2 if words[0] == "walk" or (len(words) > 1 and words[0] == "turn") else 1
         key, rest = " ".join(words[:size]), words[size:]
         named = _things_in(bound, "same" if rest == ["same"] else "")
         things = tuple(self._thing(each) for each in named)
-        count = self._attribute(bound, "count")
+        each = [things] if key == "walk between" or len(things) < 2 else [(thing,) for thing in things]
+        direction, side = self._attribute(bound, "direction"), self._attribute(bound, "side")
+        count = int(self._attribute(bound, "count") or 0)
         try:
-            step = step_of(
-                key, self._attribute(bound, "direction"), things, self._attribute(bound, "side"), int(count or 0)
-            )
+            steps = [step_of(key, direction, about, side, count) for about in each]
         except (TypeError, ValueError):
             return []
         self.focus = focus_of(things, self.focus)
         self.spoken_of += things
-        return [step]
+        return steps
 
     def _attribute(self, bound: Mapping[str, object], attribute: str) -> str:
         for slot, table in self.grammar.tables.items():
