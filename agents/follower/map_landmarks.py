@@ -17,7 +17,7 @@ FEWEST = 4
 BEHIND = -1.0
 """A thing farther behind than this, in units, is not what is meant next."""
 
-OFF_AXIS = 0.6
+OFF_AXIS = 1.5
 """How much a thing off the direction of the walk counts as farther away, for each squared radian."""
 
 

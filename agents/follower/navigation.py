@@ -30,10 +30,13 @@ NEAR_TARGET = 10.0
 LOOK = (Action.LEFT, Action.RIGHT, Action.RIGHT, Action.LEFT)
 """A look to both sides."""
 
+LOCKED = 4.0
+"""From here on a step stays with the thing that it has found, in units."""
+
 SOUGHT = 15.0
 """How far the agent goes on for a thing that it does not see, in units."""
 
-ONWARD = 12.0
+ONWARD = 25.0
 """How far the agent goes on where the steps have ended and the target was not seen, before it looks elsewhere, in
 units."""
 
@@ -85,6 +88,7 @@ class Navigator:
         self._place: tuple[float, float] | None = None
         self._turned_to: float | None = None
         self._start = self._body.x, self._body.z
+        self._start_course = self._course
         self._looked = False
         self._looks = []
         self._plan = []
@@ -254,11 +258,10 @@ class Navigator:
 
     def _resolve(self, things: tuple[Thing, ...]) -> tuple[float, float] | None:
         """Where the things are, or the middle of two; None where one was not seen yet."""
-        if not self._lock:
-            body = self._body
+        if not self._lock or self._body.distance(self._lock[0].x, self._lock[0].z) > LOCKED:
             found = []
             for thing in things:
-                marks = along_way(body.landmarks.fitting(thing), body.x, body.z, self._course)
+                marks = along_way(self._body.landmarks.fitting(thing), *self._start, self._start_course)
                 place = {"second": 1, "last": len(marks) - 1}.get(thing.which, 0)
                 if not 0 <= place < len(marks):
                     return None

@@ -109,6 +109,7 @@ class _Plan:
         self._marks = [mark for mark in onward if mark.seen]
         self._legs, self._goal, self._random = legs, goal, random
         self._end = path[-1]
+        self._target_seen = next((m.seen[0] for m in self._marks if (m.x, m.z) == goal), len(poses))
         arrivals: dict[tuple[float, float], int] = {}
         departures: dict[tuple[float, float], int] = {}
         for number, pose in enumerate(poses):
@@ -168,8 +169,10 @@ class _Plan:
         """
         walks: list[Walk] = []
         reached = 0.0
-        while leg.length - reached > (5.0 if not walks and abs(off) <= INEXACT else 3.0 if not walks else 9.0):
-            if abs(off) <= INEXACT and not walks and leg.length < 12.0 and self._random.random() < 0.25:
+        is_open = leg is self._legs[-1] and self._target_seen > self._departures[leg.first] + 2
+        while leg.length - reached > (9.0 if walks else 3.0 if abs(off) > INEXACT else 5.0):
+            may_stop = abs(off) <= INEXACT and not is_open and not walks and leg.length < 12.0
+            if may_stop and self._random.random() < 0.25:
                 break
             option = self._walk(leg, reached, off if not walks else 0.0)
             if option is None:
@@ -184,7 +187,7 @@ class _Plan:
         since = self._departures[start]
         until = self._arrivals[min(start + 2, leg.last)] if abs(off) <= INEXACT else since
         options: list[tuple[float, Walk, float]] = []
-        for named in nameable(self._marks, leg, since, until, self._random, start=reached):
+        for named in nameable(self._marks, leg, since, until, self._random, start=reached, off=off):
             along = named.along - reached
             if abs(named.right) > 3.0 or along < 2.5 or abs(math.degrees(math.atan2(named.right, along)) - off) > 50.0:
                 continue

@@ -17,7 +17,7 @@ from server.sim.furniture import COLOURS
 BEHIND = -1.5
 """What is farther behind than this is not meant, in units."""
 
-OFF_AXIS = 0.6
+OFF_AXIS = 1.5
 """How much a thing off the direction of the walk counts as farther away, for each squared radian."""
 
 CLEARLY = 1.35
@@ -42,7 +42,14 @@ class Named:
 
 
 def nameable(
-    marks: Sequence[Landmark], leg: Leg, since: int, until: int, random: Random, *, start: float = 0.0
+    marks: Sequence[Landmark],
+    leg: Leg,
+    since: int,
+    until: int,
+    random: Random,
+    *,
+    start: float = 0.0,
+    off: float = 0.0,
 ) -> list[Named]:
     """The furniture that can be named without doubt on a leg.
 
@@ -53,6 +60,7 @@ def nameable(
         until: the number of the last pose at which it may first come into view.
         random: draws whether colours are said where they need not be.
         start: how far along the leg it is looked for from, in units.
+        off: by how many degrees clockwise the way that one faces there is off the leg's.
     """
     found = []
     for mark in marks:
@@ -65,21 +73,21 @@ def nameable(
         if mark.label.kind in COLOURS and random.random() < 0.4:
             names.insert(0, Thing(mark.label.kind))
         for name in names:
-            if is_meant(name, mark, marks, leg, since, until, start):
+            if is_meant(name, mark, marks, leg, since, until, start, off):
                 found.append(Named(name, mark, right, along))
                 break
     return found
 
 
 def is_meant(
-    name: Thing, mark: Landmark, marks: Sequence[Landmark], leg: Leg, since: int, until: int, start: float
+    name: Thing, mark: Landmark, marks: Sequence[Landmark], leg: Leg, since: int, until: int, start: float, off: float
 ) -> bool:
     """Whether one who looks for the name from `start` units along the leg takes the mark for it, and no other."""
-    own = _counts(mark, leg, start)
+    own = _counts(mark, leg, start, off)
     for other in marks:
         if other is mark or not fits(name, other) or other.seen[0] > until:
             continue
-        counts = _counts(other, leg, start)
+        counts = _counts(other, leg, start, off)
         if counts < math.inf and (counts < CLEARLY * own or other.seen[0] < mark.seen[0] > since):
             return False
     return own < math.inf
@@ -91,10 +99,12 @@ def fits(name: Thing, mark: Landmark) -> bool:
     return name.kind == label.kind and name.colour in ("", label.colour) and name.look in ("", label.look)
 
 
-def _counts(mark: Landmark, leg: Leg, start: float) -> float:
+def _counts(mark: Landmark, leg: Leg, start: float, turned: float) -> float:
     """As how far away it counts; infinite where it is behind."""
     right, along = leg.local(mark.x, mark.z)
     along -= start
+    sin, cos = math.sin(math.radians(turned)), math.cos(math.radians(turned))
+    right, along = right * cos - along * sin, right * sin + along * cos
     if along < BEHIND:
         return math.inf
     off = math.atan2(right, along)
