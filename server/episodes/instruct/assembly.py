@@ -39,10 +39,11 @@ EXACTLY_YOU = 0.6
 WEIGHTS = {
     "left_of": 12.0, "right_of": 7.5, "in_front_of": 7.0, "behind": 26.0, "between": 9.0, "near": 3.0,
     "diagonal_to": 0.25, "against wall": 9.0, "near wall": 3.5, "in_front_of you": 18.0, "left_of you": 3.0,
-    "right_of you": 3.0, "askew": 0.4, "far": 0.6,
+    "right_of you": 3.0, "askew": 0.4, "far": 0.6, "your side": 1.0,
 }  # fmt: skip
 """How readily people choose each relation where it holds; "askew" is two at once, "behind and to the left of";
-"far" is one of the first four with free cells between: with a wall it may settle what nothing nearer does."""
+"far" is one of the first four with free cells between: with a wall it may settle what nothing nearer does;
+"your side" is "on your left" said of any cell there."""
 
 TURNED = ((0.92, 0.9), (0.85, 0.8), (0.25, 0.12), (0.04, 0.01))
 """How often a turn is said first, for a target on the floor and one on top, by how far aside the cell lies: beside the
@@ -187,6 +188,8 @@ def _options(cell: Placement, names: Names) -> Iterator[_Option]:
         yield _Option(f"{relation} you", (relation,), (Thing("you"),))
     elif across == 0 and ahead > 1:
         yield _Option("far", ("in_front_of",), (Thing("you"),))
+    elif ahead > 0:
+        yield _Option("your side", ("left_of" if across < 0 else "right_of",), (Thing("you"),))
 
 
 def _beside(offset: tuple[int, int], item: Standing) -> Iterator[_Option]:
