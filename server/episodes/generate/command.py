@@ -4,14 +4,16 @@ import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from server.episodes.generate.secret import host_secret
 from server.episodes.generate.sizes import SplitPlan
-from server.episodes.generate.work import Made, MakeWriter, Run, orders_of, workshop
+from server.episodes.generate.work import Made, MakeWriter, Order, Run, orders_of, workshop
 from server.episodes.plans import build_section, read_plan
 from server.episodes.splits import Split, write_split
 from server.errors import BadInput
+from server.sim.section import Section
 
 SOURCE = "generated"
 """How the `source` of a generated split begins."""
@@ -72,12 +74,13 @@ def generate(
     """
     if not 0 <= jobs <= MAX_JOBS:
         raise BadInput(f"{jobs} jobs were asked for, expected 1 to {MAX_JOBS}, or 0 for one a core")
-    orders = {plan.name: list(plan.episodes(scale)) for plan in plans}
+    episodes = {plan.name: list(plan.episodes(scale)) for plan in plans}
     with workshop(jobs or len(os.sched_getaffinity(0))) as run:
         written = []
         for plan in plans:
             key = host_secret(data) if plan.hidden else str(seed)
-            made = _made(run, plan, key, orders[plan.name], make_writer, tell)
+            sections = {name: _section(key, name) for name in plan.sections}
+            made = _made(run, plan.name, orders_of(key, plan.name, episodes[plan.name], sections, make_writer), tell)
             source = f"{SOURCE}, scale {scale:g}, " + ("from the host's secret" if plan.hidden else f"seed {seed}")
             written.append(
                 write_split(
@@ -86,23 +89,23 @@ def generate(
                     hidden=plan.hidden,
                     source=source,
                     episodes=sorted((one.episode for one in made), key=lambda episode: int(episode.episode_id)),
-                    sections=[build_section(read_plan(section), key) for section in plan.sections],
+                    sections=sections.values(),
                 )
             )
     return written
 
 
-def _made(
-    run: Run,
-    plan: SplitPlan,
-    key: str,
-    episodes: Sequence[tuple[str, str]],
-    make_writer: MakeWriter,
-    tell: Callable[[Progress], None],
-) -> list[Made]:
+def _made(run: Run, split: str, orders: Sequence[Order], tell: Callable[[Progress], None]) -> list[Made]:
     begun, made = time.monotonic(), []
-    for batch in run(orders_of(key, plan.name, episodes, make_writer)):
+    total = sum(len(order.episode_ids) for order in orders)
+    for batch in run(orders):
         made += batch
         drafts = sum(one.attempts for one in made)
-        tell(Progress(plan.name, len(made), len(episodes), drafts, time.monotonic() - begun))
+        tell(Progress(split, len(made), total, drafts, time.monotonic() - begun))
     return made
+
+
+@lru_cache(maxsize=16)
+def _section(key: str, plan_id: str) -> Section:
+    """Splits share sections, and to build one takes a second or two."""
+    return build_section(read_plan(plan_id), key)

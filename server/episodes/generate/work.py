@@ -3,7 +3,7 @@
 import multiprocessing
 import os
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -14,10 +14,10 @@ from multiprocessing.connection import wait
 from server.episodes.episode import Episode
 from server.episodes.generate.check import problems
 from server.episodes.generate.site import Site, Writer
-from server.episodes.plans import build_section, read_plan
 from server.errors import ArraMonError
+from server.sim.section import Section
 
-ATTEMPTS = 200
+ATTEMPTS = 100
 """Drafts made of one episode before it is given up."""
 
 BATCH = 6
@@ -35,16 +35,16 @@ class Order:
     """Some episodes of one section to make.
 
     Attributes:
-        seed: draws the section and its episodes.
+        seed: draws the episodes.
         split: its name.
-        section: the plan's id.
+        section: where they take place.
         episode_ids: of the episodes.
         make_writer: see `MakeWriter`.
     """
 
     seed: str
     split: str
-    section: str
+    section: Section
     episode_ids: tuple[str, ...]
     make_writer: MakeWriter
 
@@ -85,13 +85,19 @@ def workshop(jobs: int) -> Iterator[Run]:
             pool.shutdown(wait=False, cancel_futures=True)
 
 
-def orders_of(seed: str, split: str, episodes: Sequence[tuple[str, str]], make_writer: MakeWriter) -> list[Order]:
-    """Orders for (episode id, section) pairs, section after section."""
+def orders_of(
+    seed: str,
+    split: str,
+    episodes: Iterable[tuple[str, str]],
+    sections: Mapping[str, Section],
+    make_writer: MakeWriter,
+) -> list[Order]:
+    """Orders for pairs of an episode's id and its section's, section after section; `sections` are by id."""
     by_section: dict[str, list[str]] = {}
     for episode_id, section in episodes:
         by_section.setdefault(section, []).append(episode_id)
     return [
-        Order(seed, split, section, tuple(ids[first : first + BATCH]), make_writer)
+        Order(seed, split, sections[section], tuple(ids[first : first + BATCH]), make_writer)
         for section, ids in by_section.items()
         for first in range(0, len(ids), BATCH)
     ]
@@ -99,7 +105,7 @@ def orders_of(seed: str, split: str, episodes: Sequence[tuple[str, str]], make_w
 
 def fulfil(order: Order) -> list[Made]:
     """Makes the episodes of an order, one after the other."""
-    site, writer = _site(order.seed, order.section), _writer(order.make_writer)
+    site, writer = _site(order.section), _writer(order.make_writer)
     return [_make(order, episode_id, site, writer) for episode_id in order.episode_ids]
 
 
@@ -116,8 +122,8 @@ def _make(order: Order, episode_id: str, site: Site, writer: Writer) -> Made:
 
 
 @lru_cache(maxsize=SECTIONS_KEPT)
-def _site(seed: str, plan_id: str) -> Site:
-    return Site(build_section(read_plan(plan_id), seed))
+def _site(section: Section) -> Site:
+    return Site(section)
 
 
 @lru_cache(maxsize=1)
