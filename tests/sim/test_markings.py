@@ -1,11 +1,15 @@
 """Dashes run along the middle of roads, and nowhere else."""
 
-from itertools import pairwise
+from dataclasses import replace
+from itertools import combinations, pairwise
+from math import cos, hypot, radians, sin
 
 import pytest
 
 from server.sim.markings import DASH, SHORTEST, Dash, dashes
 from server.sim.section import Building, Section
+
+SIN, COS = sin(radians(30.0)), cos(radians(30.0))
 
 
 def street(width: float, heading: float = 0.0, length: float = 20.0) -> Section:
@@ -57,3 +61,16 @@ def test_dashes_turn_with_the_section() -> None:
     )
     assert len(turned) == len(straight)
     assert all(abs(dash.z) <= 0.5 for dash in turned)
+
+
+def test_streets_at_a_slant_have_lines_along_themselves_that_cross_no_others() -> None:
+    straight = street(6.0)
+    turned = replace(straight.buildings[0], x=30.0 - 8.0 * COS, z=8.0 * SIN, heading=30.0)
+    across = replace(turned, x=30.0 + 8.0 * COS, z=-8.0 * SIN)
+    both = replace(straight, bounds=(-10, -20, 45, 20), buildings=(*straight.buildings, turned, across))
+    found = dashes(both, pavement=0.8)
+    slanting = [dash for dash in found if dash.heading == 30.0 and dash.x > 15.0]
+    assert len(slanting) in (10, 11)
+    for dash in slanting:
+        assert abs((dash.x - 30.0) * COS - dash.z * SIN) <= 0.51
+    assert all(hypot(one.x - other.x, one.z - other.z) > 1.0 for one, other in combinations(found, 2))

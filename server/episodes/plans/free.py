@@ -13,8 +13,8 @@ from server.sim.section import Section
 CELL = 0.1
 """Side of the cells that connected ground is told by, in units."""
 
-MARGIN = 0.05
-"""How much more than its radius the disc has to all sides, in units."""
+MARGIN = 0.1
+"""How much more than its radius the disc has around a cell's middle, in units: enough for all of the cell."""
 
 
 def free_points(section: Section, spacing: float) -> Points:

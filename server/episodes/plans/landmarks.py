@@ -81,7 +81,7 @@ def furnish(plan: Plan, buildings: Sequence[Building], seed: str) -> tuple[Prop,
     for kind, count in COUNTS.items():
         places, fronts = candidates(setting, kind, random)
         if kind in AT_CORNERS:
-            close = np.array([np.hypot(*(stops.crossings - place).T).min() for place in places]) <= CROSSING
+            close = distances(places, stops.crossings).min(axis=1, initial=np.inf) <= CROSSING
             places, fronts = places[close], fronts[close]
         for _ in range(count):
             place(setting, stops, kind, places, fronts, random)
@@ -92,8 +92,8 @@ def stops_of(plan: Plan) -> Stops:
     """The stops of a plan: along all streets, and where they meet."""
     meetings = turn(crossings(plan), plan.heading)
     places = turn(sample(plan.lines(), STOP), plan.heading)
-    weights = [WEIGHT if np.hypot(*(meetings - place).T).min(initial=np.inf) < STOP else 1.0 for place in places]
-    return Stops(places, np.array(weights), np.zeros(len(places)), meetings)
+    at_meeting = distances(places, meetings).min(axis=1, initial=np.inf) < STOP
+    return Stops(places, np.where(at_meeting, WEIGHT, 1.0), np.zeros(len(places)), meetings)
 
 
 def crossings(plan: Plan) -> Points:
@@ -101,7 +101,7 @@ def crossings(plan: Plan) -> Points:
     found = []
     lines = [sample([line], 0.25) for line in plan.lines()]
     for one, other in combinations(lines, 2):
-        apart = np.hypot(*(one[:, None] - other[None]).transpose(2, 0, 1))
+        apart = distances(one, other)
         if apart.min() < 0.5:
             found.append(one[apart.min(axis=1).argmin()])
     return np.array(found).reshape(-1, 2)
@@ -115,14 +115,12 @@ def place(setting: Setting, stops: Stops, kind: str, places: Points, fronts: Poi
     tried = room[sorted(random.sample(range(len(room)), min(TRIED, len(room))))]
     looks = looks_of(kind)
     random.shuffle(looks)
-    best = max(
-        ((look, int(i)) for look in looks for i in tried),
-        key=lambda choice: worth(setting, stops, label_of(kind, choice[0]), places[choice[1]]),
-    )
-    (colour, shape), i = best
+    worths = worth(setting, stops, places[tried], [label_of(kind, look) for look in looks])
+    which, where = divmod(int(worths.argmax()), len(tried))
+    (colour, shape), i = looks[which], int(tried[where])
     shape_colour = random.choice(SHAPE_COLOURS[colour]) if kind == "banner" else ""
-    stops.seen += np.hypot(*(stops.places - places[i]).T) <= SIGHT
-    stops.labels.append(label_of(kind, best[0]))
+    stops.seen += distances(stops.places, places[i][None, :])[:, 0] <= SIGHT
+    stops.labels.append(label_of(kind, looks[which]))
     setting.add(kind, places[i], float(fronts[i]), (colour, shape, shape_colour))
 
 
@@ -137,11 +135,25 @@ def label_of(kind: str, look: tuple[str, str]) -> Label:
     return Label(kind, *look)
 
 
-def worth(setting: Setting, stops: Stops, label: Label, place: Points) -> float:
-    """How much a landmark is wanted at a place: more where there are few, hardly where one like it is near."""
-    near = np.hypot(*(stops.places - place).T) <= SIGHT
-    wanted = float((stops.weights[near] / (1.0 + stops.seen[near]) ** 2).sum())
-    same = [spot[:2] for spot, other in zip(setting.spots, stops.labels, strict=True) if other == label]
-    apart = min((float(np.hypot(*(place - spot))) for spot in same), default=2 * APART)
+def worth(setting: Setting, stops: Stops, places: Points, labels: Sequence[Label]) -> Points:
+    """How much a landmark is wanted: more where there are few, hardly where one like it is near.
+
+    Returns:
+        (labels, places), of a thing with each label at each place.
+    """
+    near = distances(places, stops.places) <= SIGHT
+    wanted = (near * (stops.weights / (1.0 + stops.seen) ** 2)).sum(axis=1)
+    spots = np.array(setting.spots).reshape(-1, 3)[:, :2]
+    apart = np.full((len(labels), len(places)), 2 * APART)
+    for number, label in enumerate(labels):
+        same = [other == label for other in stops.labels]
+        apart[number] = distances(places, spots[same]).min(axis=1, initial=2 * APART)
     # Rounded, so that what is equal is equal on every machine.
-    return round(wanted * min(apart / APART, 1.0) ** 4 + 0.02 * min(apart, 2 * APART), 6)
+    worths: Points = np.round(wanted * np.minimum(apart / APART, 1.0) ** 4 + 0.02 * apart, 6)
+    return worths
+
+
+def distances(one: Points, other: Points) -> Points:
+    """(n, m): between all of (n, 2) and all of (m, 2)."""
+    apart: Points = np.hypot(one[:, None, 0] - other[None, :, 0], one[:, None, 1] - other[None, :, 1])
+    return apart
