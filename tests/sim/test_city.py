@@ -7,6 +7,7 @@ from server.sim.bullet import World
 from server.sim.cameras import Viewpoint
 from server.sim.city import building_mesh, city_scene
 from server.sim.facades import BAYS, STOREYS
+from server.sim.labels import LABELS
 from server.sim.section import FACADES, PROP_KINDS, Building, Prop, Section
 
 BLOCKS = tuple(
