@@ -1,4 +1,4 @@
-"""The command line of the server: `arramon-server serve`, `import-release`, `show`, `stats`, `check-instruction`."""
+"""The command line of the server: `arramon-server serve`, `import-release`, `generate`, `show`, `stats`, `check-instruction`."""
 
 import argparse
 import json
@@ -87,6 +87,17 @@ def _parser() -> argparse.ArgumentParser:
     import_.add_argument("--hidden", action="store_true", help="keep targets, goals and paths on the server")
     import_.set_defaults(command=_import)
 
+    generate = commands.add_parser("generate", parents=[common], help="make the data set, or a part of it")
+    generate.add_argument("--split", nargs="+", metavar="S", help="such as val_unseen (default: all four)")
+    generate.add_argument(
+        "--scale", type=float, default=1.0, help="share of each split's episodes (default: %(default)s)"
+    )
+    generate.add_argument(
+        "--seed", type=int, default=1, help="draws all but a hidden split, which the host's secret draws (default: 1)"
+    )
+    generate.add_argument("--jobs", type=int, default=0, help="processes (default: one a core)")
+    generate.set_defaults(command=_generate)
+
     show = commands.add_parser("show", parents=[common], help="draw an episode: a map, and what the agent sees")
     show.add_argument("episode", help="its id, such as 8900")
     show.add_argument("--split", help="where it is (default: the first split that has it)")
@@ -166,6 +177,23 @@ def _health(arguments: argparse.Namespace) -> None:
 def _import(arguments: argparse.Namespace) -> None:
     for split in import_release(
         arguments.files, arguments.data, split=arguments.split, language=arguments.lang, hidden=arguments.hidden
+    ):
+        print(_describe(split))
+
+
+def _generate(arguments: argparse.Namespace) -> None:
+    from server.generating import generate_splits
+
+    def tell(line: str) -> None:
+        print(line, file=sys.stderr, flush=True)
+
+    for split in generate_splits(
+        arguments.data,
+        arguments.split,
+        scale=arguments.scale,
+        seed=arguments.seed,
+        jobs=arguments.jobs,
+        tell=tell,
     ):
         print(_describe(split))
 

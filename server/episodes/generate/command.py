@@ -38,6 +38,17 @@ class Progress:
     drafts: int
     seconds: float
 
+    def __str__(self) -> str:
+        left = self.seconds / self.done * (self.total - self.done)
+        return (
+            f"{self.split}: {self.done} of {self.total} episodes from {self.drafts} drafts "
+            f"in {_clock(self.seconds)}, {_clock(left)} left"
+        )
+
+
+def _clock(seconds: float) -> str:
+    return f"{int(seconds) // 60}:{int(seconds) % 60:02}"
+
 
 def generate(
     data: Path,

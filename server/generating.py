@@ -1,0 +1,171 @@
+"""Writes and tries the instructions of generated episodes: plan once, say it in every language, see where it leads."""
+
+from collections.abc import Callable, Mapping
+from functools import cache
+from pathlib import Path
+
+import lang
+from arramon_client.agent import Agent
+from arramon_client.loading import load_agent
+from lang.meaning import Assembly, Meaning, Navigation, Thing
+from lang.quality import check, is_blocked
+from server.episodes.chance import seeded
+from server.episodes.episode import Instructions, Turn
+from server.episodes.generate import Draft, Site
+from server.episodes.generate.command import Progress, generate
+from server.episodes.generate.sizes import chosen
+from server.episodes.instruct.assembly import plan_assembly
+from server.episodes.instruct.navigation import plan_from_sight
+from server.episodes.instruct.sight import Landmark, look, poses_along
+from server.episodes.instruct.trial import Place, play
+from server.episodes.splits import Split
+from server.scoring.episode import EpisodeScores
+from server.sim.cameras import Camera
+from server.sim.geometry import TURN, Pose
+from server.sim.raster import RasterCamera
+from server.sim.room_scene import room_scene
+from server.sim.rules import Action, PlacedObject
+
+FOLLOWER = "agents.follower"
+"""The agent that tries instructions; by name, as the server imports no agents."""
+
+PLANS = 4
+"""Plans made of one draft before another is drawn."""
+
+MIN_NDTW = 0.2
+"""What a follower's nDTW must be above in both turns (paper, section 4)."""
+
+MUST_BE_ONE = ("CTC-3", "PTC")
+"""What must be 1 in both turns besides: it comes to the target, and places it where it belongs."""
+
+TELL_SECONDS = 5.0
+"""Between two lines of progress of one split."""
+
+Plan = tuple[tuple[Navigation, Assembly], tuple[Navigation, Assembly]]
+Texts = Mapping[str, tuple[Instructions, Instructions]]
+
+
+class Scribe:
+    """Writes a draft's instructions in every language, and keeps those that the follower is led by in all of them.
+
+    Args:
+        languages: codes.
+        follower: plays from text, depth and segmentation.
+    """
+
+    def __init__(self, languages: tuple[str, ...], follower: Agent) -> None:
+        self._languages = languages
+        self._follower = follower
+
+    def __call__(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Texts | None:
+        """As `server.episodes.generate.Writer`."""
+        sights = _sights(draft, site)
+        for number in range(PLANS):
+            plan = _plan(draft, sights, (*names, number))
+            if plan is None:
+                continue
+            texts = self._write(draft, plan, (*names, number))
+            if texts is not None and self._leads(draft, site, texts):
+                return texts
+        return None
+
+    def _write(self, draft: Draft, plan: Plan, names: tuple[object, ...]) -> Texts | None:
+        """The plan in every language; None if a text fails a check."""
+        texts = {}
+        for code in self._languages:
+            turns = []
+            for number, (turn, meanings) in enumerate(zip(draft.turns, plan, strict=True), start=1):
+                navigation = _say(code, "navigation", turn, meanings[0], (*names, code, number))
+                assembly = _say(code, "assembly", turn, meanings[1], (*names, code, number))
+                if navigation is None or assembly is None:
+                    return None
+                turns.append(Instructions(navigation, assembly))
+            texts[code] = (turns[0], turns[1])
+        return texts
+
+    def _leads(self, draft: Draft, site: Site, texts: Texts) -> bool:
+        """Whether the follower passes in every language."""
+        episode = draft.spoken(texts)
+        place = Place(site.world, site.camera, _room_camera())
+        return all(passes(play(self._follower, episode, code, place)) for code in self._languages)
+
+
+def make_scribe() -> Scribe:
+    """A scribe of all languages; for `generate.MakeWriter`."""
+    return Scribe(lang.available(), load_agent(FOLLOWER))
+
+
+def generate_splits(
+    data: Path, names: list[str] | None, *, scale: float, seed: int, jobs: int, tell: Callable[[str], None]
+) -> list[Split]:
+    """What `arramon-server generate` does: splits of these names, all for None; see `generate.command.generate`."""
+    told: dict[str, float] = {}
+
+    def tell_of(progress: Progress) -> None:
+        since = progress.seconds - told.get(progress.split, 0.0)
+        if since >= TELL_SECONDS or progress.done == progress.total:
+            told[progress.split] = progress.seconds
+            tell(str(progress))
+
+    return generate(data, chosen(names), scale=scale, seed=seed, jobs=jobs, make_writer=make_scribe, tell=tell_of)
+
+
+def passes(scores: EpisodeScores) -> bool:
+    """Whether a follower was led where it should (the paper's second stage, and to the right object)."""
+    return all(turn["nDTW"] > MIN_NDTW and all(turn[name] == 1.0 for name in MUST_BE_ONE) for turn in scores.turns)
+
+
+Sights = tuple[tuple[tuple[Pose, ...], tuple[Landmark, ...]], ...]
+
+
+def _sights(draft: Draft, site: Site) -> Sights:
+    """For each turn the poses of its ground truth, and what is seen from them."""
+    sights, start = [], draft.start
+    for turn in draft.turns:
+        poses = poses_along(start, turn.path, turn.actions)
+        sights.append((tuple(poses), look(poses, turn.street, site.section, site.camera)))
+        start = poses[-1]
+    return tuple(sights)
+
+
+def _plan(draft: Draft, sights: Sights, names: tuple[object, ...]) -> Plan | None:
+    """What both turns' instructions say; None where a planner finds nothing."""
+    room, planned = draft.decoys, []
+    for number, (turn, (poses, marks)) in enumerate(zip(draft.turns, sights, strict=True), start=1):
+        random = seeded(*names, number, "plan")
+        navigation = plan_from_sight(turn.path, poses, turn.target, turn.street, marks, random)
+        assembly = plan_assembly(turn.target.type, turn.target_cell, room, random)
+        if navigation is None or assembly is None:
+            return None
+        planned.append((navigation, assembly))
+        room = (*room, PlacedObject(turn.target.type, turn.target_cell))
+    return planned[0], planned[1]
+
+
+def _say(code: str, phase: str, turn: Turn, meaning: Meaning, names: tuple[object, ...]) -> str | None:
+    """One instruction; None if it fails a check that blocks."""
+    text = lang.load(code).write(meaning, seeded(*names, phase))
+    target = turn.target.type
+    failures = check(
+        text,
+        code,
+        phase,
+        target=Thing(target.kind, target.colour, target.pattern),
+        first_turn=first_turn(turn.actions),
+    )
+    return None if is_blocked(failures) else text
+
+
+def first_turn(actions: tuple[Action, ...]) -> float:
+    """The degrees, either way, by which a ground truth turns before its first step."""
+    turned = 0.0
+    for action in actions:
+        if action not in (Action.LEFT, Action.RIGHT):
+            break
+        turned += TURN if action is Action.RIGHT else -TURN
+    return abs(turned)
+
+
+@cache
+def _room_camera() -> Camera:
+    return RasterCamera(room_scene())
