@@ -1,4 +1,4 @@
-"""The command line of the server: `arramon-server serve`, `import-release`, `generate`, `show`, `stats`, `check-instruction`."""
+"""The server's command line: `arramon-server serve`, `import-release`, `generate`, `show`, `stats`, `check-instruction`."""
 
 import argparse
 import json

@@ -30,7 +30,7 @@ def error(*arguments: object) -> str:
 
 def test_serve_without_episodes(tmp_path: Path) -> None:
     said = error("serve", "--data", tmp_path)
-    assert said.startswith(f"there are no episodes in {tmp_path}; bring some in with `arramon-server import-release")
+    assert said.startswith(f"there are no episodes in {tmp_path}; make some with `arramon-server generate")
 
 
 def test_serve_on_a_port_in_use(tmp_path: Path) -> None:

@@ -84,8 +84,8 @@ def read_splits(data: Path) -> dict[str, Split]:
     folders = folders_of(data)
     if not folders:
         raise NotFound(
-            f"there are no episodes in {data}; make some with `arramon-server generate --data {data}`, or bring some in "
-            f"with `arramon-server import-release FILE... --data {data}`"
+            f"there are no episodes in {data}; make some with `arramon-server generate --data {data}`, "
+            f"or bring some in with `arramon-server import-release FILE... --data {data}`"
         )
     return {folder.name: read_split(folder) for folder in folders}
 
