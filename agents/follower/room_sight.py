@@ -21,8 +21,14 @@ FIELD_OF_VIEW = 60.0
 ENOUGH = 4
 """Pixels, over all frames, from which on something seen is there: fewer may be the edge of something else."""
 
+FINE = 112
+"""Pixels across that tell enough: of larger frames, not every row and column is looked at."""
+
 _WALLS = np.array([ROWS - 0.5, COLUMNS - 0.5, 0.5, 0.5])
 """How far each quarter's wall is from the middle of cell (0, 0), in cells: towards +row, +column, -row, -column."""
+
+
+_Floats = npt.NDArray[np.float64]
 
 
 @dataclass(slots=True)
@@ -49,6 +55,7 @@ class RoomSight:
         self._labels = tuple(labels)
         self._is_object = np.array([_is_object(label) for label in labels])
         self._is_wall = np.array([label.kind == "wall" for label in labels])
+        self._looks = int(self._is_wall.sum())
         self._traces: dict[tuple[int, Cell], _Trace] = {}
         self._walls: dict[str, int] = {}
 
@@ -63,9 +70,13 @@ class RoomSight:
             cell: (column, row) that it was seen from.
             heading: degrees clockwise from +row.
         """
-        shown = segmentation.ravel()
+        size = depth.shape[0]
+        step = max(1, size // FINE)
+        depth, shown = depth[::step, ::step], segmentation[::step, ::step].ravel()
+        # Pixels apart for a unit aside at a unit's distance, and the first one's distance from the middle.
+        scale = size / 2 / math.tan(math.radians(FIELD_OF_VIEW / 2)) / step, (0.5 - size / 2) / step
         pixels = np.flatnonzero(self._is_object[shown])
-        column, row, height = self._places(depth, pixels, cell, heading)
+        column, row, height = _places(depth, pixels, scale, cell, heading)
         inside = (column > -0.5) & (column < COLUMNS - 0.5) & (row > -0.5) & (row < ROWS - 0.5)
         cells = np.rint(column).astype(int) * ROWS + np.rint(row).astype(int)
         keys = (shown[pixels].astype(int) * (COLUMNS * ROWS) + cells)[inside]
@@ -77,7 +88,10 @@ class RoomSight:
             trace = self._traces.setdefault((label, divmod(place, ROWS)), _Trace(0, math.inf))
             trace.pixels += count
             trace.lowest = min(trace.lowest, low)
-        self._add_walls(depth, shown, cell, heading)
+        if len(self._walls) < self._looks:
+            every = np.flatnonzero(self._is_wall[shown])
+            column, row, _ = _places(depth, every, scale, cell, heading)
+            self._add_walls(shown[every], column, row)
 
     def room(self) -> Room:
         """What has been seen so far; objects that stand on one cell are on top of each other, by their heights."""
@@ -90,33 +104,33 @@ class RoomSight:
                 things.append(Standing(label.kind, label.colour, label.look, *cell, level))
         return Room(tuple(things), dict(self._walls))
 
-    def _add_walls(
-        self, depth: npt.NDArray[np.float32], shown: npt.NDArray[np.uint16], cell: Cell, heading: float
-    ) -> None:
-        every = np.flatnonzero(self._is_wall[shown])
-        for number in np.unique(shown[every]).tolist():
-            look = self._labels[number].look
-            pixels = every[shown[every] == number]
-            if look in self._walls or len(pixels) < ENOUGH:
-                continue
-            column, row, _ = self._places(depth, pixels, cell, heading)
-            away = np.abs(np.stack([row, column, -row, -column]) - _WALLS[:, None]).mean(axis=1)
-            self._walls[look] = int(away.argmin())
+    def _add_walls(self, shown: npt.NDArray[np.uint16], column: _Floats, row: _Floats) -> None:
+        """Takes in the walls: of each pixel of one (n,) its label, and where it is."""
+        for number in np.unique(shown).tolist():
+            is_own = shown == number
+            if np.count_nonzero(is_own) >= ENOUGH:
+                across, along = column[is_own], row[is_own]
+                away = np.abs(np.stack([along, across, -along, -across]) - _WALLS[:, None]).mean(axis=1)
+                self._walls.setdefault(self._labels[number].look, int(away.argmin()))
 
-    def _places(
-        self, depth: npt.NDArray[np.float32], pixels: npt.NDArray[np.intp], cell: Cell, heading: float
-    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-        """Where some pixels' surfaces are: columns and rows with fractions, and heights in units; (n,) each."""
-        size = depth.shape[0]
-        focal = size / 2 / math.tan(math.radians(FIELD_OF_VIEW / 2))
-        down, across = np.divmod(pixels, size)
-        ahead = depth.ravel()[pixels].astype(np.float64)
-        right = ahead * (across + 0.5 - size / 2) / focal
-        height = EYE_HEIGHT - ahead * (down + 0.5 - size / 2) / focal
-        sine, cosine = math.sin(math.radians(heading)), math.cos(math.radians(heading))
-        column = cell[0] + (ahead * sine + right * cosine) / CELL
-        row = cell[1] + (ahead * cosine - right * sine) / CELL
-        return column, row, height
+
+def _places(
+    depth: npt.NDArray[np.float32],
+    pixels: npt.NDArray[np.intp],
+    scale: tuple[float, float],
+    cell: Cell,
+    heading: float,
+) -> tuple[_Floats, _Floats, _Floats]:
+    """Where some pixels' surfaces are: columns and rows with fractions, and heights in units; (n,) each."""
+    focal, first = scale
+    down, across = np.divmod(pixels, depth.shape[1])
+    ahead = depth.ravel()[pixels].astype(np.float64)
+    right = ahead * (across + first) / focal
+    height = EYE_HEIGHT - ahead * (down + first) / focal
+    sine, cosine = math.sin(math.radians(heading)), math.cos(math.radians(heading))
+    column = cell[0] + (ahead * sine + right * cosine) / CELL
+    row = cell[1] + (ahead * cosine - right * sine) / CELL
+    return column, row, height
 
 
 def _is_object(label: Label) -> bool:
