@@ -18,6 +18,7 @@ from arramon_client.embedded import EmbeddedServer, default_data, embedded_serve
 from arramon_client.errors import AgentLoadError, ArramonClientError, UsageError
 from arramon_client.lanes import play_in_lanes
 from arramon_client.loading import load_agent
+from arramon_client.making import SPLIT, holds_episodes, make_episodes
 from arramon_client.play import Outcome, Settings
 from arramon_client.progress import shown
 
@@ -101,7 +102,11 @@ class _Client:
     def _embedded(self) -> AbstractContextManager[EmbeddedServer]:
         # Nobody else relies on this server: a step need not outlive a loss of power, only the end of the process.
         options = ("--no-fsync", "--workers", str(self.options.workers or 1))
-        return embedded_server(self.options.data or default_data(), options=options)
+        data = self.options.data or default_data()
+        if not (self.options.split or self.options.resume or holds_episodes(data)):
+            self.say(f"there are no episodes in {data} yet: making a small part of {SPLIT}, once")
+            make_episodes(data, quiet=self.options.quiet)
+        return embedded_server(data, options=options)
 
     def _created(self, server: Server, agent: Agent) -> evaluation_pb2.Run:
         options = self.options

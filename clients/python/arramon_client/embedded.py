@@ -41,11 +41,7 @@ def embedded_server(data: Path, *, module: str = "server", options: Sequence[str
     Raises:
         EmbeddedServerError: if the server is not installed, or does not start.
     """
-    if importlib.util.find_spec(module) is None:
-        raise EmbeddedServerError(
-            "without --server the client starts a server itself, and none is installed here: install arramon-server, "
-            "or name a server with --server HOST:PORT"
-        )
+    check_installed(module)
     folder = _short_folder()
     server = EmbeddedServer(folder, data, module, options)
     try:
@@ -54,6 +50,15 @@ def embedded_server(data: Path, *, module: str = "server", options: Sequence[str
     finally:
         server.stop()
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def check_installed(module: str) -> None:
+    """Raises EmbeddedServerError if there is no such package to run a server from."""
+    if importlib.util.find_spec(module) is None:
+        raise EmbeddedServerError(
+            "without --server the client starts a server itself, and none is installed here: install arramon-server, "
+            "or name a server with --server HOST:PORT"
+        )
 
 
 class EmbeddedServer:

@@ -1,0 +1,120 @@
+"""The first set of episodes: made where there is none, and nowhere else."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from arramon_client import EmbeddedServerError
+from arramon_client.making import holds_episodes, make_episodes
+
+ROOT = Path(__file__).parents[2]
+
+MAKER = """
+import json, os, pathlib, sys
+asked = dict(zip(sys.argv[2::2], sys.argv[3::2]))
+assert sys.argv[1] == "generate" and asked.pop("--data") == {data!r}, sys.argv
+folder = pathlib.Path({data!r}) / "splits" / asked["--split"]
+folder.mkdir(parents=True)
+print("12 of 12 episodes", flush=True)
+(folder / "episodes.jsonl").write_text(json.dumps(asked))
+"""
+
+
+@pytest.fixture
+def data(tmp_path: Path) -> Path:
+    return tmp_path / "data"
+
+
+@pytest.fixture
+def module(tmp_path: Path, data: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """A module that makes a split; a test may write its source anew."""
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{ROOT}")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    (tmp_path / "scripted_maker.py").write_text(MAKER.format(data=str(data)))
+    return "scripted_maker"
+
+
+def test_a_small_split_is_made_and_its_maker_heard(module: str, data: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert not holds_episodes(data)
+    make_episodes(data, module=module)
+    assert holds_episodes(data)
+    assert (data / "splits" / "val_unseen" / "episodes.jsonl").read_text() == (
+        '{"--split": "val_unseen", "--scale": "0.01"}'
+    )
+    said = capfd.readouterr()
+    assert (said.out, said.err) == ("", "12 of 12 episodes\n")
+
+
+def test_quiet(module: str, data: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    make_episodes(data, module=module, quiet=True)
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("name", ["splits/.new-1/val_unseen/episodes.jsonl", "splits/sections", "journal.db"])
+def test_what_is_no_split(data: Path, name: str) -> None:
+    (data / name).parent.mkdir(parents=True)
+    (data / name).touch()
+    assert not holds_episodes(data)
+
+
+def test_one_that_fails_says_why(module: str, data: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "scripted_maker.py").write_text("raise SystemExit('no room left on the disk')")
+    with pytest.raises(EmbeddedServerError, match=r"a small set of episodes could not be made: .* ended with 1"):
+        make_episodes(data, module=module)
+    assert capfd.readouterr().err == "no room left on the disk\n"
+
+
+def test_none_installed(data: Path) -> None:
+    with pytest.raises(EmbeddedServerError, match="install arramon-server"):
+        make_episodes(data, module="no_such_server")
+
+
+def test_an_interrupt_stops_the_maker(module: str, data: Path, tmp_path: Path) -> None:
+    (tmp_path / "scripted_maker.py").write_text(
+        "import os, sys, time, pathlib\n"
+        f"pathlib.Path({str(tmp_path / 'pid')!r}).write_text(str(os.getpid()) + '.')\n"
+        "time.sleep(60)\n"
+    )
+    client = subprocess.Popen(
+        [sys.executable, "-c", "import pathlib\nfrom arramon_client.making import make_episodes\n"
+         f"make_episodes(pathlib.Path({str(data)!r}), module={module!r})"],
+        stderr=subprocess.PIPE, text=True, cwd=tmp_path,
+    )  # fmt: skip
+    for _ in range(200):
+        if (tmp_path / "pid").exists() and (tmp_path / "pid").read_text().endswith("."):
+            break
+        time.sleep(0.05)
+    client.send_signal(signal.SIGINT)
+    _, said = client.communicate(timeout=15)
+    assert "KeyboardInterrupt" in said
+    with pytest.raises(ProcessLookupError):
+        os.kill(int((tmp_path / "pid").read_text().rstrip(".")), 0)
+
+
+def play(data: Path, output: Path, *more: str) -> "subprocess.CompletedProcess[str]":
+    asked = ["--agent", "agents.stop", "--lang", "hi", "--data", str(data), "--output", str(output), *more]
+    command = [sys.executable, "-m", "arramon_client", *asked]
+    return subprocess.run(command, capture_output=True, text=True, timeout=240, check=False, cwd=ROOT)
+
+
+def test_a_split_that_was_asked_for_is_not_made(data: Path, tmp_path: Path) -> None:
+    done = play(data, tmp_path / "results", "--split", "val_seen")
+    assert done.returncode == 1
+    assert "there are no episodes in" in done.stderr
+    assert not data.exists()
+
+
+@pytest.mark.slow
+def test_a_first_command_makes_episodes_and_plays_them(data: Path, tmp_path: Path) -> None:
+    done = play(data, tmp_path / "results")
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.startswith(f"there are no episodes in {data} yet: making a small part of val_unseen, once\n")
+    assert "on val_unseen, hi, 12 episodes" in done.stdout
+    again = play(data, tmp_path / "results", "--episodes", "1")
+    assert again.returncode == 0
+    assert again.stderr.startswith("run ")
