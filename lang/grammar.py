@@ -10,7 +10,7 @@ Features = Mapping[str, str]
 """A value for each axis that is settled: {"case": "oblique", "gender": "feminine"}."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Lexeme:
     """A word with its forms.
 
@@ -37,7 +37,7 @@ class Table:
     values: Mapping[str, tuple[Pattern, ...]]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Look:
     """A wording of a thing's look; `after` where it stands behind its noun ("with a star")."""
 

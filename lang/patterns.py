@@ -33,9 +33,9 @@ class Choice:
 Sequence: TypeAlias = tuple["str | Slot | Choice", ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Pattern:
-    """One way to put something.
+    """One way to put something. Two that are alike are two: one that is listed twice is written twice as often.
 
     Attributes:
         body: its parts in order.

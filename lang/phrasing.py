@@ -1,11 +1,10 @@
 """Puts things, their places and clauses into words: chooses patterns and fills them, with the features they need."""
 
 from collections.abc import Callable, Iterable, Mapping
-from itertools import pairwise
 from random import Random
 from typing import TypeVar
 
-from lang.clauses import Value, things_said
+from lang.clauses import Value, focus_of, things_said
 from lang.grammar import Grammar, Lexeme
 from lang.meaning import Thing, Where
 from lang.patterns import Choice, Pattern, Sequence, needed, possible
@@ -95,8 +94,8 @@ class Phraser:
                 text += fillers[part.name](self.grammar.features_of(part.marks))
             else:
                 marked = {**features, **self.grammar.features_of(part.marks)}
-                words = [form for word in self.grammar.words[part.name] if (form := word.form(marked)) is not None]
-                text += self.pick(words, f"{part.name!r} as {', '.join(marked.values())}")
+                words = [word for word in self.grammar.words[part.name] if word.form(marked) is not None]
+                text += self.pick(words, f"{part.name!r} as {', '.join(marked.values())}").form(marked) or ""
         return text
 
     def _option(self, choice: Choice, said: Iterable[str]) -> Sequence:
@@ -212,13 +211,18 @@ class Phraser:
 
     def wheres(self, wheres: tuple[Where, ...], *, top: bool) -> str:
         """Relations as one text; `top` where they belong to what the sentence is about, not to a landmark of it."""
-        text = self._where(wheres[0])
-        for before, where in pairwise(wheres):
-            key = "where" if top else "nested where"
-            if top and any(thing.where for thing in before.things):
-                key = "where after clause"
-            fillers = {"a": constant(text), "b": constant(self._where(where))}
-            text = self.render(self.pick(self.grammar.joins[key], key), fillers, self.features)
+        text, focus = "", self.focus
+        for number, where in enumerate(wheres):
+            said = self._where(where)
+            if number:
+                key = "where" if top else "nested where"
+                if top and any(thing.where for thing in wheres[number - 1].things):
+                    key = "where after clause"
+                fillers = {"a": constant(text), "b": constant(said)}
+                said = self.render(self.pick(self.grammar.joins[key], key), fillers, self.features)
+            text = said
+            self.focus = focus_of(where.things, self.focus)
+        self.focus = focus
         return text
 
     def _where(self, where: Where) -> str:

@@ -355,7 +355,7 @@ class _Told:
         return Assembly(tuple(turns), thing or Thing(""), wheres)
 
     def _step(self, item: _Item) -> list[Step]:
-        """The step that a clause says, one for each thing ("past the bench and the cone"); none if it says too little."""
+        """The step that a clause says, one for each thing ("past the bench and the cone"); none if it is unclear."""
         bound = dict(item.bound)
         words = item.label.split()
         size = 2 if words[0] == "walk" or (len(words) > 1 and words[0] == "turn") else 1
@@ -402,4 +402,9 @@ class _Told:
 
     def _wheres(self, placed: object) -> tuple[Where, ...]:
         assert isinstance(placed, tuple)
-        return tuple(Where(each.relation, tuple(map(self._thing, each.things)), each.exactly) for each in placed)
+        wheres, focus = [], self.focus
+        for each in placed:
+            wheres.append(Where(each.relation, tuple(map(self._thing, each.things)), each.exactly))
+            self.focus = focus_of(wheres[-1].things, self.focus)
+        self.focus = focus
+        return tuple(wheres)

@@ -29,7 +29,7 @@ _TARGET_JOINED = 0.55
 _TURN_JOINED = 0.6
 """How often an assembly instruction says its turns in the sentence that says where to place the object."""
 
-_OPENED = {"first": 0.05, "later": 0.35, "last": 0.3}
+_OPENED = {"first": 0.04, "later": 0.25, "last": 0.2}
 """How often a sentence has words that open it, by its place in the text."""
 
 _LABELS = "abc"
