@@ -11,7 +11,7 @@ from lang.meaning import Thing
 APART, BUILDINGS_APART = 1.2, 3.0
 """Sightings of one label nearer than this to each other, in units, are one thing."""
 
-FEWEST = 4
+FEWEST = 2
 """Samples that make a sighting."""
 
 BEHIND = -1.0

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 
 from agents.follower.map_landmarks import Landmark, along_way
-from agents.follower.navigation_body import Body, between_angles, rotated
+from agents.follower.navigation_body import Body, rotated
 from agents.follower.navigation_motion import HEADINGS, TURN, can_step, turns, way_to
 from agents.follower.navigation_places import opening
 from arramon_client.agent import Action
@@ -20,9 +20,6 @@ OFFSETS = {"at": 0.0, "before": -1.5, "after": 1.5}
 
 BESIDE = 2.0
 """How far beside a thing the walk goes at most, in units."""
-
-OFF_COURSE = math.radians(40.0)
-"""A thing farther off the direction of the walk than this gives the walk its direction."""
 
 NEAR_TARGET = 10.0
 """From here the target is gone to at once where nothing stands in between, in units; otherwise the steps come first."""
@@ -57,7 +54,6 @@ class Navigator:
         self._meaning = meaning
         self._number = 0
         self._course = body.angle
-        self._corner = body.x, body.z
         self._plan: list[Action] = []
         self._plan_goal = (math.inf, math.inf)
         self._plan_age = 0
@@ -156,7 +152,7 @@ class Navigator:
                 action = self._approach(step)
                 if action is not None:
                     return action
-            self._turned_to = self._walked_course() + math.radians(DEGREES[step.direction])
+            self._turned_to = self._course + math.radians(DEGREES[step.direction])
         return self._turn_to(self._turned_to)
 
     def _turn_to(self, course: float) -> Action | None:
@@ -164,16 +160,8 @@ class Navigator:
         rotation = turns(body.heading, round(course / TURN) % HEADINGS)
         if rotation:
             return rotation[0]
-        self._course, self._corner = course, (body.x, body.z)
+        self._course = course
         return None
-
-    def _walked_course(self) -> float:
-        """The direction of the walk since the last turn, as it was walked where that is long enough to tell."""
-        dx, dz = self._body.x - self._corner[0], self._body.z - self._corner[1]
-        walked = math.atan2(dx, dz)
-        if math.hypot(dx, dz) >= 4.0 and abs(between_angles(self._course, walked)) < OFF_COURSE:
-            return walked
-        return self._course
 
     def _face(self, thing: Thing) -> Action | None:
         marks = self._body.landmarks.fitting(thing)
@@ -236,12 +224,11 @@ class Navigator:
     def _pass(self, place: tuple[float, float], beyond: float) -> Action | None:
         """Beside a place and `beyond` units on, on the course."""
         body = self._body
+        if self._place is None:
+            self._place = place
+            right, ahead = rotated(place[0] - body.x, place[1] - body.z, self._course)
+            self._course += math.atan2(right - min(max(right, -BESIDE), BESIDE), max(ahead, 0.5))
         course = self._course
-        if self._place is None and body.distance(*place) > BESIDE + 1.0:
-            aim = self._aim(place, (body.x, body.z))
-            if abs(between_angles(course, aim)) > OFF_COURSE:
-                self._course = course = aim
-        self._place = place
         right, ahead = rotated(place[0] - body.x, place[1] - body.z, course)
         left = ahead + beyond
         if left <= PASSED:

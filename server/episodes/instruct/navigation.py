@@ -1,51 +1,49 @@
-"""Plans what a navigation instruction says: from the ground truth's path and what is seen along it, in no language."""
+"""Plans what a navigation instruction says: from the ground truth's path and what is seen along it, in no language.
+
+The plan is made of steps from landmark to landmark. Of every step it is reckoned where it leads one who takes it as
+the follower does (agents/follower/navigation.py means the same by each), and the next is planned from there.
+"""
 
 import math
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from random import Random
 
 from lang.meaning import Face, Navigation, Step, Thing, Turn, Walk
-from server.episodes.instruct.navigation_choice import Named, fits, nameable
-from server.episodes.instruct.navigation_legs import Leg, bearing, legs_of, turn_between
+from server.episodes.instruct.navigation_choice import fits, name_of
+from server.episodes.instruct.navigation_legs import Place, bearing, legs_of, straying, turn_between
 from server.episodes.instruct.navigation_target import describe
 from server.episodes.instruct.sight import Landmark, look, poses_along
 from server.sim.cameras import Camera
-from server.sim.geometry import Pose
+from server.sim.catalogue import KINDS
+from server.sim.geometry import Pose, wrap
 from server.sim.rules import Action, Collectible
 from server.sim.section import Section
 
-ATS = (("at", 0.0), ("before", -1.5), ("after", 1.5))
-"""Where a turn is taken from a landmark, in units along the leg: what the follower takes the words for."""
+NOMINAL = {"slightly left": -30.0, "slightly right": 30.0, "left": -90.0, "right": 90.0, "around": 180.0}
+"""What the follower takes the words of a turn for, in degrees."""
 
-ASTRAY = 1.4
-"""How far from where it was taken a turn may come to lie, in units along the leg."""
+BEYOND = {"past": 0.8, "at": 0.0, "before": -1.5, "after": 1.5}
+"""How far along from a landmark a step leads, in units."""
 
-ASIDE = 4.0
-"""How far beside a leg a landmark may stand, in units."""
+NEAR = {"to": 1.6, "towards": 3.0}
+"""How near to a landmark a step leads, in units."""
 
-INEXACT = 18.0
-"""Degrees by which a turn may differ from its word without a landmark that shows the way on."""
+BESIDE = 2.0
+"""How far beside a landmark one goes by it at most, in units."""
 
-ROTATIONS: dict[int, tuple[str, ...]] = {
-    0: (),
-    30: ("slightly right",),
-    60: ("right", "slightly left"),
-    90: ("right",),
-    120: ("right", "slightly right"),
-    150: ("around", "slightly left"),
-    180: ("around",),
-    -30: ("slightly left",),
-    -60: ("left", "slightly right"),
-    -90: ("left",),
-    -120: ("left", "slightly left"),
-    -150: ("around", "slightly right"),
-}
-NOMINAL = {"left": -90.0, "right": 90.0, "around": 180.0, "slightly left": -30.0, "slightly right": 30.0}
+ASTRAY = 2.2
+"""How far from the path a step may lead, in units."""
+
+IN_VIEW, TURNED_TO = 50.0, 40.0
+"""How far beside the course a landmark may be, and how far where one turns for it, in degrees."""
+
+LONGEST = 9
+"""Steps that a plan may have."""
 
 
 def plan_navigation(
-    path: Sequence[tuple[float, float]],
+    path: Sequence[Place],
     actions: Sequence[Action],
     start: Pose,
     target: Collectible,
@@ -54,7 +52,7 @@ def plan_navigation(
     camera: Camera,
     random: Random,
 ) -> Navigation | None:
-    """What to say to one who is to walk a path; None where nothing can be said that leads there.
+    """What to say to one who is to walk a path; None where nothing is found that leads there.
 
     Args:
         path: the ground truth's distinct positions (x, z).
@@ -71,7 +69,7 @@ def plan_navigation(
 
 
 def plan_from_sight(
-    path: Sequence[tuple[float, float]],
+    path: Sequence[Place],
     poses: Sequence[Pose],
     target: Collectible,
     street: Sequence[Collectible],
@@ -79,159 +77,207 @@ def plan_from_sight(
     random: Random,
 ) -> Navigation | None:
     """As `plan_navigation`, from what `sight.look` gave for the poses: it need be looked but once."""
-    legs = legs_of(path)
     thing = describe(target, street, marks, poses, random)
     if thing is None:
         return None
-    goal = target.position.x, target.position.z
-    plan = _Plan(path, poses, marks, legs, goal, random)
-    return Navigation(plan.steps(), thing)
+    steps = _Plan(path, poses, marks, (target.position.x, target.position.z), random).steps()
+    return None if steps is None else Navigation(steps, thing)
 
 
-_Words = tuple[tuple[Step, ...], float]
-"""Steps, and the degrees that are left to turn after them."""
+@dataclass(frozen=True, slots=True)
+class _Standing:
+    """Where the steps so far have led.
+
+    Attributes:
+        pose: with the course that one is on as its heading.
+        number: of the place in the path that is nearest.
+    """
+
+    pose: Pose
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Option:
+    """Steps that lead on; the less they cost the better."""
+
+    cost: float
+    steps: tuple[Step, ...]
+    standing: _Standing
 
 
 class _Plan:
-    """Puts the steps together, leg by leg."""
+    """Puts the steps together."""
 
     def __init__(
-        self,
-        path: Sequence[tuple[float, float]],
-        poses: Sequence[Pose],
-        marks: Sequence[Landmark],
-        legs: Sequence[Leg],
-        goal: tuple[float, float],
-        random: Random,
+        self, path: Sequence[Place], poses: Sequence[Pose], marks: Sequence[Landmark], goal: Place, random: Random
     ) -> None:
+        self._path, self._goal, self._random = path, goal, random
         self._around = [mark for mark in marks if mark.seen[0] <= 0]
         onward = (replace(mark, seen=tuple(n for n in mark.seen if n >= 0)) for mark in marks)
         self._marks = [mark for mark in onward if mark.seen]
-        self._legs, self._goal, self._random = legs, goal, random
-        self._end = path[-1]
+        self._things = [mark for mark in self._marks if mark.label.kind not in KINDS]
+        self._corners = [leg.last for leg in legs_of(path)]
         self._target_seen = next((m.seen[0] for m in self._marks if (m.x, m.z) == goal), len(poses))
-        arrivals: dict[tuple[float, float], int] = {}
-        departures: dict[tuple[float, float], int] = {}
+        self._departures = [0] * len(path)
+        place = 0
         for number, pose in enumerate(poses):
-            arrivals.setdefault((pose.x, pose.z), number)
-            departures[pose.x, pose.z] = number
-        self._arrivals = [arrivals[place] for place in path]
-        self._departures = [departures[place] for place in path]
-        self._heading = poses[0].heading
+            while place + 1 < len(path) and (pose.x, pose.z) != path[place]:
+                place += 1
+            self._departures[place] = number
+        self._start = poses[0]
 
-    def steps(self) -> tuple[Step, ...]:
-        """All of them."""
+    def steps(self) -> tuple[Step, ...] | None:
+        """All of them; None where they would be too many."""
         steps: list[Step] = []
-        if not self._legs:
-            rotation = turn_between(self._heading, bearing(self._end, self._goal))
-            return self._rotate(rotation, "", None)[0][0] if abs(rotation) > 30.0 else ()
-        exact, short = self._begin()
-        for number, leg in enumerate(self._legs):
-            walks, reached = self._walks(leg, short[1])
-            # A turn that is only nearly right needs a landmark to show the way on.
-            rough = bool(walks) and (abs(short[1]) <= INEXACT or self._random.random() < 0.6)
-            steps += [*(short[0] if rough else exact[0]), *walks]
-            if number < len(self._legs) - 1:
-                exact, short = self._turn(leg, self._legs[number + 1], reached)
-        return tuple(steps)
+        standing = _Standing(self._start, 0)
+        while len(steps) <= LONGEST:
+            last = self._last(standing)
+            if last is not None and not (steps and self._may_say_more(standing)):
+                return (*steps, *last)
+            options = list(self._options(standing)) or [self._count(standing)]
+            if last is not None:
+                options = [o for o in options if len(o.steps) == 1 and not isinstance(o.steps[0], Turn)]
+                if not options:
+                    return (*steps, *last)
+            chosen = min(options, key=lambda option: option.cost)
+            steps += self._faced(chosen) if not steps else chosen.steps
+            standing = chosen.standing
+            if standing.number >= len(self._path) - 1 and self._last(standing) is None:
+                return tuple(steps)
+        return None
 
-    def _begin(self) -> tuple[_Words, _Words]:
-        """What faces the first leg, exactly and in short, each with the degrees that it is off."""
-        first = self._legs[0]
-        rotation = turn_between(self._heading, first.heading)
-        if abs(rotation) > 25.0 and self._random.random() < 0.35:
-            named = nameable(self._around, first, 0, self._departures[first.first], self._random)
-            facing = [n for n in named if abs(_off(n)) < 12.0 and n.along > 2.0 and self._is_alone(n.thing)]
-            if facing:
-                face: _Words = ((Face(self._random.choice(facing).thing),), 0.0)
-                return face, face
-        return self._rotate(rotation, "", None)
+    def _may_say_more(self, standing: _Standing) -> bool:
+        far = math.dist((standing.pose.x, standing.pose.z), self._goal)
+        return far > 9.0 and self._random.random() < 0.3
 
-    def _rotate(self, rotation: float, at: str, thing: Thing | None) -> tuple[_Words, _Words]:
-        nearest = min(ROTATIONS, key=lambda degrees: abs(turn_between(degrees, rotation)))
-        words = ROTATIONS[nearest]
-        turns = tuple(Turn(word, "" if i else at, None if i else thing) for i, word in enumerate(words))
-        exact: _Words = (turns, turn_between(rotation, nearest))
-        if len(words) < 2:
-            return exact, exact
-        return exact, (turns[:1], turn_between(rotation, NOMINAL[words[0]]))
-
-    def _is_alone(self, thing: Thing) -> bool:
-        """Whether only one thing of that name is seen by one who looks round at the start."""
-        return sum(fits(thing, mark) for mark in self._around) == 1
-
-    def _walks(self, leg: Leg, off: float) -> tuple[tuple[Walk, ...], float]:
-        """Things to walk by on the leg, and how far these lead along it.
-
-        Args:
-            leg: the leg.
-            off: degrees from the way that one faces who begins it to the way it goes.
-        """
-        walks: list[Walk] = []
-        reached = 0.0
-        is_open = leg is self._legs[-1] and self._target_seen > self._departures[leg.first] + 2
-        while leg.length - reached > (9.0 if walks else 3.0 if abs(off) > INEXACT else 5.0):
-            may_stop = abs(off) <= INEXACT and not is_open and not walks and leg.length < 12.0
-            if may_stop and self._random.random() < 0.25:
-                break
-            option = self._walk(leg, reached, off if not walks else 0.0)
-            if option is None:
-                break
-            walks.append(option[0])
-            reached = max(option[1], reached + 0.5)
-        return tuple(walks), reached
-
-    def _walk(self, leg: Leg, reached: float, off: float) -> tuple[Walk, float] | None:
-        """One thing to walk by from so far along the leg, and how far along it leads."""
-        start = self._path_number(leg, reached)
-        since = self._departures[start]
-        until = self._arrivals[min(start + 2, leg.last)] if abs(off) <= INEXACT else since
-        options: list[tuple[float, Walk, float]] = []
-        for named in nameable(self._marks, leg, since, until, self._random, start=reached, off=off):
-            along = named.along - reached
-            if abs(named.right) > 3.0 or along < 2.5 or abs(math.degrees(math.atan2(named.right, along)) - off) > 50.0:
-                continue
-            side = "" if self._random.random() < 0.5 or abs(named.right) < 0.6 else _side(named)
-            score = abs(named.right) + 0.1 * abs(along - 8.0) + 1.5 * self._random.random()
-            if named.along < leg.length - 2.0:
-                options.append((score, Walk("past", (named.thing,), side), named.along + 0.8))
-            if along > 4.0 and abs(named.right) < 1.5 and named.along - 2.5 < leg.length:
-                options.append((score + 0.5, Walk("towards", (named.thing,)), named.along - 3.0))
-        if not options:
+    def _last(self, standing: _Standing) -> tuple[Step, ...] | None:
+        """What is left to say where the target comes into view; None where it does not."""
+        here = standing.pose.x, standing.pose.z
+        soon = min(standing.number + 1, len(self._path) - 1)
+        if self._target_seen > self._departures[soon]:
             return None
-        _, walk, reached = min(options, key=lambda option: option[0])
-        return walk, reached
+        if straying(self._path, standing.number, len(self._path) - 1, here, self._goal) > ASTRAY:
+            return None
+        off = turn_between(standing.pose.heading, bearing(here, self._goal))
+        words = self._words(off)
+        return None if words is None else tuple(Turn(word) for word in words)
 
-    def _turn(self, leg: Leg, following: Leg, reached: float) -> tuple[_Words, _Words]:
-        """What turns into the next leg, exactly and in short, each with the degrees that it is off."""
-        rotation = turn_between(leg.heading, following.heading)
-        seen_by = self._path_number(leg, max(leg.length - 2.5, reached))
-        here = self._departures[self._path_number(leg, reached)]
-        options: list[tuple[float, str, Thing]] = []
-        for named in nameable(self._marks, leg, here, self._arrivals[seen_by], self._random, start=reached):
-            for at, offset in ATS:
-                astray = abs(named.along + offset - leg.length)
-                if astray < ASTRAY and abs(named.right) < ASIDE and named.along > reached - 0.5:
-                    score = 1.5 * astray + 0.3 * abs(named.right) + 1.5 * self._random.random()
-                    options.append((score, at, named.thing))
-        if options:
-            _, at, thing = min(options, key=lambda option: option[0])
-            return self._rotate(rotation, at, thing)
-        count = round(leg.length - max(reached, 0.0))
-        before = (Walk("ahead", count=count),) if count > 0 else ()
-        exact, short = self._rotate(rotation, "", None)
-        return (before + exact[0], exact[1]), (before + short[0], short[1])
+    def _words(self, off: float) -> tuple[str, ...] | None:
+        """The turn that brings what is so many degrees off the course into view; None where there is none."""
+        if abs(off) <= IN_VIEW:
+            return ()
+        for word, degrees in NOMINAL.items():
+            if abs(turn_between(degrees, off)) <= TURNED_TO:
+                return (word,)
+        return None
 
-    def _path_number(self, leg: Leg, along: float) -> int:
-        """The number of the place in the path that is so far along a leg."""
-        share = min(max(along / leg.length, 0.0), 1.0)
-        return leg.first + round(share * (leg.last - leg.first))
+    def _options(self, standing: _Standing) -> Iterator[_Option]:
+        """What can be said next, by the landmarks that have been seen by now."""
+        here = standing.pose.x, standing.pose.z
+        for mark in self._things:
+            if mark.seen[0] > self._departures[standing.number]:
+                continue
+            distance = math.dist(here, (mark.x, mark.z))
+            if distance < 2.0:
+                continue
+            off = turn_between(standing.pose.heading, bearing(here, (mark.x, mark.z)))
+            words = self._words(off)
+            if words is None or (words == ("around",) and standing.number > 0):
+                continue
+            pose = standing.pose.turned(sum(NOMINAL[word] for word in words))
+            name = name_of(
+                mark, self._marks, pose, self._departures[min(standing.number + 12, len(self._path) - 1)], self._random
+            )
+            if name is not None:
+                turns = tuple(Turn(word) for word in words)
+                yield from self._by(mark, name, turns, _Standing(pose, standing.number))
 
+    def _by(self, mark: Landmark, name: Thing, turns: tuple[Step, ...], standing: _Standing) -> Iterator[_Option]:
+        """What can be said of one landmark, after the turns."""
+        pose = standing.pose
+        right, ahead = pose.local(mark.x, mark.z)
+        aside = right - min(max(right, -BESIDE), BESIDE)
+        course = pose.turned(math.degrees(math.atan2(aside, max(ahead, 0.5))))
+        along = course.local(mark.x, mark.z)[1]
+        for word, beyond in BEYOND.items():
+            if along + beyond < 1.5:
+                continue
+            end = course.ahead(along + beyond)
+            if word == "past":
+                side = "" if self._random.random() < 0.6 or abs(right) < 0.6 else "right" if right > 0.0 else "left"
+                yield from self._option(standing, turns, Walk("past", (name,), side), end, 0.0)
+                continue
+            number = self._nearest(end, standing.number)
+            onward = self._onward(number)
+            if onward is None:
+                continue
+            rotation = turn_between(end.heading, onward)
+            direction = min(NOMINAL, key=lambda w: abs(turn_between(NOMINAL[w], rotation)))
+            inexact = abs(turn_between(NOMINAL[direction], rotation))
+            if abs(rotation) > 35.0 and direction != "around":
+                end = end.turned(NOMINAL[direction])
+                yield from self._option(standing, turns, Turn(direction, word, name), end, inexact / 20.0 - 1.0)
+        straight = Pose(pose.x, pose.z, bearing((pose.x, pose.z), (mark.x, mark.z)))
+        distance = math.dist((pose.x, pose.z), (mark.x, mark.z))
+        for way, near in NEAR.items():
+            if distance - near > 2.0:
+                yield from self._option(standing, turns, Walk(way, (name,)), straight.ahead(distance - near), 0.6)
 
-def _off(named: Named) -> float:
-    """How far beside the leg's direction it is seen from the leg's start, in degrees."""
-    return math.degrees(math.atan2(named.right, named.along))
+    def _option(
+        self, standing: _Standing, turns: tuple[Step, ...], step: Step, end: Pose, cost: float
+    ) -> Iterator[_Option]:
+        """The option to take these steps, where they lead on along the path."""
+        number = self._nearest(end, standing.number)
+        if number < standing.number + 2 and number < len(self._path) - 1:
+            return
+        here = standing.pose.x, standing.pose.z
+        off = math.dist((end.x, end.z), self._path[number])
+        strayed = straying(self._path, standing.number, number, here, (end.x, end.z))
+        if off > ASTRAY or strayed > ASTRAY:
+            return
+        gain = min(number - standing.number, 14)
+        onward = self._onward(number)
+        wrong = 0.0 if onward is None else max(abs(turn_between(end.heading, onward)) - 30.0, 0.0) / 40.0
+        total = cost + 0.8 * off + 0.5 * strayed - 0.25 * gain + 1.2 * len(turns) + wrong + 1.5 * self._random.random()
+        yield _Option(total, (*turns, step), _Standing(end, number))
 
+    def _count(self, standing: _Standing) -> _Option:
+        """Steps counted to the next corner, where there is no landmark."""
+        here = standing.pose.x, standing.pose.z
+        corner = next((c for c in self._corners if c > standing.number + 1), len(self._path) - 1)
+        rotation = turn_between(standing.pose.heading, bearing(here, self._path[corner]))
+        words: tuple[str, ...] = ()
+        while abs(rotation) > 18.0:
+            word = min(NOMINAL, key=lambda w: abs(turn_between(NOMINAL[w], rotation)))
+            words, rotation = (*words, word), turn_between(NOMINAL[word], rotation)
+        count = max(round(math.dist(here, self._path[corner])), 1)
+        pose = standing.pose.turned(sum(NOMINAL[word] for word in words)).ahead(count)
+        return _Option(0.0, (*(Turn(word) for word in words), Walk("ahead", count=count)), _Standing(pose, corner))
 
-def _side(named: Named) -> str:
-    return "right" if named.right > 0.0 else "left"
+    def _faced(self, option: _Option) -> tuple[Step, ...]:
+        """An option's steps, where the first turn may be said as one to a thing."""
+        if len(option.steps) < 2 or self._random.random() > 0.5:
+            return option.steps
+        after = option.steps[-1]
+        thing = (
+            after.thing
+            if isinstance(after, Turn)
+            else after.things[0]
+            if isinstance(after, Walk) and after.things
+            else None
+        )
+        if thing is None or sum(fits(thing, mark) for mark in self._around) != 1:
+            return option.steps
+        return (Face(thing), after)
+
+    def _nearest(self, pose: Pose, since: int) -> int:
+        """The number of the place in the path that is nearest to a pose, of those from `since` on."""
+        return min(range(since, len(self._path)), key=lambda i: math.dist(self._path[i], (pose.x, pose.z)))
+
+    def _onward(self, number: int) -> float | None:
+        """Where the path goes on to from a place in it; None at its end."""
+        ahead = min(number + 5, len(self._path) - 1)
+        if ahead <= number:
+            return None if self._path[number] == self._goal else bearing(self._path[number], self._goal)
+        return wrap(bearing(self._path[number], self._path[ahead]))

@@ -68,6 +68,11 @@ def turn_between(before: float, after: float) -> float:
     return (after - before + 180.0) % 360.0 - 180.0
 
 
+def straying(path: Sequence[Place], first: int, last: int, start: Place, end: Place) -> float:
+    """How far the places of a path from `first` to `last` are from the straight way from start to end, in units."""
+    return max(_from_segment(place, start, end) for place in path[first : last + 1])
+
+
 def _corners(path: Sequence[Place], first: int, last: int) -> list[int]:
     """The numbers of the places that the path can be reduced to (Douglas and Peucker)."""
     farthest, far = first, 0.0

@@ -17,7 +17,7 @@ from server.sim.view import street_actor
 SIZE = 128
 """Pixels along each side of the frames that are looked at."""
 
-FEWEST = 14
+FEWEST = 8
 """Pixels that make a thing seen."""
 
 SLACK = 1.0
