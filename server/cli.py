@@ -215,10 +215,10 @@ def _stats(arguments: argparse.Namespace) -> None:
     if arguments.json:
         print(json.dumps(as_json(figures), ensure_ascii=False, indent=1))
         return
-    for line in as_text(figures):
-        print(line)
-    for path in pictures:
-        print(path)
+    try:
+        print(*as_text(figures), *pictures, sep="\n", flush=True)
+    except BrokenPipeError:  # Read by `head` or a pager that was left: nothing is wrong.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _check(arguments: argparse.Namespace) -> int:
