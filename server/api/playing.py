@@ -8,12 +8,14 @@ from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from server.api.encoding import Encoder
 from server.api.messages import ACTIONS, LABEL_MESSAGES, PHASES, oracle_message, pose_message, run_message
+from server.api.sharing import IMAGES, Shared, offered
 from server.config import Config
 from server.errors import ArraMonError, BadInput
 from server.runs.engine import Engine
 from server.runs.events import EpisodeEnded, EpisodeStarted, Event, Observed, Opened, PhaseOver, Problem
 from server.runs.service import Runs
 from server.runs.stream import Act, Stream
+from server.sim.cameras import Frame
 from server.sim.view import visible_pose
 
 
@@ -33,7 +35,7 @@ class Playing:
     def __init__(self, open_: pb.Open, runs: Runs, engine: Engine, config: Config) -> None:
         self._outbox: asyncio.Queue[pb.PlayResponse | ArraMonError | None] = asyncio.Queue()
         self._engine = engine
-        self._encoder = Encoder(open_.encoding, open_.jpeg_quality)
+        self._encoder = Encoder(open_.encoding, open_.jpeg_quality, offered(config.listen))
         if open_.image_size and open_.image_size not in config.image_sizes:
             sizes = ", ".join(map(str, config.image_sizes))
             raise BadInput(f"images of {open_.image_size} pixels are not offered, but {sizes}")
@@ -52,6 +54,9 @@ class Playing:
             close=self._outbox.put_nowait,
             backlog=self._outbox.qsize,
         )
+        self._shared: Shared | None = None
+        if self._encoder.encoding == types_pb2.ENCODING_SHARED:
+            self._shared = Shared(open_.max_episodes, self._stream.run.sensors, self._stream.image_size)
 
     async def serve(self, requests: AsyncIterator[pb.PlayRequest]) -> AsyncIterator[pb.PlayResponse]:
         """Answers until the run ends, the client leaves, or an error closes the stream.
@@ -70,6 +75,8 @@ class Playing:
         finally:
             self._engine.leave(self._stream)
             reader.cancel()
+            if self._shared is not None:
+                self._shared.close()
 
     async def _read(self, requests: AsyncIterator[pb.PlayRequest]) -> None:
         """Takes the client's messages to the engine. A client that closes its half without an end has left."""
@@ -101,12 +108,16 @@ class Playing:
                 end = message.episode_ended
                 end.episode_id, end.episodes_ended = episode_id, ended
                 end.cause = types_pb2.Cause.Value(f"CAUSE_{cause}")
+                if self._shared is not None:
+                    self._shared.forget(episode_id)
             case Opened(run, progress, episode_ids):
                 opened = message.opened
                 opened.run.CopyFrom(run_message(run, progress))
                 opened.episode_ids.extend(episode_ids)
                 opened.encoding, opened.jpeg_quality = self._encoder.encoding, self._encoder.jpeg_quality
                 opened.image_size = self._stream.image_size
+                if self._shared is not None:
+                    opened.shared.CopyFrom(self._shared.message)
                 if "segmentation" in run.sensors:
                     opened.labels.extend(LABEL_MESSAGES)
             case Problem(code, text, episode_id, step):
@@ -132,14 +143,20 @@ class Playing:
         message.phase_step, message.steps_left = state.phase_step, event.steps_left
         if event.taken is not None:
             message.taken = ACTIONS[event.taken]
-        if event.frame is not None and "rgb" in sensors:
-            self._encoder.rgb(event.frame.rgb, message.rgb)
-        if event.frame is not None and "depth" in sensors:
-            self._encoder.numbers(event.frame.depth, message.depth)
-        if event.frame is not None and event.frame.segmentation is not None:
-            self._encoder.numbers(event.frame.segmentation, message.segmentation)
+        if event.frame is not None:
+            self._write_images(event, event.frame, message)
         if "pose" in sensors:
             message.pose.CopyFrom(pose_message(visible_pose(state)))
+
+    def _write_images(self, event: Observed, frame: Frame, message: pb.Observation) -> None:
+        """In the memory shared, if there is one, lies each episode's latest observation; a history is told whole."""
+        images = [(getattr(frame, name), getattr(message, name)) for name in IMAGES if name in event.run.sensors]
+        episode_id = event.episode.episode_id
+        if self._shared is not None and event.taken is None and self._shared.has_room(episode_id):
+            self._shared.write(episode_id, images)
+            return
+        for pixels, image in images:
+            self._encoder.write(pixels, image)
 
 
 def _act(act: pb.Act) -> Act:

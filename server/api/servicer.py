@@ -10,9 +10,9 @@ from arramon.v1 import PROTOCOL, types_pb2
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationServicer
 from server import __version__
-from server.api.encoding import OFFERED
 from server.api.messages import report_message, run_message, split_message
 from server.api.playing import Playing
+from server.api.sharing import offered
 from server.api.status import status_of
 from server.config import Config
 from server.errors import ArraMonError, BadInput
@@ -44,7 +44,7 @@ class Servicer(EvaluationServicer):
             version=__version__,
             protocol=PROTOCOL,
             splits=map(split_message, self._runs.splits.values()),
-            encodings=OFFERED,
+            encodings=offered(self._config.listen),
             image_sizes=self._config.image_sizes,
             limits=types_pb2.Limits(steps_per_phase=self._runs.limits.steps_per_phase),
             max_episodes_per_stream=self._config.max_episodes_per_stream,

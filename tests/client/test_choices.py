@@ -76,6 +76,7 @@ def test_the_encoding(asked: str | None, address: str, encoding: types_pb2.Encod
 @pytest.mark.parametrize(("offered", "address", "encoding"), [
     ([types_pb2.ENCODING_JPEG, types_pb2.ENCODING_RAW], "far.example:1", types_pb2.ENCODING_RAW),
     ([types_pb2.ENCODING_JPEG, types_pb2.ENCODING_ZSTD], "unix:/tmp/s", types_pb2.ENCODING_ZSTD),
+    ([types_pb2.ENCODING_JPEG, types_pb2.ENCODING_SHARED], "unix:/tmp/s", types_pb2.ENCODING_SHARED),
 ])  # fmt: skip
 def test_nothing_lossy_unless_asked_for(
     offered: list[types_pb2.Encoding.ValueType], address: str, encoding: types_pb2.Encoding.ValueType

@@ -97,6 +97,17 @@ def test_what_is_no_image(encoding: int, data: bytes, said: str) -> None:
         decode_rgb(message(RGB, encoding, data))
 
 
+@pytest.mark.parametrize(("place", "shared", "said"), [
+    (0, None, "an image came in shared memory, and the server shares none"),
+    (8, bytes(112), "an image of 105 bytes lies at 8 in shared memory of 112"),
+])  # fmt: skip
+def test_what_is_not_in_shared_memory(place: int, shared: bytes | None, said: str) -> None:
+    image = types_pb2.Image(height=5, width=7, encoding=types_pb2.ENCODING_SHARED, place=place)
+    with pytest.raises(ProtocolError, match=said):
+        decode_rgb(image, None if shared is None else memoryview(shared))
+    assert decode_rgb(image, memoryview(bytes(113))).shape == (5, 7, 3)
+
+
 @pytest.mark.parametrize(("encoding", "data", "said"), [
     (ENCODING_RAW, bytes(11), "a raw image of 2 x 3 has 11 bytes, 12 expected"),
     (ENCODING_ZSTD, zstd(bytes(18)), "a compressed image has 18 bytes, 12 expected"),

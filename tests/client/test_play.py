@@ -334,6 +334,14 @@ def test_a_segmentation_comes_with_its_labels(server: Server, world: World) -> N
     assert (agent.seen.dtype, agent.seen.tolist()) == (np.uint16, [[1, 0]])
 
 
+def test_memory_that_is_not_to_be_had_is_done_without(server: Server, world: World, run: pb.Run) -> None:
+    outcome, notices = played(server, run, Recorder(), encoding=types_pb2.ENCODING_SHARED)
+    assert [opening.encoding for opening in world.opens] == [types_pb2.ENCODING_SHARED, types_pb2.ENCODING_RAW]
+    assert len({opening.player for opening in world.opens}) == 1
+    assert [notice.partition(":")[0] for notice in notices] == ["images travel in messages"]
+    assert (outcome.steps, world.actions) == (20, BY_RULE)
+
+
 def test_an_interrupt_is_not_taken_for_a_failure_of_the_agent(server: Server, world: World, run: pb.Run) -> None:
     with pytest.raises(KeyboardInterrupt):
         played(server, run, Answering(KeyboardInterrupt()))

@@ -34,7 +34,7 @@ def parser() -> argparse.ArgumentParser:
     add(
         "--encoding",
         choices=tuple(ENCODINGS),
-        help="of images (default: raw on this machine, zstd, lossless, elsewhere)",
+        help="of images (default: shared or else raw on this machine; zstd, lossless too, elsewhere)",
     )
     add("--quality", type=_quality, metavar="Q", help="of JPEG images, 1 to 100 (default: the server's)")
     add("--output", type=Path, default=Path("arramon-results"), metavar="DIR", help="results (default: %(default)s)")

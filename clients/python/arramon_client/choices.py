@@ -10,7 +10,12 @@ from arramon_client.errors import UsageError
 DEFAULT_SENSORS = ("rgb", "depth")
 DEFAULT_PARALLEL = 8
 
-ENCODINGS = {"raw": types_pb2.ENCODING_RAW, "zstd": types_pb2.ENCODING_ZSTD, "jpeg": types_pb2.ENCODING_JPEG}
+ENCODINGS = {
+    "shared": types_pb2.ENCODING_SHARED,
+    "raw": types_pb2.ENCODING_RAW,
+    "zstd": types_pb2.ENCODING_ZSTD,
+    "jpeg": types_pb2.ENCODING_JPEG,
+}
 
 
 def choose_split(info: evaluation_pb2.ServerInfo, language: str, split: str | None) -> evaluation_pb2.Split:
@@ -59,7 +64,7 @@ def choose_sensors(agent: Agent, asked: Sequence[str] | None, split: evaluation_
 
 
 def choose_encoding(info: evaluation_pb2.ServerInfo, asked: str | None, address: str) -> types_pb2.Encoding.ValueType:
-    """How images travel: as asked; otherwise raw from a server on this machine, and compressed from elsewhere.
+    """How images travel: as asked; otherwise as they are on this machine, best in shared memory, and else compressed.
 
     Raises:
         UsageError: if the server does not offer what was asked for.
@@ -70,7 +75,7 @@ def choose_encoding(info: evaluation_pb2.ServerInfo, asked: str | None, address:
             raise UsageError(f"the server does not offer the encoding {asked!r}; it offers {offered}")
         return ENCODINGS[asked]
     # Never JPEG unless it was asked for: what an agent scores must not depend on the link that it happened to have.
-    for name in ("raw", "zstd") if is_local(address) else ("zstd", "raw"):
+    for name in ("shared", "raw", "zstd") if is_local(address) else ("zstd", "raw"):
         if ENCODINGS[name] in info.encodings:
             return ENCODINGS[name]
     raise UsageError("the server offers no lossless encoding that this client knows; choose another with --encoding")

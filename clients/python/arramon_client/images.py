@@ -14,11 +14,12 @@ THOUSANDTHS = np.float32(0.001)
 """Depth travels as whole thousandths of a unit."""
 
 
-def decode_rgb(image: types_pb2.Image) -> npt.NDArray[np.uint8]:
+def decode_rgb(image: types_pb2.Image, shared: memoryview | None = None) -> npt.NDArray[np.uint8]:
     """The picture as an array.
 
     Args:
         image: in any encoding of the protocol.
+        shared: the memory that the server shares, where it does.
 
     Returns:
         (height, width, 3) uint8. But for JPEG it is read-only.
@@ -29,14 +30,15 @@ def decode_rgb(image: types_pb2.Image) -> npt.NDArray[np.uint8]:
     shape = (image.height, image.width, 3)
     if image.encoding == types_pb2.ENCODING_JPEG:
         return _jpeg(image.data, shape)
-    return np.frombuffer(_bytes(image, 3), np.uint8).reshape(shape)
+    return np.frombuffer(_bytes(image, 3, shared), np.uint8).reshape(shape)
 
 
-def decode_depth(image: types_pb2.Image) -> npt.NDArray[np.float32]:
+def decode_depth(image: types_pb2.Image, shared: memoryview | None = None) -> npt.NDArray[np.float32]:
     """The depth map as an array.
 
     Args:
         image: in any encoding of the protocol but JPEG.
+        shared: the memory that the server shares, where it does.
 
     Returns:
         (height, width) float32, units ("metres") along the viewing direction; 0 where nothing was hit.
@@ -44,16 +46,17 @@ def decode_depth(image: types_pb2.Image) -> npt.NDArray[np.float32]:
     Raises:
         ProtocolError: if the data is not what the message says it is.
     """
-    metres = np.frombuffer(_bytes(image, 2), "<u2").astype(np.float32)
+    metres = np.frombuffer(_bytes(image, 2, shared), "<u2").astype(np.float32)
     metres *= THOUSANDTHS
     return metres.reshape(image.height, image.width)
 
 
-def decode_segmentation(image: types_pb2.Image) -> npt.NDArray[np.uint16]:
+def decode_segmentation(image: types_pb2.Image, shared: memoryview | None = None) -> npt.NDArray[np.uint16]:
     """The segmentation as an array.
 
     Args:
         image: in any encoding of the protocol but JPEG.
+        shared: the memory that the server shares, where it does.
 
     Returns:
         (height, width) uint16, each pixel's place in the stream's labels; read-only.
@@ -61,13 +64,15 @@ def decode_segmentation(image: types_pb2.Image) -> npt.NDArray[np.uint16]:
     Raises:
         ProtocolError: if the data is not what the message says it is.
     """
-    places = np.frombuffer(_bytes(image, 2), "<u2").reshape(image.height, image.width)
+    places = np.frombuffer(_bytes(image, 2, shared), "<u2").reshape(image.height, image.width)
     return places.astype(np.uint16, copy=False)
 
 
-def _bytes(image: types_pb2.Image, bytes_a_pixel: int) -> bytes:
-    """The pixels of a raw image, or of one that was compressed without loss: of exactly the length announced."""
+def _bytes(image: types_pb2.Image, bytes_a_pixel: int, shared: memoryview | None) -> bytes:
+    """The pixels of an image that lost nothing, copied where they would not stay: of exactly the length announced."""
     expected = image.height * image.width * bytes_a_pixel
+    if image.encoding == types_pb2.ENCODING_SHARED:
+        return _copied(image.place, expected, shared)
     data = image.data  # Once: each access copies it.
     if image.encoding == types_pb2.ENCODING_ZSTD:
         return _decompressed(data, expected)
@@ -76,6 +81,14 @@ def _bytes(image: types_pb2.Image, bytes_a_pixel: int) -> bytes:
     if len(data) != expected:
         raise ProtocolError(f"a raw image of {image.height} x {image.width} has {len(data)} bytes, {expected} expected")
     return data
+
+
+def _copied(place: int, expected: int, shared: memoryview | None) -> bytes:
+    if shared is None:
+        raise ProtocolError("an image came in shared memory, and the server shares none")
+    if place + expected > len(shared):
+        raise ProtocolError(f"an image of {expected} bytes lies at {place} in shared memory of {len(shared)}")
+    return bytes(shared[place : place + expected])
 
 
 def _decompressed(data: bytes, expected: int) -> bytes:

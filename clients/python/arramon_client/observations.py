@@ -23,8 +23,8 @@ def episode_of(started: evaluation_pb2.EpisodeStarted, labels: tuple[Label, ...]
     )
 
 
-def observation_of(message: evaluation_pb2.Observation) -> Observation:
-    """The observation that a message carries, its images decoded.
+def observation_of(message: evaluation_pb2.Observation, shared: memoryview | None = None) -> Observation:
+    """The observation that a message carries, its images decoded, from the memory shared where they lie there.
 
     Raises:
         ProtocolError: if an image cannot be decoded.
@@ -38,8 +38,8 @@ def observation_of(message: evaluation_pb2.Observation) -> Observation:
         instruction=message.instruction,
         phase_step=message.phase_step,
         steps_left=message.steps_left,
-        rgb=decode_rgb(message.rgb) if message.HasField("rgb") else None,
-        depth=decode_depth(message.depth) if message.HasField("depth") else None,
+        rgb=decode_rgb(message.rgb, shared) if message.HasField("rgb") else None,
+        depth=decode_depth(message.depth, shared) if message.HasField("depth") else None,
         pose=(pose.x, pose.z, pose.heading) if message.HasField("pose") else None,
-        segmentation=decode_segmentation(message.segmentation) if message.HasField("segmentation") else None,
+        segmentation=decode_segmentation(message.segmentation, shared) if message.HasField("segmentation") else None,
     )

@@ -4,15 +4,16 @@ import random
 import time
 import uuid
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import grpc
 
 from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc, types_pb2
 from arramon_client.agent import Agent
 from arramon_client.connection import BROKEN, explain
-from arramon_client.errors import ServerUnreachableError
+from arramon_client.errors import ProtocolError, ServerUnreachableError
 from arramon_client.session import AgentFailure, Session
+from arramon_client.sharing import NotSharedError
 from arramon_client.stream import PlayStream, StreamEnded
 
 FIRST_DELAY, LAST_DELAY = 0.1, 5.0
@@ -125,6 +126,11 @@ def play(
         try:
             session.start_stream(history=history)
             _play_stream(stream, session, progress, retry)
+        except NotSharedError as error:
+            if settings.encoding != types_pb2.ENCODING_SHARED:
+                raise ProtocolError(f"the server shares memory that was not asked for: {error}") from error
+            notify(f"images travel in messages: {error}")
+            settings = replace(settings, encoding=types_pb2.ENCODING_RAW)
         except StreamEnded:
             broken = "the server closed the stream"
         except grpc.RpcError as error:

@@ -13,6 +13,7 @@ from arramon_client import checked
 from arramon_client.agent import Agent, Episode, Label
 from arramon_client.errors import AgentError, ProtocolError
 from arramon_client.observations import episode_of, labels_of, observation_of
+from arramon_client.sharing import shared_memory
 
 Problem = evaluation_pb2.Problem
 
@@ -72,6 +73,7 @@ class Session:
         self._rebuilding: set[str] = set()  # Episodes that were played before this player knew them.
         self._history = False  # Whether the present stream tells the history of its episodes.
         self._labels: tuple[Label, ...] = ()  # Of the present stream's segmentations.
+        self._shared: memoryview | None = None  # Where the present stream's images lie, if they do.
         self._warned = False
 
     @property
@@ -101,6 +103,7 @@ class Session:
 
         Raises:
             ProtocolError: if it reports a fault that this client must not make.
+            NotSharedError: if it shares memory with this client that is not to be had.
         """
         match event.WhichOneof("event"):
             case "opened":
@@ -142,7 +145,7 @@ class Session:
         return acts
 
     def _ask_agent(self, batch: list[tuple[_Open, evaluation_pb2.Observation]]) -> list[evaluation_pb2.Act]:
-        observations = [observation_of(message) for _, message in batch]
+        observations = [observation_of(message, self._shared) for _, message in batch]
         try:
             actions = checked.act(self._agent, observations)
         except AgentError as error:
@@ -189,6 +192,7 @@ class Session:
     def _take_opened(self, opened: evaluation_pb2.Opened) -> None:
         self.run = opened.run
         self._labels = labels_of(opened)
+        self._shared = shared_memory(opened.shared) if opened.HasField("shared") else None
         self.episodes_ended = max(self.episodes_ended, opened.run.episodes_ended)
         for episode_id in self._open.keys() - set(opened.episode_ids):
             self._forget(episode_id)

@@ -78,7 +78,7 @@ class ServerInfo(_message.Message):
     def splits(self) -> _containers.RepeatedCompositeFieldContainer[Global___Split]: ...
     @_builtins.property
     def encodings(self) -> _containers.RepeatedScalarFieldContainer[_types_pb2.Encoding.ValueType]:
-        """In the server's order of preference."""
+        """In the server's order of preference; ENCODING_SHARED, if at all, last."""
 
     @_builtins.property
     def image_sizes(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]:
@@ -764,6 +764,7 @@ class Opened(_message.Message):
     IMAGE_SIZE_FIELD_NUMBER: _builtins.int
     JPEG_QUALITY_FIELD_NUMBER: _builtins.int
     LABELS_FIELD_NUMBER: _builtins.int
+    SHARED_FIELD_NUMBER: _builtins.int
     encoding: _types_pb2.Encoding.ValueType
     image_size: _builtins.int
     jpeg_quality: _builtins.int
@@ -778,6 +779,12 @@ class Opened(_message.Message):
     def labels(self) -> _containers.RepeatedCompositeFieldContainer[Global___Label]:
         """What the numbers of every segmentation on this stream mean: number n is the label in place n,"""
 
+    @_builtins.property
+    def shared(self) -> _types_pb2.SharedMemory:
+        """from 0. Only with the sensor "segmentation".
+        With ENCODING_SHARED.
+        """
+
     def __init__(
         self,
         *,
@@ -787,10 +794,11 @@ class Opened(_message.Message):
         image_size: _builtins.int = ...,
         jpeg_quality: _builtins.int = ...,
         labels: _abc.Iterable[Global___Label] | None = ...,
+        shared: _types_pb2.SharedMemory | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["run", b"run"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["run", b"run", "shared", b"shared"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["encoding", b"encoding", "episode_ids", b"episode_ids", "image_size", b"image_size", "jpeg_quality", b"jpeg_quality", "labels", b"labels", "run", b"run"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["encoding", b"encoding", "episode_ids", b"episode_ids", "image_size", b"image_size", "jpeg_quality", b"jpeg_quality", "labels", b"labels", "run", b"run", "shared", b"shared"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 

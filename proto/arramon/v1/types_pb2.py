@@ -24,29 +24,31 @@ _sym_db = _symbol_database.Default()
 
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x16\x61rramon/v1/types.proto\x12\narramon.v1\"\\\n\x05Image\x12\x0e\n\x06height\x18\x01 \x01(\r\x12\r\n\x05width\x18\x02 \x01(\r\x12&\n\x08\x65ncoding\x18\x03 \x01(\x0e\x32\x14.arramon.v1.Encoding\x12\x0c\n\x04\x64\x61ta\x18\x04 \x01(\x0c\"-\n\x04Pose\x12\t\n\x01x\x18\x01 \x01(\x01\x12\t\n\x01z\x18\x02 \x01(\x01\x12\x0f\n\x07heading\x18\x03 \x01(\x01\"+\n\x08Position\x12\t\n\x01x\x18\x01 \x01(\x01\x12\t\n\x01y\x18\x02 \x01(\x01\x12\t\n\x01z\x18\x03 \x01(\x01\"2\n\x04\x43\x65ll\x12\x0e\n\x06\x63olumn\x18\x01 \x01(\x05\x12\r\n\x05level\x18\x02 \x01(\x05\x12\x0b\n\x03row\x18\x03 \x01(\x05\"!\n\x06Limits\x12\x17\n\x0fsteps_per_phase\x18\x01 \x01(\r*T\n\x06\x41\x63tion\x12\x12\n\x0e\x41\x43TION_FORWARD\x10\x00\x12\x0f\n\x0b\x41\x43TION_LEFT\x10\x01\x12\x10\n\x0c\x41\x43TION_RIGHT\x10\x02\x12\x13\n\x0f\x41\x43TION_INTERACT\x10\x03*H\n\x05Phase\x12\x15\n\x11PHASE_UNSPECIFIED\x10\x00\x12\x14\n\x10PHASE_NAVIGATION\x10\x01\x12\x12\n\x0ePHASE_ASSEMBLY\x10\x02*\x91\x01\n\x05\x43\x61use\x12\x15\n\x11\x43\x41USE_UNSPECIFIED\x10\x00\x12\x18\n\x14\x43\x41USE_AGENT_FINISHED\x10\x01\x12\x14\n\x10\x43\x41USE_STEP_LIMIT\x10\x02\x12\x14\n\x10\x43\x41USE_TIME_LIMIT\x10\x03\x12\x13\n\x0f\x43\x41USE_FORFEITED\x10\x04\x12\x16\n\x12\x43\x41USE_SERVER_FAULT\x10\x05*\\\n\x08\x45ncoding\x12\x18\n\x14\x45NCODING_UNSPECIFIED\x10\x00\x12\x10\n\x0c\x45NCODING_RAW\x10\x01\x12\x11\n\rENCODING_ZSTD\x10\x02\x12\x11\n\rENCODING_JPEG\x10\x03\x62\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x16\x61rramon/v1/types.proto\x12\narramon.v1\"k\n\x05Image\x12\x0e\n\x06height\x18\x01 \x01(\r\x12\r\n\x05width\x18\x02 \x01(\r\x12&\n\x08\x65ncoding\x18\x03 \x01(\x0e\x32\x14.arramon.v1.Encoding\x12\x0c\n\x04\x64\x61ta\x18\x04 \x01(\x0c\x12\r\n\x05place\x18\x05 \x01(\x04\"P\n\x0cSharedMemory\x12\x0f\n\x07process\x18\x01 \x01(\r\x12\x12\n\ndescriptor\x18\x02 \x01(\r\x12\x0c\n\x04size\x18\x03 \x01(\x04\x12\r\n\x05token\x18\x04 \x01(\x0c\"-\n\x04Pose\x12\t\n\x01x\x18\x01 \x01(\x01\x12\t\n\x01z\x18\x02 \x01(\x01\x12\x0f\n\x07heading\x18\x03 \x01(\x01\"+\n\x08Position\x12\t\n\x01x\x18\x01 \x01(\x01\x12\t\n\x01y\x18\x02 \x01(\x01\x12\t\n\x01z\x18\x03 \x01(\x01\"2\n\x04\x43\x65ll\x12\x0e\n\x06\x63olumn\x18\x01 \x01(\x05\x12\r\n\x05level\x18\x02 \x01(\x05\x12\x0b\n\x03row\x18\x03 \x01(\x05\"!\n\x06Limits\x12\x17\n\x0fsteps_per_phase\x18\x01 \x01(\r*T\n\x06\x41\x63tion\x12\x12\n\x0e\x41\x43TION_FORWARD\x10\x00\x12\x0f\n\x0b\x41\x43TION_LEFT\x10\x01\x12\x10\n\x0c\x41\x43TION_RIGHT\x10\x02\x12\x13\n\x0f\x41\x43TION_INTERACT\x10\x03*H\n\x05Phase\x12\x15\n\x11PHASE_UNSPECIFIED\x10\x00\x12\x14\n\x10PHASE_NAVIGATION\x10\x01\x12\x12\n\x0ePHASE_ASSEMBLY\x10\x02*\x91\x01\n\x05\x43\x61use\x12\x15\n\x11\x43\x41USE_UNSPECIFIED\x10\x00\x12\x18\n\x14\x43\x41USE_AGENT_FINISHED\x10\x01\x12\x14\n\x10\x43\x41USE_STEP_LIMIT\x10\x02\x12\x14\n\x10\x43\x41USE_TIME_LIMIT\x10\x03\x12\x13\n\x0f\x43\x41USE_FORFEITED\x10\x04\x12\x16\n\x12\x43\x41USE_SERVER_FAULT\x10\x05*q\n\x08\x45ncoding\x12\x18\n\x14\x45NCODING_UNSPECIFIED\x10\x00\x12\x10\n\x0c\x45NCODING_RAW\x10\x01\x12\x11\n\rENCODING_ZSTD\x10\x02\x12\x11\n\rENCODING_JPEG\x10\x03\x12\x13\n\x0f\x45NCODING_SHARED\x10\x04\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
 _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'arramon.v1.types_pb2', _globals)
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
-  _globals['_ACTION']._serialized_start=311
-  _globals['_ACTION']._serialized_end=395
-  _globals['_PHASE']._serialized_start=397
-  _globals['_PHASE']._serialized_end=469
-  _globals['_CAUSE']._serialized_start=472
-  _globals['_CAUSE']._serialized_end=617
-  _globals['_ENCODING']._serialized_start=619
-  _globals['_ENCODING']._serialized_end=711
+  _globals['_ACTION']._serialized_start=408
+  _globals['_ACTION']._serialized_end=492
+  _globals['_PHASE']._serialized_start=494
+  _globals['_PHASE']._serialized_end=566
+  _globals['_CAUSE']._serialized_start=569
+  _globals['_CAUSE']._serialized_end=714
+  _globals['_ENCODING']._serialized_start=716
+  _globals['_ENCODING']._serialized_end=829
   _globals['_IMAGE']._serialized_start=38
-  _globals['_IMAGE']._serialized_end=130
-  _globals['_POSE']._serialized_start=132
-  _globals['_POSE']._serialized_end=177
-  _globals['_POSITION']._serialized_start=179
-  _globals['_POSITION']._serialized_end=222
-  _globals['_CELL']._serialized_start=224
-  _globals['_CELL']._serialized_end=274
-  _globals['_LIMITS']._serialized_start=276
-  _globals['_LIMITS']._serialized_end=309
+  _globals['_IMAGE']._serialized_end=145
+  _globals['_SHAREDMEMORY']._serialized_start=147
+  _globals['_SHAREDMEMORY']._serialized_end=227
+  _globals['_POSE']._serialized_start=229
+  _globals['_POSE']._serialized_end=274
+  _globals['_POSITION']._serialized_start=276
+  _globals['_POSITION']._serialized_end=319
+  _globals['_CELL']._serialized_start=321
+  _globals['_CELL']._serialized_end=371
+  _globals['_LIMITS']._serialized_start=373
+  _globals['_LIMITS']._serialized_end=406
 # @@protoc_insertion_point(module_scope)

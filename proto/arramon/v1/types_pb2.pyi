@@ -118,6 +118,11 @@ class _EncodingEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_Encoding.Val
     """(RFC 8878) that states its content size and needs no dictionary. No filter goes before it.
     RGB only, lossy: one JPEG (JFIF) file with chroma at half resolution (4:2:0), of the quality
     """
+    ENCODING_SHARED: _Encoding.ValueType  # 4
+    """`Open.jpeg_quality`. Depth and segmentation travel as ENCODING_ZSTD beside it: each `Image`
+    says its own.
+    Lossless, on one machine: the pixels as ENCODING_RAW has them, not in the message but in the
+    """
 
 class Encoding(_Encoding, metaclass=_EncodingEnumTypeWrapper):
     """How an RGB image, a depth map or a segmentation travels. Its pixels are in rows from the top, each from the left, without
@@ -135,6 +140,11 @@ ENCODING_JPEG: Encoding.ValueType  # 3
 """(RFC 8878) that states its content size and needs no dictionary. No filter goes before it.
 RGB only, lossy: one JPEG (JFIF) file with chroma at half resolution (4:2:0), of the quality
 """
+ENCODING_SHARED: Encoding.ValueType  # 4
+"""`Open.jpeg_quality`. Depth and segmentation travel as ENCODING_ZSTD beside it: each `Image`
+says its own.
+Lossless, on one machine: the pixels as ENCODING_RAW has them, not in the message but in the
+"""
 Global___Encoding: _TypeAlias = Encoding  # noqa: Y015
 
 @_typing.final
@@ -149,10 +159,14 @@ class Image(_message.Message):
     WIDTH_FIELD_NUMBER: _builtins.int
     ENCODING_FIELD_NUMBER: _builtins.int
     DATA_FIELD_NUMBER: _builtins.int
+    PLACE_FIELD_NUMBER: _builtins.int
     height: _builtins.int
     width: _builtins.int
     encoding: Global___Encoding.ValueType
     data: _builtins.bytes
+    """Empty with ENCODING_SHARED."""
+    place: _builtins.int
+    """With ENCODING_SHARED: of the first pixel, in bytes from the start of the memory shared."""
     def __init__(
         self,
         *,
@@ -160,14 +174,49 @@ class Image(_message.Message):
         width: _builtins.int = ...,
         encoding: Global___Encoding.ValueType = ...,
         data: _builtins.bytes = ...,
+        place: _builtins.int = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["data", b"data", "encoding", b"encoding", "height", b"height", "width", b"width"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["data", b"data", "encoding", b"encoding", "height", b"height", "place", b"place", "width", b"width"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
 Global___Image: _TypeAlias = Image  # noqa: Y015
+
+@_typing.final
+class SharedMemory(_message.Message):
+    """Memory that the server shares with one stream's client, which may read it. On Linux it is the file
+    /proc/PROCESS/fd/DESCRIPTOR, which only the same user's processes can open, and gone when the last of the two has gone.
+    """
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    PROCESS_FIELD_NUMBER: _builtins.int
+    DESCRIPTOR_FIELD_NUMBER: _builtins.int
+    SIZE_FIELD_NUMBER: _builtins.int
+    TOKEN_FIELD_NUMBER: _builtins.int
+    process: _builtins.int
+    descriptor: _builtins.int
+    size: _builtins.int
+    """In bytes."""
+    token: _builtins.bytes
+    """Random; stands at the memory's very start. If it does not, this is another machine's, or another"""
+    def __init__(
+        self,
+        *,
+        process: _builtins.int = ...,
+        descriptor: _builtins.int = ...,
+        size: _builtins.int = ...,
+        token: _builtins.bytes = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["descriptor", b"descriptor", "process", b"process", "size", b"size", "token", b"token"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___SharedMemory: _TypeAlias = SharedMemory  # noqa: Y015
 
 @_typing.final
 class Pose(_message.Message):
