@@ -1,4 +1,4 @@
-"""The server's command line: `arramon-server serve`, `import-release`, `generate`, `show`, `stats`, `check-instruction`."""
+"""The command line of the server: `arramon-server serve`, `import-release`, `generate`, `show`, `stats` and others."""
 
 import argparse
 import json
