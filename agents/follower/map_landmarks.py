@@ -11,8 +11,8 @@ from lang.meaning import Thing
 APART, BUILDINGS_APART = 1.2, 3.0
 """Sightings of one label nearer than this to each other, in units, are one thing."""
 
-FEWEST = 2
-"""Samples that make a sighting."""
+FEWEST, FEWEST_OF_COLLECTIBLE = 6, 2
+"""Samples that make a sighting: of what one steers by, and of what one looks for."""
 
 BEHIND = -1.0
 """A thing farther behind than this, in units, is not what is meant next."""
@@ -45,10 +45,10 @@ class Landmarks:
     def add(self, sightings: Iterable[Sighting]) -> None:
         """Enters what a frame shows."""
         for seen in sightings:
-            if seen.pixels < FEWEST:
+            label = self._labels[seen.label]
+            if seen.pixels < (FEWEST_OF_COLLECTIBLE if label.kind in COLLECTIBLES else FEWEST):
                 continue
             known = self._by_label.setdefault(seen.label, [])
-            label = self._labels[seen.label]
             apart = BUILDINGS_APART if label.kind == "building" else APART
             for landmark in known:
                 if abs(landmark.x - seen.x) < apart and abs(landmark.z - seen.z) < apart:

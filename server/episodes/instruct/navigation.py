@@ -6,7 +6,7 @@ the follower does (agents/follower/navigation.py means the same by each), and th
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from random import Random
 
 from lang.meaning import Face, Navigation, Step, Thing, Turn, Walk
@@ -37,6 +37,9 @@ ASTRAY = 2.2
 
 IN_VIEW, TURNED_TO = 50.0, 40.0
 """How far beside the course a landmark may be, and how far where one turns for it, in degrees."""
+
+DOUBT = 2.0
+"""What it costs to name a thing of which there is another that is only not seen on the way."""
 
 LONGEST = 9
 """Steps that a plan may have."""
@@ -113,12 +116,13 @@ class _Plan:
         self, path: Sequence[Place], poses: Sequence[Pose], marks: Sequence[Landmark], goal: Place, random: Random
     ) -> None:
         self._path, self._goal, self._random = path, goal, random
-        self._around = [mark for mark in marks if mark.seen[0] <= 0]
-        onward = (replace(mark, seen=tuple(n for n in mark.seen if n >= 0)) for mark in marks)
-        self._marks = [mark for mark in onward if mark.seen]
-        self._things = [mark for mark in self._marks if mark.label.kind not in KINDS]
+        self._marks = marks
+        self._around = [mark for mark in marks if mark.seen and mark.seen[0] <= 0]
+        # What is seen in looking round at the start alone is not seen by one who walks the path.
+        self._first = {id(mark): next((n for n in mark.seen if n >= 0), len(poses)) for mark in marks}
+        self._things = [mark for mark in marks if mark.label.kind not in KINDS]
         self._corners = [leg.last for leg in legs_of(path)]
-        self._target_seen = next((m.seen[0] for m in self._marks if (m.x, m.z) == goal), len(poses))
+        self._target_seen = next((self._first[id(m)] for m in marks if (m.x, m.z) == goal), len(poses))
         self._departures = [0] * len(path)
         place = 0
         for number, pose in enumerate(poses):
@@ -176,7 +180,7 @@ class _Plan:
         """What can be said next, by the landmarks that have been seen by now."""
         here = standing.pose.x, standing.pose.z
         for mark in self._things:
-            if mark.seen[0] > self._departures[standing.number]:
+            if self._first[id(mark)] > self._departures[standing.number]:
                 continue
             distance = math.dist(here, (mark.x, mark.z))
             if distance < 2.0:
@@ -186,14 +190,16 @@ class _Plan:
             if words is None or (words == ("around",) and standing.number > 0):
                 continue
             pose = standing.pose.turned(sum(NOMINAL[word] for word in words))
-            name = name_of(
-                mark, self._marks, pose, self._departures[min(standing.number + 12, len(self._path) - 1)], self._random
-            )
+            until = self._departures[min(standing.number + 12, len(self._path) - 1)]
+            name = name_of(mark, self._marks, pose, until, self._random)
             if name is not None:
                 turns = tuple(Turn(word) for word in words)
-                yield from self._by(mark, name, turns, _Standing(pose, standing.number))
+                doubt = 0.0 if name[1] else DOUBT
+                yield from self._by(mark, name[0], turns, _Standing(pose, standing.number), doubt)
 
-    def _by(self, mark: Landmark, name: Thing, turns: tuple[Step, ...], standing: _Standing) -> Iterator[_Option]:
+    def _by(
+        self, mark: Landmark, name: Thing, turns: tuple[Step, ...], standing: _Standing, doubt: float
+    ) -> Iterator[_Option]:
         """What can be said of one landmark, after the turns."""
         pose = standing.pose
         right, ahead = pose.local(mark.x, mark.z)
@@ -206,7 +212,7 @@ class _Plan:
             end = course.ahead(along + beyond)
             if word == "past":
                 side = "" if self._random.random() < 0.6 or abs(right) < 0.6 else "right" if right > 0.0 else "left"
-                yield from self._option(standing, turns, Walk("past", (name,), side), end, 0.0)
+                yield from self._option(standing, turns, Walk("past", (name,), side), end, doubt)
                 continue
             number = self._nearest(end, standing.number)
             onward = self._onward(number)
@@ -217,12 +223,14 @@ class _Plan:
             inexact = abs(turn_between(NOMINAL[direction], rotation))
             if abs(rotation) > 35.0 and direction != "around":
                 end = end.turned(NOMINAL[direction])
-                yield from self._option(standing, turns, Turn(direction, word, name), end, inexact / 20.0 - 1.0)
+                yield from self._option(standing, turns, Turn(direction, word, name), end, inexact / 20.0 - 1.0 + doubt)
         straight = Pose(pose.x, pose.z, bearing((pose.x, pose.z), (mark.x, mark.z)))
         distance = math.dist((pose.x, pose.z), (mark.x, mark.z))
         for way, near in NEAR.items():
             if distance - near > 2.0:
-                yield from self._option(standing, turns, Walk(way, (name,)), straight.ahead(distance - near), 0.6)
+                yield from self._option(
+                    standing, turns, Walk(way, (name,)), straight.ahead(distance - near), 0.6 + doubt
+                )
 
     def _option(
         self, standing: _Standing, turns: tuple[Step, ...], step: Step, end: Pose, cost: float

@@ -25,30 +25,31 @@ SHORTER = 0.4
 """How often a colour is left out where it need not be said."""
 
 
-def name_of(mark: Landmark, marks: Sequence[Landmark], view: Pose, until: int, random: Random) -> Thing | None:
-    """A name by which the landmark, and no other, is meant; None where there is none.
+def name_of(
+    mark: Landmark, marks: Sequence[Landmark], view: Pose, until: int, random: Random
+) -> tuple[Thing, bool] | None:
+    """A name by which the landmark, and nothing else that is seen, is meant; None where there is none.
 
     Args:
         mark: seen by now.
-        marks: all that is seen on the way.
+        marks: all that there is.
         view: where one stands who looks for it, and the course.
         until: the number of the last pose from which things are seen that may be mistaken for it.
         random: draws whether a colour is said where it need not be.
+
+    Returns:
+        The name, and whether it could be mistaken for nothing even if all could be seen.
     """
     label = mark.label
     names = [Thing(label.kind, label.colour, label.look)]
     if label.kind in COLOURS and random.random() < SHORTER:
         names.insert(0, Thing(label.kind))
-    return next((name for name in names if is_meant(name, mark, marks, view, until)), None)
-
-
-def is_meant(name: Thing, mark: Landmark, marks: Sequence[Landmark], view: Pose, until: int) -> bool:
-    """Whether one who looks for the name takes the mark for it, and no other; arguments as of `name_of`."""
     own = counts(mark, view)
-    return own < math.inf and not any(
-        other is not mark and other.seen[0] <= until and fits(name, other) and counts(other, view) < CLEARLY * own
-        for other in marks
-    )
+    for name in names if own < math.inf else []:
+        rivals = [m for m in marks if m is not mark and fits(name, m) and counts(m, view) < CLEARLY * own]
+        if not any(rival.seen and rival.seen[0] <= until for rival in rivals):
+            return name, not rivals
+    return None
 
 
 def fits(name: Thing, mark: Landmark) -> bool:

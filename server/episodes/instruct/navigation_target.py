@@ -30,6 +30,7 @@ def describe(
         poses: along the way.
         random: draws what is said.
     """
+    marks = [mark for mark in marks if mark.seen]
     own = Label.of(target.type)
     if not any(
         mark.label == own

@@ -26,12 +26,13 @@ SLACK = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Landmark:
-    """A piece of furniture or a collectible that is seen on the way.
+    """A piece of furniture or a collectible.
 
     Attributes:
         label: what it looks like.
         x, z: where it stands, in the world frame.
-        seen: the numbers of the poses from which it is seen, in order; -1 for a look round at the first.
+        seen: the numbers of the poses from which it is seen, in order; -1 for a look round at the first. None
+            where it is never seen: such a one is not spoken of, but could be mistaken for another.
     """
 
     label: Label
@@ -63,7 +64,7 @@ def poses_along(start: Pose, path: Sequence[tuple[float, float]], actions: Seque
 def look(
     poses: Sequence[Pose], street: Sequence[Collectible], section: Section, camera: Camera
 ) -> tuple[Landmark, ...]:
-    """Everything that is seen from any of the poses, and from the first in all directions.
+    """Everything in the section, and how it is seen from the poses, and from the first in all directions.
 
     Args:
         poses: in order.
@@ -84,7 +85,6 @@ def look(
     return tuple(
         Landmark(label, float(x), float(z), tuple(numbers))
         for label, (x, z), numbers in zip(labels, places.tolist(), seen, strict=True)
-        if numbers
     )
 
 
