@@ -32,12 +32,13 @@ class Strip:
         """(n,): how far points (n, 2) are from it, in units; 0 inside."""
         (x0, z0), (x1, z1) = self.start, self.end
         length = math.hypot(x1 - x0, z1 - z0)
-        ahead = np.array([x1 - x0, z1 - z0]) / length
-        offset = points - np.array([x0, z0])
-        along = offset @ ahead
-        across = np.abs(offset @ np.array([ahead[1], -ahead[0]])) - self.half_width
-        beyond = np.maximum(np.abs(along - length / 2) - length / 2, 0.0)
-        distance: Points = np.hypot(np.maximum(across, 0.0), beyond)
+        ahead_x, ahead_z = (x1 - x0) / length, (z1 - z0) / length
+        dx, dz = points[:, 0] - x0, points[:, 1] - z0
+        along = dx * ahead_x + dz * ahead_z
+        across = np.abs(dx * ahead_z - dz * ahead_x) - self.half_width
+        beyond = np.abs(along - length / 2) - length / 2
+        # Rounded, so that what lies on the edge does so on every machine.
+        distance: Points = np.hypot(np.maximum(across.round(6), 0.0), np.maximum(beyond.round(6), 0.0))
         return distance
 
 
