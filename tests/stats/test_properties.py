@@ -40,6 +40,7 @@ def test_found(code: str, text: str, properties: str) -> None:
     [
         ("en", "Pick up the mug.", ""),
         ("en", "Place it in front of you.", "egocentric"),
+        ("en", "Turn left before you reach the cone.", "temporal directional"),
         ("en", "Place the red book to the left of the blue mug.", "allocentric"),
         ("en", "Pick up the leftover backpack.", ""),  # Whole words only.
         ("hi", "मग उठाएँ।", ""),
