@@ -6,6 +6,13 @@ from typing import Any
 
 from lang.patterns import Pattern, parse, spell_out
 
+SLOTS = frozenset(
+    ("thing", "other", "pair", "target", "where", "noun", "which", "look", "look_after", "colour", "a", "b", "c")
+)
+"""Slots that are neither words nor tables."""
+
+JOINS = ("sentence", "assembly", "first", "later", "last", "where", "where after clause", "nested where")
+
 Features = Mapping[str, str]
 """A value for each axis that is settled: {"case": "oblique", "gender": "feminine"}."""
 
@@ -49,59 +56,69 @@ class Grammar:
     """The content of `grammar.toml`, `things.toml` and `phrases.toml`, which say themselves what they hold.
 
     Raises:
-        ValueError: naming the file and entry, for a feature or slot that is not declared, or a pattern that is none.
-        KeyError: for a table that is missing.
+        ValueError: naming the entry, where one is missing, or holds a mark, a slot or a word that is not declared.
     """
 
     def __init__(self, grammar: Mapping[str, Any], things: Mapping[str, Any], phrases: Mapping[str, Any]) -> None:
+        try:
+            self._read_grammar(grammar)
+            self._read_things(things)
+            self._read_phrases(phrases)
+        except KeyError as error:
+            raise ValueError(f"a language's grammar, things or phrases: {error} is missing") from error
+
+    def _read_grammar(self, grammar: Mapping[str, Any]) -> None:
         self.axes: dict[str, list[str]] = dict(grammar["features"])
         self._axis_of = {value: axis for axis, values in self.axes.items() for value in values}
-        self.per_text: list[str] = grammar["text"]["per_text"]
+        text = grammar["text"]
+        self.per_text: list[str] = text["per_text"]
+        self.sentence_end: str = text["sentence_end"]
+        self.spelling: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text["spelling"]]
+        self.reading: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text["reading"]]
         self._classes = grammar.get("classes", {})
         self.words = {name: self._lexemes(f"words.{name}", entry) for name, entry in grammar["words"].items()}
+        self._slots: frozenset[str] = frozenset(self.words)
         self.tables = {
-            slot: Table(table["of"], {value: self._patterns(texts) for value, texts in table["values"].items()})
+            slot: Table(table["of"], self._tabled(f"tables.{slot}", table["values"]))
             for slot, table in grammar["tables"].items()
         }
-        self.sentence_end: str = grammar["text"]["sentence_end"]
-        self.spelling: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in grammar["text"]["spelling"]]
-        self.reading: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in grammar["text"]["reading"]]
-        self._read_things(things)
-        self._read_phrases(phrases)
 
     def _read_things(self, things: Mapping[str, Any]) -> None:
         self.nouns = {kind: self._lexemes(f"nouns.{kind}", entries) for kind, entries in things["nouns"].items()}
         self.also_nouns: dict[str, list[str]] = things["also_read"]
-        self.colours = {name: self._patterns(texts) for name, texts in things["colours"].items()}
+        self.colours = self._tabled("colours", things["colours"])
+        self.whiches = self._tabled("whiches", things["whiches"])
         self.looks = {
-            kind: {
-                name: tuple(Look(parse(text.removeprefix("~").strip()), text.startswith("~")) for text in texts)
-                for name, texts in looks.items()
-            }
+            kind: {value: self._wordings(f"looks.{kind}.{value}", texts) for value, texts in looks.items()}
             for kind, looks in things["looks"].items()
         }
-        self.whiches = {name: self._patterns(texts) for name, texts in things["whiches"].items()}
-        self.noun_phrases = self._patterns(things["noun_phrases"])
-        self.pair_phrases = self._patterns(things["pair_phrases"])
+        self._slots |= SLOTS | self.tables.keys()
+        self.noun_phrases = self._patterns("noun_phrases", things["noun_phrases"])
+        self.pair_phrases = self._patterns("pair_phrases", things["pair_phrases"])
         self.pair_marks: list[str] = things["pair_marks"]
-        self.same_phrases = self._patterns(things["same_phrases"])
-        self.attached = self._patterns(things["attached"])
-        self.nested = self._patterns(things["nested"])
+        self.same_phrases = self._patterns("same_phrases", things["same_phrases"])
+        self.attached = self._patterns("attached", things["attached"])
+        self.nested = self._patterns("nested", things["nested"])
         self.determiners: list[str] = things["determiners"]
         self.same: list[str] = things["same"]
         self.pronouns: list[str] = things["pronouns"]
         self.modifiers: list[str] = things["modifiers"]
 
     def _read_phrases(self, phrases: Mapping[str, Any]) -> None:
-        def patterns_of(name: str) -> dict[str, tuple[Pattern, ...]]:
-            return {key: self._patterns(texts) for key, texts in phrases[name].items()}
-
-        self.steps = patterns_of("steps")
-        self.where = patterns_of("where")
-        self.target = patterns_of("target")
-        self.assembly = patterns_of("assembly")
-        self.joins = patterns_of("joins")
-        self.also_read = patterns_of("also_read")
+        self.steps = self._tabled("steps", phrases["steps"])
+        self.where = self._tabled("where", phrases["where"])
+        self.target = self._tabled("target", phrases["target"])
+        self.assembly = self._tabled("assembly", phrases["assembly"])
+        self.joins = self._tabled("joins", phrases["joins"])
+        self.also_read = self._tabled("also_read", phrases["also_read"])
+        for name, table, keys in (
+            ("target", self.target, ("clause", "sentences")),
+            ("assembly", self.assembly, ("turn", "place", "place it")),
+            ("joins", self.joins, JOINS),
+        ):
+            missing = [key for key in keys if key not in table]
+            if missing:
+                raise ValueError(f"{name}: {', '.join(missing)} missing")
 
     def features_of(self, marks: Iterable[str]) -> dict[str, str]:
         """The marks by their axes.
@@ -127,8 +144,27 @@ class Grammar:
         """Every text that a pattern of nothing but words can be."""
         return {" ".join(text.split()) for text in spell_out(pattern.body, self.word_forms())}
 
-    def _patterns(self, texts: Iterable[str]) -> tuple[Pattern, ...]:
-        return tuple(map(parse, texts))
+    def _tabled(self, name: str, table: Mapping[str, Iterable[str]]) -> dict[str, tuple[Pattern, ...]]:
+        return {key: self._patterns(f"{name}.{key}", texts) for key, texts in table.items()}
+
+    def _wordings(self, name: str, texts: Iterable[str]) -> tuple[Look, ...]:
+        return tuple(
+            Look(pattern, text.startswith("~"))
+            for text in texts
+            for pattern in self._patterns(name, [text.removeprefix("~").strip()])
+        )
+
+    def _patterns(self, name: str, texts: Iterable[str]) -> tuple[Pattern, ...]:
+        patterns = tuple(map(parse, texts))
+        for pattern in patterns:
+            for slot in pattern.slots():
+                if slot.name not in self._slots:
+                    raise ValueError(f"{name}: no word, table or slot {slot.name!r} in {pattern.text!r}")
+                try:
+                    self.features_of(slot.marks)
+                except ValueError as error:
+                    raise ValueError(f"{name}: {pattern.text!r}: {error}") from error
+        return patterns
 
     def _lexemes(self, name: str, entry: Any) -> tuple[Lexeme, ...]:
         entries = entry if isinstance(entry, list) else [entry]

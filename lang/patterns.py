@@ -47,9 +47,9 @@ class Pattern:
     main_only: bool
     text: str
 
-    def slots(self) -> frozenset[str]:
-        """The names of all slots in it, those in choices included."""
-        return frozenset(slot.name for slot in _slots(self.body))
+    def slots(self) -> tuple[Slot, ...]:
+        """All slots in it, those in choices included."""
+        return tuple(_slots(self.body))
 
 
 def parse(text: str) -> Pattern:

@@ -5,17 +5,12 @@ from random import Random
 from typing import TypeVar
 
 from lang.clauses import Value, focus_of, things_said
-from lang.grammar import Grammar, Lexeme
+from lang.grammar import SLOTS, Grammar, Lexeme
 from lang.meaning import Thing, Where
 from lang.patterns import Choice, Pattern, Sequence, needed, possible
 
 Filler = Callable[[Mapping[str, str]], str]
 """Gives a slot's text for the features that its marks ask for."""
-
-SLOTS = frozenset(
-    ("thing", "other", "pair", "target", "where", "noun", "which", "look", "look_after", "colour", "a", "b", "c")
-)
-"""Slots that are neither words nor tables."""
 
 SAME = 0.6
 """How often a thing that was just spoken of is referred back to, where that is clear."""
@@ -237,7 +232,7 @@ class Phraser:
             patterns = self.fitting(listed.get(f"{where.relation} you", ()), said.keys() - {"thing"}, tables)
         elif said.get("thing") == self.focus is not None and self.random.random() < SAME:
             patterns = self.fitting(listed.get(f"{where.relation} same", ()), said.keys() - {"thing"}, tables)
-        patterns = patterns or self.fitting(listed[where.relation], said, tables)
+        patterns = patterns or self.fitting(listed.get(where.relation, ()), said, tables)
         nouns = self.nouns(said)
         given = dict(nouns["thing"].given) if "thing" in nouns else {}
         pattern = self.pick(patterns, f"{where.relation} of {kind!r}")

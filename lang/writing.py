@@ -6,10 +6,10 @@ from itertools import pairwise
 from random import Random
 
 from lang.clauses import Clause, clause_of, focus_of
-from lang.grammar import Grammar
+from lang.grammar import SLOTS, Grammar
 from lang.meaning import Assembly, Meaning, Navigation, Thing
 from lang.patterns import Pattern, Slot, needed, possible
-from lang.phrasing import SLOTS, Filler, Phraser, constant
+from lang.phrasing import Filler, Phraser, constant
 
 ATTEMPTS = 30
 """How often a text is drawn anew that a reader would stumble over."""
@@ -146,7 +146,7 @@ class _Draft(Phraser):
         """Those that say a clause: of its key, of its thing's kind too, and short ones if that was just spoken of."""
         listed, said = self.grammar.steps, clause.said.keys()
         tables = self.table_fillers(clause.said)
-        patterns = self.fitting(listed[clause.key], said, tables)
+        patterns = self.fitting(listed.get(clause.key, ()), said, tables)
         thing = clause.said.get("thing")
         if isinstance(thing, Thing):
             patterns += 2 * self.fitting(listed.get(f"{clause.key} {thing.kind}", ()), said, tables)
