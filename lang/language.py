@@ -1,8 +1,8 @@
 """A language as the rest of the project sees it, read from its folder of data."""
 
 import tomllib
-from collections.abc import Mapping
-from functools import cache, cached_property
+from collections.abc import Callable, Mapping
+from functools import cache, cached_property, lru_cache
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -18,6 +18,9 @@ from lang.writing import Writer
 
 ROOT = Path(__file__).parent
 """Where the languages' folders lie."""
+
+KEPT = 64
+"""Texts whose meaning is kept after they were read."""
 
 _ABOUT = "language.toml"
 
@@ -114,11 +117,12 @@ class Language:
             ValueError: for another phase.
             CannotRead: a ValueError, if nothing of the text is understood.
         """
-        return self._reader.read(text, phase)
+        return self._reading(text, phase)
 
     @cached_property
-    def _reader(self) -> Reader:
-        return Reader(self.grammar, self._words, self._relation_words, self._tokenizer)
+    def _reading(self) -> Callable[[str, str], Meaning]:
+        """Keeps what it has read of late: an instruction that is tried is read by whoever tries and whoever follows."""
+        return lru_cache(maxsize=KEPT)(Reader(self.grammar, self._words, self._relation_words, self._tokenizer).read)
 
     def count_letters(self, text: str) -> int:
         """How many characters of the text belong to the language's script."""
