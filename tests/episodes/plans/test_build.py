@@ -1,22 +1,30 @@
 """Sections built from plans: every street can be walked, nobody gets out, and landmarks are never far."""
 
+import hashlib
 from collections import Counter
 from dataclasses import replace
 from functools import cache
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from server.episodes.files import write_section
 from server.episodes.grid import sample
 from server.episodes.plans import build_section, free_points, plan_ids, read_plan
 from server.episodes.plans.free import CELL, clearance
 from server.episodes.plans.landmarks import crossings, distances
 from server.episodes.plans.strips import surface
 from server.sim.bullet import World
+from server.sim.cameras import NOTHING, Viewpoint
 from server.sim.city import city_scene, label_of_prop
 from server.sim.geometry import AGENT_RADIUS
+from server.sim.raster import RasterCamera
 from server.sim.section import FACADES, Section
+
+DIGESTS = ["434cb115", "54aaa2d8", "5cd9e1da", "7fa2c0af", "52cd888c", "68725082", "68565e1a"]
+"""Of the seven sections' files."""
 
 each_section = pytest.mark.parametrize("section_id", plan_ids())
 
@@ -62,6 +70,16 @@ def reachable(section: Section, x: float, z: float) -> list[tuple[float, float]]
         seen.add(place)
         todo += [(place[0] + dx, place[1] + dz) for dx, dz in ((0.5, 0), (-0.5, 0), (0, 0.5), (0, -0.5))]
     return sorted(seen)
+
+
+@each_section
+def test_every_view_ends_at_a_wall(section_id: str) -> None:
+    camera = RasterCamera(city_scene(built(section_id)))
+    for x, z in free_points(built(section_id), 1.0)[::12].tolist():
+        for heading in range(0, 360, 60):
+            frame = camera.render(Viewpoint(x, z, heading), [], 64, segmentation=True)
+            assert frame.segmentation is not None
+            assert (frame.segmentation[31] != camera.labels.index(NOTHING)).all(), (x, z, heading)
 
 
 @each_section
@@ -114,6 +132,15 @@ def test_neighbouring_buildings_differ(section_id: str) -> None:
     nearest = apart.argmin(axis=1)
     alike = [i for i, j in enumerate(nearest) if buildings[i].facade == buildings[int(j)].facade]
     assert alike == []
+
+
+def test_sections_are_the_same_on_every_machine(tmp_path: Path) -> None:
+    """Whoever changes a plan or how it is built up changes all episodes that were ever made in it."""
+    digests = []
+    for section_id in plan_ids():
+        write_section(tmp_path / section_id, built(section_id))
+        digests.append(hashlib.sha256((tmp_path / section_id).read_bytes()).hexdigest()[:8])
+    assert digests == DIGESTS
 
 
 def test_a_section_follows_from_its_plan_and_the_seed() -> None:
