@@ -48,6 +48,25 @@ class Node:
             self.slots.setdefault(slot, []).extend(nodes)
         self.accepted.extend(label for label in other.accepted if label not in self.accepted)
 
+    def after_word(self, word: str) -> "Node | None":
+        """What may follow that word."""
+        nodes = self.words.get(word)
+        return _merged(nodes) if nodes else None
+
+    def after_slot(self, slot: str) -> "Node":
+        """What may follow that slot."""
+        return _merged(self.slots[slot])
+
+
+def _merged(nodes: list[Node]) -> Node:
+    """The one state that stands for all of these; the list is made to hold it alone, so that it is made once."""
+    if len(nodes) > 1:
+        one = Node()
+        for node in {id(node): node for node in nodes}.values():
+            one.join(node)
+        nodes[:] = [one]
+    return nodes[0]
+
 
 @dataclass(frozen=True, slots=True)
 class Match:
@@ -116,12 +135,12 @@ class Automaton:
             node, at, bound = pending.pop()
             for label in node.accepted:
                 yield Match(at, label, bound)
-            if at < len(keys):
-                pending += [(after, at + 1, bound) for after in node.words.get(keys[at], ())]
-            for slot, nodes in node.slots.items():
+            after = node.after_word(keys[at]) if at < len(keys) else None
+            if after is not None:
+                pending.append((after, at + 1, bound))
+            for slot in node.slots:
                 for end, value in read(slot, at):
-                    now = bound if value is None else (*bound, (slot, value))
-                    pending += [(after, end, now) for after in nodes]
+                    pending.append((node.after_slot(slot), end, bound if value is None else (*bound, (slot, value))))
 
 
 class Phrasebook:
