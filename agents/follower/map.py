@@ -5,7 +5,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from agents.follower.perceive import FARTHEST, Scan
+from agents.follower.perceive import Scan
 
 CELL = 0.25
 SIDE = 640
@@ -13,8 +13,6 @@ SIDE = 640
 
 _OFFSETS = np.array([i * SIDE + j for i in (-1, 0, 1) for j in (-1, 0, 1)])
 """What the agent's disc of 0.25 units cannot stand on beside a solid cell."""
-
-_STEPS = np.arange(0.5 * CELL, FARTHEST, CELL, dtype=np.float32)
 
 
 class Map:
@@ -35,12 +33,9 @@ class Map:
         self._wall = np.frombuffer(self.wall, np.uint8)
         self._solid = np.zeros(SIDE * SIDE, np.uint8)
 
-    def add(self, scan: Scan, x: float, z: float) -> None:
-        """Enters what a frame shows, taken from (x, z)."""
-        inside = _STEPS[None, :] < scan.ranges[:, None]
-        along = np.broadcast_to(_STEPS, inside.shape)[inside]
-        angles = np.broadcast_to(scan.angles[:, None], inside.shape)[inside]
-        self._free[_indices(x + along * np.sin(angles), z + along * np.cos(angles))] = 1
+    def add(self, scan: Scan) -> None:
+        """Enters what a frame shows."""
+        self._free[_indices(scan.free[:, 0], scan.free[:, 1])] = 1
         if len(scan.obstacles):
             self._enter(_indices(scan.obstacles[:, 0], scan.obstacles[:, 1]), scan.walls)
 
@@ -132,6 +127,12 @@ def index(x: float, z: float) -> int:
 
 
 def _indices(xs: npt.NDArray[np.floating], zs: npt.NDArray[np.floating]) -> npt.NDArray[np.int64]:
-    rows = np.clip((xs / CELL + SIDE / 2).astype(np.int64), 0, SIDE - 1)
-    columns = np.clip((zs / CELL + SIDE / 2).astype(np.int64), 0, SIDE - 1)
-    return rows * SIDE + columns
+    rows = (xs * np.float32(1.0 / CELL) + np.float32(SIDE / 2)).astype(np.int64)
+    columns = (zs * np.float32(1.0 / CELL) + np.float32(SIDE / 2)).astype(np.int64)
+    cells: npt.NDArray[np.int64] = _inside(rows) * SIDE + _inside(columns)
+    return cells
+
+
+def _inside(numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    np.maximum(numbers, 0, out=numbers)
+    return np.minimum(numbers, SIDE - 1, out=numbers)

@@ -64,7 +64,7 @@ class Body:
         self._move(self._before is not None and np.array_equal(coarse, self._before))
         self._before = coarse
         pose = self.x, self.z, self.angle
-        self.ground.add(self._eye.scan(depth, segmentation, pose), self.x, self.z)
+        self.ground.add(self._eye.scan(depth, segmentation, pose))
         self.landmarks.add(self._eye.sightings(depth, segmentation, pose))
 
     def did(self, action: Action | None) -> None:

@@ -28,6 +28,9 @@ FARTHEST = 20.0
 SAMPLES = 112
 """Rows and columns of a frame that are looked at: every second pixel of the usual 224."""
 
+BEAM = np.arange(0.125, 16.0, 0.25, dtype=np.float32)
+"""How far ahead the points are, one after the other, at which the ground is noted as free, in units."""
+
 CLUSTER = 1.5
 """Pixels of one label in one square of this side, in units, are one sighting."""
 
@@ -60,14 +63,12 @@ class Scan:
     Attributes:
         obstacles: (n, 2) of (x, z): points of what stands in the way.
         walls: (n,) whether each of them belongs to a building.
-        angles: (m,) radians clockwise from the own +z, one for each of some columns.
-        ranges: (m,) how far the way is free there, in units along the ray, at most FARTHEST.
+        free: (m, 2) of (x, z): points on the ground where nothing stands in the way.
     """
 
     obstacles: Floats
     walls: npt.NDArray[np.bool_]
-    angles: Floats
-    ranges: Floats
+    free: Floats
 
 
 @dataclass(eq=False)
@@ -98,26 +99,29 @@ class Eye:
             pose: (x, z, radians clockwise) of the eye in the own frame.
         """
         lens = _lens(len(depth))
-        first = lens.horizon - 4
-        z = depth[lens.rows][first:, lens.columns]
-        seen = segmentation[lens.rows][first:, lens.columns]
-        height = EYE_HEIGHT - lens.down[first:, None] * z
-        solid = self.solid[seen] & (height > LOWEST) & (height < HIGHEST) & (z > 0.0)
-        near = np.where(solid, z, np.float32(np.inf)).min(axis=0)
-        ranges = np.minimum(near * lens.stretch, FARTHEST).astype(np.float32)
+        z = depth[lens.low, lens.sparse]
+        seen = segmentation[lens.low, lens.sparse]
+        height = EYE_HEIGHT - lens.low_down[:, None] * z
+        solid = self.solid[seen]
+        solid &= height > LOWEST
+        solid &= height < HIGHEST
+        solid &= z > 0.0
+        near = np.where(solid, z, np.float32(FARTHEST)).min(axis=0)
         solid &= z < FARTHEST
         rows, columns = np.nonzero(solid)
         ahead = z[rows, columns]
-        obstacles = _own(lens.right[columns] * ahead, ahead, pose)
-        angles = lens.angles + np.float32(pose[2])
-        return Scan(obstacles, self.building[seen[rows, columns]], angles[::2], ranges[::2])
+        obstacles = _own(lens.sparse_right[columns] * ahead, ahead, pose)
+        walls = self.building[seen[rows, columns]]
+        columns, steps = np.nonzero(lens.beams < near[:, None])
+        ahead = BEAM[steps]
+        return Scan(obstacles, walls, _own(lens.sparse_right[columns] * ahead, ahead, pose))
 
     def sightings(
         self, depth: Floats, segmentation: npt.NDArray[np.uint16], pose: tuple[float, float, float]
     ) -> list[Sighting]:
         """The things in view, and the buildings at eye height; arguments as of `scan`."""
         lens = _lens(len(depth))
-        z, seen = depth[lens.rows][:, lens.columns], segmentation[lens.rows][:, lens.columns]
+        z, seen = depth[lens.samples, lens.samples], segmentation[lens.samples, lens.samples]
         shown = self.thing[seen]
         shown[lens.horizon] |= self.building[seen[lens.horizon]]
         shown &= z > 0.0
@@ -140,26 +144,38 @@ class Eye:
 
 @dataclass(frozen=True, eq=False)
 class _Lens:
-    """Rays of the samples of a frame: how far right and down each goes for each unit ahead, and by what its length
-    exceeds its way ahead."""
+    """Which pixels of a frame are looked at, and where their rays go, in units for each unit ahead.
 
-    rows: slice
-    columns: slice
+    Attributes:
+        samples: rows, and columns, where things are looked for.
+        right: (columns,) of the samples.
+        horizon: the sample row at eye height.
+        low, low_down: rows where something can stand in the way, and how far their rays go down.
+        sparse, sparse_right: columns where that is looked for.
+        beams: (columns, steps) how far ahead the points are at which the ground is taken for free, one beam a column.
+    """
+
+    samples: slice
     right: Floats
-    down: Floats
-    angles: Floats
-    stretch: Floats
     horizon: int
+    low: slice
+    low_down: Floats
+    sparse: slice
+    sparse_right: Floats
+    beams: Floats
 
 
 @cache
 def _lens(size: int) -> _Lens:
     every = max(1, size // SAMPLES)
-    pixels = np.arange(0, size, every, dtype=np.float32) + 0.5 - size / 2
-    rays = pixels / (size / 2 / math.tan(math.radians(FIELD_OF_VIEW / 2)))
-    samples = slice(None, None, every)
-    horizon = int(np.searchsorted(rays, 0.0))
-    return _Lens(samples, samples, rays, rays, np.arctan(rays), np.hypot(rays, 1.0).astype(np.float32), horizon)
+    focal = size / 2 / math.tan(math.radians(FIELD_OF_VIEW / 2))
+    rays = ((np.arange(size) + 0.5 - size / 2) / focal).astype(np.float32)
+    samples, sparse = slice(None, None, every), slice(None, None, 2 * every)
+    low = slice(size // 2 - 4 * every, None, every)
+    beams = np.broadcast_to(BEAM, (len(rays[sparse]), len(BEAM)))
+    return _Lens(
+        samples, rays[samples], size // 2 // every, low, rays[low], sparse, rays[sparse], np.ascontiguousarray(beams)
+    )
 
 
 def _own(right: Floats, ahead: Floats, pose: tuple[float, float, float]) -> Floats:

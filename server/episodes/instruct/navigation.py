@@ -41,6 +41,9 @@ IN_VIEW, TURNED_TO = 50.0, 40.0
 DOUBT = 2.0
 """What it costs to name a thing of which there is another that is only not seen on the way."""
 
+FARTHEST = 30
+"""How far one step may lead, in units."""
+
 LONGEST = 9
 """Steps that a plan may have."""
 
@@ -183,7 +186,7 @@ class _Plan:
             if self._first[id(mark)] > self._departures[standing.number]:
                 continue
             distance = math.dist(here, (mark.x, mark.z))
-            if distance < 2.0:
+            if not 2.0 <= distance <= FARTHEST:
                 continue
             off = turn_between(standing.pose.heading, bearing(here, (mark.x, mark.z)))
             words = self._words(off)
@@ -281,7 +284,8 @@ class _Plan:
 
     def _nearest(self, pose: Pose, since: int) -> int:
         """The number of the place in the path that is nearest to a pose, of those from `since` on."""
-        return min(range(since, len(self._path)), key=lambda i: math.dist(self._path[i], (pose.x, pose.z)))
+        until = min(since + FARTHEST, len(self._path))
+        return min(range(since, until), key=lambda i: math.dist(self._path[i], (pose.x, pose.z)))
 
     def _onward(self, number: int) -> float | None:
         """Where the path goes on to from a place in it; None at its end."""

@@ -77,7 +77,7 @@ def look(
     by_number = _by_number(labels, camera.labels)
     actors = [street_actor(item) for item in street]
     seen: list[list[int]] = [[] for _ in labels]
-    round_about = [poses[0].turned(30.0 * i) for i in range(1, 12)]
+    round_about = [poses[0].turned(60.0 * i) for i in range(1, 6)]
     for number, pose in [*((-1, pose) for pose in round_about), *enumerate(poses)]:
         for thing in _in_frame(pose, actors, camera, by_number, places):
             if not seen[thing] or seen[thing][-1] != number:
@@ -110,19 +110,17 @@ def _in_frame(
     """The numbers of the things that enough pixels of the frame from `pose` belong to."""
     frame = camera.render(Viewpoint(pose.x, pose.z, pose.heading), actors, SIZE, segmentation=True)
     assert frame.segmentation is not None
-    counts = np.bincount(frame.segmentation.ravel(), minlength=len(by_number))
+    is_thing = np.array([len(things) > 0 for things in by_number])
+    rows, columns = np.nonzero(is_thing[frame.segmentation])
+    numbers, ahead = frame.segmentation[rows, columns], frame.depth[rows, columns] / 1000.0
+    right = ahead * (columns + 0.5 - SIZE / 2) / (SIZE / 2 / math.tan(math.radians(FIELD_OF_VIEW / 2)))
+    angle = math.radians(pose.heading)
+    x = pose.x + right * math.cos(angle) + ahead * math.sin(angle)
+    z = pose.z - right * math.sin(angle) + ahead * math.cos(angle)
     found: list[int] = []
-    for number in np.flatnonzero(counts >= FEWEST).tolist():
-        things = by_number[number]
-        if not len(things):
-            continue
-        rows, columns = np.nonzero(frame.segmentation == number)
-        ahead = frame.depth[rows, columns] / 1000.0
-        right = ahead * (columns + 0.5 - SIZE / 2) / (SIZE / 2 / math.tan(math.radians(FIELD_OF_VIEW / 2)))
-        angle = math.radians(pose.heading)
-        x = pose.x + right * math.cos(angle) + ahead * math.sin(angle)
-        z = pose.z - right * math.sin(angle) + ahead * math.cos(angle)
-        apart = np.hypot(x[:, None] - places[things, 0], z[:, None] - places[things, 1])
+    for number in np.flatnonzero(np.bincount(numbers) >= FEWEST).tolist():
+        things, shown = by_number[number], numbers == number
+        apart = np.hypot(x[shown][:, None] - places[things, 0], z[shown][:, None] - places[things, 1])
         nearest = apart.argmin(axis=1)[apart.min(axis=1) < SLACK]
         found += things[np.bincount(nearest, minlength=len(things)) >= FEWEST].tolist()
     return found
