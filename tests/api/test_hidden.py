@@ -1,0 +1,68 @@
+"""What a generated hidden split says on the wire: nothing of where anything is, and never a file."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import grpc
+from google.protobuf.message import Message
+
+from arramon.v1 import evaluation_pb2 as pb
+from arramon.v1.evaluation_pb2_grpc import EvaluationStub
+from server.episodes.generate.command import generate
+from server.episodes.generate.secret import host_secret
+from server.episodes.generate.sizes import SPLITS
+from tests.api.player import Player, create
+from tests.episodes.generate.places import make_plain
+from tests.serving import METADATA, Server
+
+FORWARD, LEFT, INTERACT = 0, 1, 3
+
+
+def leaves(message: Message) -> Iterator[Any]:
+    """All scalars in a message, however deep."""
+    for field, value in message.ListFields():
+        values = value if field.is_repeated else [value]
+        for one in values.values() if hasattr(values, "values") else values:
+            if isinstance(one, Message):
+                yield from leaves(one)
+            else:
+                yield one
+
+
+def test_nothing_of_a_generated_hidden_split_is_on_the_wire(tmp_path: Path) -> None:
+    (split,) = generate(
+        tmp_path, [SPLITS["test_unseen"]], scale=2 / 1205, jobs=1, make_writer=make_plain, tell=lambda _: None
+    )
+    server = Server(tmp_path, "127.0.0.1:0", "--steps", "8")
+    with grpc.insecure_channel(server.address) as channel:
+        stub = EvaluationStub(channel)
+        info = stub.GetServerInfo(pb.GetServerInfoRequest(), metadata=METADATA)
+        run = create(stub, split="test_unseen")
+        with Player(stub, run.run_id, 2) as player:
+            events = player.play([FORWARD, LEFT, INTERACT])
+        report = stub.GetReport(pb.GetReportRequest(run_id=run.run_id), metadata=METADATA)
+    assert server.stop() == 0
+
+    said = [leaf for message in (info, run, *events, report) for leaf in leaves(message)]
+    assert sum(event.WhichOneof("event") == "observation" for event in events) > 20
+    numbers = {round(float(leaf), 3) for leaf in said if isinstance(leaf, int | float)}
+    secret = host_secret(tmp_path)
+    for episode in split.episodes.values():
+        told = {
+            text
+            for texts in episode.instructions.values()
+            for turn in texts
+            for text in (turn.navigation, turn.assembly)
+        }
+        words = " ".join(leaf for leaf in said if isinstance(leaf, str) and leaf not in told)
+        on_the_way = {round(value, 3) for turn in episode.turns for place in turn.path for value in place}
+        lying = [(item.position.x, item.position.z) for turn in episode.turns for item in turn.street]
+        assert told & set(said)
+        assert not {value for value in on_the_way if value % 0.5} & numbers
+        assert not [place for place in lying if numbers.issuperset(place)]
+        assert not [item for turn in episode.turns for item in turn.street if str(item.type) in words]
+    everything = b"".join(message.SerializeToString() for message in (info, run, *events, report))
+    assert secret.encode() not in everything
+    assert bytes.fromhex(secret) not in everything
+    assert b"building" not in everything
