@@ -208,7 +208,7 @@ class Phraser:
         """Relations as one text; `top` where they belong to what the sentence is about, not to a landmark of it."""
         text, focus = "", self.focus
         for number, where in enumerate(wheres):
-            said = self._where(where)
+            said = self._where(where, top=top)
             if number:
                 key = "where" if top else "nested where"
                 if top and any(thing.where for thing in wheres[number - 1].things):
@@ -220,7 +220,7 @@ class Phraser:
         self.focus = focus
         return text
 
-    def _where(self, where: Where) -> str:
+    def _where(self, where: Where, *, top: bool) -> str:
         listed = self.grammar.where
         said: dict[str, Value] = dict(things_said(where.things))
         if where.exactly:
@@ -230,6 +230,8 @@ class Phraser:
         patterns: list[Pattern] = []
         if kind == "you" and "thing" in said:
             patterns = self.fitting(listed.get(f"{where.relation} you", ()), said.keys() - {"thing"}, tables)
+        elif not top and f"{where.relation} nested" in listed:
+            patterns = self.fitting(listed[f"{where.relation} nested"], said, tables)
         elif said.get("thing") == self.focus is not None and self.random.random() < SAME:
             patterns = self.fitting(listed.get(f"{where.relation} same", ()), said.keys() - {"thing"}, tables)
         patterns = patterns or self.fitting(listed.get(where.relation, ()), said, tables)
