@@ -51,12 +51,13 @@ class Scribe:
 
     Args:
         languages: codes.
-        follower: plays from text, depth and segmentation.
+        make_follower: makes what plays from text, depth and segmentation: a new one for each trial, which remembers
+            nothing.
     """
 
-    def __init__(self, languages: tuple[str, ...], follower: Agent) -> None:
+    def __init__(self, languages: tuple[str, ...], make_follower: Callable[[], Agent]) -> None:
         self._languages = languages
-        self._follower = follower
+        self._make_follower = make_follower
 
     def __call__(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Texts | None:
         """As `server.episodes.generate.Writer`."""
@@ -92,7 +93,7 @@ class Scribe:
         episode = draft.spoken(texts)
         place = Place(site.world, site.camera, _room_camera())
         first_of = {_read(texts[code], code): code for code in reversed(self._languages)}
-        return all(passes(play(self._follower, episode, code, place)) for code in first_of.values())
+        return all(passes(play(self._make_follower(), episode, code, place)) for code in first_of.values())
 
 
 def make_scribe() -> Scribe:
@@ -105,7 +106,7 @@ def make_scribe() -> Scribe:
     for code in lang.available():
         for meaning in (Navigation((Step("right"),), thing), Assembly((), thing, (Where("behind", (Thing("ball"),)),))):
             lang.load(code).write(meaning, seeded(code))
-    return Scribe(lang.available(), load_agent(FOLLOWER))
+    return Scribe(lang.available(), type(load_agent(FOLLOWER)))
 
 
 def generate_splits(
