@@ -38,8 +38,7 @@ RUN useradd --uid 10001 --user-group --no-create-home --shell /usr/sbin/nologin 
 FROM runtime AS agent
 COPY --from=agent-builder /opt/arramon /opt/arramon
 USER 10001
-# Results and the state of a run that can be resumed.
-VOLUME /data
+# Results go where /data is mounted.
 WORKDIR /data
 ENTRYPOINT ["arramon-client"]
 CMD ["--help"]
@@ -47,10 +46,9 @@ CMD ["--help"]
 FROM runtime AS server
 COPY --from=server-builder /opt/arramon /opt/arramon
 COPY examples/sample /usr/share/arramon/sample
-# Episodes, journal, and the camera's code, compiled for the processor that runs it: all that is ever written.
+# In /data: episodes, journal, and the camera's code, compiled for the processor that runs it: all that is ever written.
 ENV ARRAMON_DATA=/data NUMBA_CACHE_DIR=/data/compiled
 USER 10001
-VOLUME /data
 EXPOSE 50551
 ENTRYPOINT ["arramon-server"]
 CMD ["serve", "--listen", "0.0.0.0:50551"]
