@@ -20,8 +20,8 @@ DEPTH = 2
 
 PHASES = ("navigation", "assembly")
 
-_ITEM, _FRAGMENT, _FILLER, _UNKNOWN = 0.2, 0.8, 0.06, 1.0
-"""What it costs to read a clause, to read a mere thing or relation, to skip a joining word, to skip another one."""
+_ITEM, _WHERE, _MENTION, _FILLER, _UNKNOWN = 0.2, 0.28, 0.8, 0.06, 1.0
+"""What it costs to read a clause, a mere relation or a mere thing, to skip a joining word, to skip another one."""
 
 _ALSO, _AMID, _UNUSUAL = 0.05, 0.3, 0.1
 """What it costs besides, if a clause is one that is only read, a main clause that begins amid other words, or said of
@@ -117,6 +117,8 @@ class Reader:
             return key
         if key not in self._corrected:
             near = [word for word in self._long if within_one_edit(key, word)]
+            if len(near) > 1:  # the first letter is seldom the wrong one
+                near = [word for word in near if word[0] == key[0]]
             self._corrected[key] = near[0] if len(near) == 1 else key
         return self._corrected[key]
 
@@ -208,9 +210,9 @@ class _Text:
             cost = _ITEM + _ALSO * match.label.also + _AMID * (amid and match.label.main_only) + _UNUSUAL * unusual
             yield _Item(match.end, match.label.key, match.bound, cost)
         for end, named in self._slot("target", start, DEPTH, top=True):
-            yield _Item(end, "mention", (("target", named),), _FRAGMENT)
+            yield _Item(end, "mention", (("target", named),), _MENTION)
         for end, wheres in self._slot("where", start, DEPTH, top=True):
-            yield _Item(end, "where", (("where", wheres),), _FRAGMENT)
+            yield _Item(end, "where", (("where", wheres),), _WHERE)
 
     def _is_usual(self, match: Match) -> bool:
         kind = match.label.key.rpartition(" ")[2]

@@ -1,0 +1,69 @@
+"""What a language's grammar holds, and what is wrong with one that holds something else."""
+
+import tomllib
+from typing import Any
+
+import pytest
+
+from lang.grammar import Grammar, Lexeme
+from lang.language import ROOT
+
+NAMES = ("grammar", "things", "phrases")
+
+
+@pytest.fixture
+def data() -> dict[str, Any]:
+    return {name: tomllib.loads((ROOT / "en" / f"{name}.toml").read_text(encoding="utf-8")) for name in NAMES}
+
+
+def loaded(data: dict[str, Any]) -> Grammar:
+    return Grammar(*(data[name] for name in NAMES))
+
+
+@pytest.mark.parametrize(
+    ("features", "form"),
+    [
+        ({"case": "direct", "gender": "masculine"}, "हरा"),
+        ({"case": "oblique", "gender": "masculine"}, "हरे"),
+        ({"case": "oblique", "gender": "feminine"}, "हरी"),
+        ({"gender": "neuter"}, None),
+    ],
+)
+def test_a_word_takes_the_form_that_most_asks_for(features: dict[str, str], form: str | None) -> None:
+    word = Lexeme(
+        (
+            (frozenset({"masculine"}), "हरा"),
+            (frozenset({"masculine", "oblique"}), "हरे"),
+            (frozenset({"feminine"}), "हरी"),
+        )
+    )
+    assert word.form(features) == form
+
+
+def test_classes_put_endings_behind_stems(data: dict[str, Any]) -> None:
+    data["grammar"]["classes"] = {"regular": {"main": "", "ing": "ing"}}
+    data["grammar"]["words"]["turn"] = {"class": "regular", "stem": "veer", "ing": "veering off"}
+    (word,) = loaded(data).words["turn"]
+    assert (word.form({"form": "main"}), word.form({"form": "ing"})) == ("veer", "veering off")
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "message"),
+    [
+        (("phrases", "steps", "face"), ["{look} at {thing} {slowly}"], "steps.face: no word, table or slot 'slowly'"),
+        (("phrases", "steps", "face"), ["{face} {thing:dative}"], "steps.face: .*'dative' is not a value of a feature"),
+        (("phrases", "steps", "face"), ["{face {thing}"], "brackets do not match"),
+        (("things", "colours", "red"), ["{rouge}"], "colours.red: no word, table or slot 'rouge'"),
+        (("grammar", "words", "turn"), {"gerund": "turning"}, "words.turn: 'gerund' is not a value of a feature"),
+        (("grammar", "words", "turn"), {}, "words.turn: .* has no form"),
+        (("phrases", "joins"), {"sentence": ["{a}"]}, "joins: assembly, first, later, .* missing"),
+        (("things",), {}, "'nouns' is missing"),
+    ],
+)
+def test_what_is_wrong_is_named(data: dict[str, Any], path: tuple[str, ...], value: Any, message: str) -> None:
+    table = data
+    for key in path[:-1]:
+        table = table[key]
+    table[path[-1]] = value
+    with pytest.raises(ValueError, match=message):
+        loaded(data)

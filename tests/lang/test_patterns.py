@@ -1,0 +1,47 @@
+"""The notation of the languages' patterns."""
+
+import pytest
+
+from lang.patterns import Choice, Slot, needed, parse, possible, spell_out
+
+KNOWN = frozenset(("thing", "side", "where"))
+
+
+def test_a_pattern_is_words_slots_and_choices() -> None:
+    pattern = parse("^{go} (past|by) {thing:oblique.plural} [on your {side}]")
+    assert pattern.main_only
+    assert pattern.body == (
+        Slot("go"), " ", Choice((("past",), ("by",))), " ", Slot("thing", ("oblique", "plural")), " ",
+        Choice((("on your ", Slot("side")), ())),
+    )  # fmt: skip
+    assert [slot.name for slot in pattern.slots()] == ["go", "thing", "side"]
+
+
+@pytest.mark.parametrize("text", ["{thing", "a (b", "a [b)", "a) b", "a | b", "thing}", "(a]"])
+def test_brackets_that_do_not_match_are_named(text: str) -> None:
+    with pytest.raises(ValueError, match="brackets do not match") as raised:
+        parse(text)
+    assert repr(text) in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "must", "may"),
+    [
+        ("{go} past {thing}", {"thing"}, {"thing"}),
+        ("past {thing} [on your {side}]", {"thing"}, {"thing", "side"}),
+        ("({thing} {side}|{thing})", {"thing"}, {"thing", "side"}),
+        ("({thing}|{where})", set(), {"thing", "where"}),
+        ("straight on", set(), set()),
+    ],
+)
+def test_what_every_reading_has_and_what_some_have(text: str, must: set[str], may: set[str]) -> None:
+    body = parse(text).body
+    assert needed(body, KNOWN) == must
+    assert possible(body, KNOWN) == may
+
+
+def test_every_text_of_a_pattern() -> None:
+    texts = spell_out(parse("{go} [right] (left|on)").body, {"go": ("walk", "go")})
+    assert sorted(" ".join(text.split()) for text in texts) == [
+        "go left", "go on", "go right left", "go right on", "walk left", "walk on", "walk right left", "walk right on",
+    ]  # fmt: skip

@@ -1,0 +1,95 @@
+"""Instructions read: back to the meaning they were written from, and what people write."""
+
+from random import Random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lang import CannotRead, load, sampling
+from lang.meaning import Assembly, Face, Meaning, Navigation, Thing, Turn, Walk, Where
+
+BENCH, CONE, BOOTH = Thing("bench"), Thing("cone", "blue"), Thing("phone_booth")
+MUG, BALL = Thing("mug", "red", "striped"), Thing("ball", "blue", "dotted")
+
+
+def phase_of(meaning: Meaning) -> str:
+    return "navigation" if isinstance(meaning, Navigation) else "assembly"
+
+
+def near(thing: Thing, *landmarks: Thing, relation: str = "near") -> Thing:
+    return Thing(thing.kind, thing.colour, thing.look, where=(Where(relation, landmarks),))
+
+
+@given(st.integers(0, 2**32))
+@settings(max_examples=120, deadline=None)
+def test_what_is_written_is_read_back(seed: int) -> None:
+    random = Random(seed)
+    for meaning in sampling.meanings(random, 1):
+        text = load("en").write(meaning, random)
+        assert load("en").read(text, phase_of(meaning)) == meaning, text
+
+
+PEOPLES: list[tuple[str, Meaning]] = [
+    ("Turn left. Pick up the striped red mug.", Navigation((Turn("left"),), MUG)),
+    ("go foward and collect the dotted blue ball", Navigation((Walk("ahead"),), BALL)),
+    (
+        "Turn to face the metal bench. Walk to it and turn right. Grab the dottted blue ball behind it.",
+        Navigation((Face(BENCH), Walk("to", (BENCH,)), Turn("right")), near(BALL, BENCH, relation="behind")),
+    ),
+    (
+        "Head past the bench and blue cone, then take the first left.",
+        Navigation((Walk("past", (BENCH,)), Walk("past", (CONE,)), Turn("left")), Thing("")),
+    ),
+    (
+        "Walk until you see a dotted blue ball. Pick up the ball.",
+        Navigation((Walk("to", (BALL,)),), BALL),
+    ),
+    (
+        "Dont turn, walk past the 2 trees to the telephone booth & get the red mug with stripes, next to it!",
+        Navigation((Walk("past", (Thing("tree"),)), Walk("to", (BOOTH,))), near(MUG, BOOTH)),
+    ),
+    ("Near the bench is a dotted blue ball.", Navigation((), near(BALL, BENCH))),
+    (
+        "Turn right and place it on top of the striped red mug.",
+        Assembly(("right",), Thing(""), (Where("on_top_of", (MUG,)),)),
+    ),
+    (
+        "The mug belongs infront of the dotted blue ball, against the wooden walll.",
+        Assembly(
+            (),
+            Thing("mug"),
+            (Where("in_front_of", (BALL,)), Where("against", (Thing("wall", look="wood"),))),
+        ),
+    ),
+    (
+        "Place the mug directly behind the ball dotted.",
+        Assembly((), Thing("mug"), (Where("behind", (Thing("ball"),), True),)),
+    ),
+    (
+        "Drop the ball directly in front of you.",
+        Assembly((), Thing("ball"), (Where("in_front_of", (Thing("you"),), True),)),
+    ),
+    (
+        "put the mug between the wooden wall and the dotted blue ball",
+        Assembly((), Thing("mug"), (Where("between", (Thing("wall", look="wood"), BALL)),)),
+    ),
+]
+
+
+@pytest.mark.parametrize(("text", "meaning"), PEOPLES, ids=[text for text, _ in PEOPLES])
+def test_what_people_write(text: str, meaning: Meaning) -> None:
+    assert load("en").read(text, phase_of(meaning)) == meaning
+
+
+@pytest.mark.parametrize(
+    ("text", "phase"), [("", "navigation"), ("What a lovely day!", "navigation"), ("Hm.", "assembly")]
+)
+def test_a_text_that_says_nothing_is_an_error(text: str, phase: str) -> None:
+    with pytest.raises(CannotRead, match=r"nothing understood in .*; expected steps or"):
+        load("en").read(text, phase)
+
+
+def test_there_are_two_phases() -> None:
+    with pytest.raises(ValueError, match="phase 'room'; expected navigation or assembly"):
+        load("en").read("Turn left.", "room")

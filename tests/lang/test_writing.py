@@ -1,0 +1,98 @@
+"""English instructions as they are written: what they say, how they are spelt, how much they differ."""
+
+import re
+from random import Random
+
+import pytest
+
+from lang import load, sampling
+from lang.meaning import Assembly, Face, Navigation, Thing, Turn, Walk, Where
+from lang.quality import BLOCKED, check
+
+MUG = Thing("mug", "red", "striped")
+BENCH, BANNER = Thing("bench"), Thing("banner", "orange", "star")
+CROSSING = Thing("intersection", which="second")
+
+
+def written(meaning: Navigation | Assembly, count: int = 60) -> list[str]:
+    return [load("en").write(meaning, Random(seed)) for seed in range(count)]
+
+
+def some(said: str, texts: list[str]) -> bool:
+    return any(re.search(said, text, re.IGNORECASE) for text in texts)
+
+
+def test_a_text_depends_on_meaning_and_draw_alone() -> None:
+    meaning = sampling.navigation(Random(5))
+    assert load("en").write(meaning, Random(1)) == load("en").write(meaning, Random(1))
+    assert len(set(written(meaning, 30))) == 30
+
+
+@pytest.mark.parametrize(
+    ("step", "said"),
+    [
+        (Turn("slightly left"), r"turn slightly left|bear slightly left|slight left"),
+        (Turn("around"), r"turn around"),
+        (Turn("right", "at", CROSSING), r"right at the second (intersection|junction|crossing|crossroads)"),
+        (Turn("left", "before", BENCH), r"before the (park |street )?bench"),
+        (Turn("left", "after", BENCH), r"after the (park |street )?bench"),
+        (Face(BENCH), r"(face|toward|towards) the (park |street )?bench"),
+        (Walk("ahead", count=7), r"\b(7|seven) paces"),
+        (Walk("to", (BENCH,)), r"(to|reach|at|far as|come to) the (park |street )?bench"),
+        (Walk("past", (BENCH,), "left"), r"on (the|your) left"),
+        (Walk("past", (Thing("intersection"),)), r"(cross|across|through|over) the "),
+        (Walk("between", (BENCH, BENCH)), r"(the two|both) (park |street )?benches"),
+        (Walk("between", (BENCH, Thing("tree"))), r"between the (park |street )?bench and the tree"),
+        (Walk("along", (Thing("alley"),)), r"(down|through|along|into|follow) the alley"),
+        (Walk("towards", (BANNER,)), r"towards? (the|an) .*(star|orange)"),
+    ],
+)
+def test_what_a_step_says(step: Turn | Face | Walk, said: str) -> None:
+    assert some(said, written(Navigation((step,), MUG)))
+
+
+def test_references() -> None:
+    texts = written(Navigation((Walk("to", (BENCH,)), Turn("left", "at", BENCH)), MUG))
+    assert some(r"left there", texts)
+    assert some(r"(that|this|the same) (park |street )?bench", texts)
+    near = Thing("mug", "red", "striped", where=(Where("behind", (BENCH,)),))
+    assert some(r"behind it", written(Navigation((Walk("to", (BENCH,)),), near)))
+    twice = (Where("in_front_of", (MUG,)), Where("left_of", (MUG,)))
+    assert some(r"in front of .*(its left|left of it)", written(Assembly((), Thing("ball"), twice)))
+
+
+def test_relations_of_a_landmark_are_told_from_those_of_the_target() -> None:
+    behind = (Where("behind", (Thing("tree"),)),)
+    near = Thing("mug", "red", "striped", where=(Where("near", (Thing("bench", where=behind),)),))
+    texts = written(Navigation((), near))
+    assert all(
+        re.search(r"bench (that is|which is|that stands) (behind|at the back of) the tree", text) for text in texts
+    )
+
+
+def test_articles_agree_with_what_follows() -> None:
+    thing = Thing("hourglass", "orange", where=(Where("near", (BENCH,)),))
+    texts = written(Navigation((Walk("ahead"),), thing), 200)
+    assert some(r"\ban orange", texts)
+    assert not some(r"\ba (?=[aeiou]|hour)|\ban (?![aeiou]|hour)", texts)
+
+
+def test_texts_are_spelt_and_pass_the_checks() -> None:
+    random = Random(11)
+    for meaning in sampling.meanings(random, 150):
+        text = load("en").write(meaning, random)
+        assert re.fullmatch(r"[A-Z][A-Za-z0-9 ,;.-]*\.", text), text
+        assert not re.search(r"\s[,;.]|[,;.]{2}|  |[,;][^\s]|\.[^\s]|\. [a-z]", text), text
+        phase = "navigation" if isinstance(meaning, Navigation) else "assembly"
+        assert [failure for failure in check(text, "en", phase) if failure.severity == BLOCKED] == [], text
+
+
+def test_what_has_no_words_is_an_error() -> None:
+    english = load("en")
+    for thing, message in (
+        (Thing("zeppelin"), "no noun for things of kind 'zeppelin'"),
+        (Thing("mug", "mauve"), "no words for 'mauve'"),
+        (Thing("banner", "red", "dotted"), "no words for the look 'dotted' of 'banner'"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            english.write(Navigation((Walk("to", (thing,)),), MUG), Random(0))
