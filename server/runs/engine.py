@@ -81,7 +81,8 @@ class Engine:
         self._streams.append(stream)
         with self._guard(stream):
             self._offer(stream, first=True)
-            self._after_ending(stream)
+            if not stream.sessions:
+                self._after_ending(stream)
         self.wake()
 
     def ask(self, stream: Stream, acts: Iterable[Act]) -> None:

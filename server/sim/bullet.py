@@ -47,8 +47,8 @@ _NUDGE = 1e-4
 """Units by which the camera is ahead of its place: TinyRenderer loses triangles with a corner right beside the eye."""
 
 
-class World:
-    """One scene in one pybullet client: knows what stands in the way, and is the reference camera (`cameras.Camera`).
+class Obstacles:
+    """What is solid of one scene, in one pybullet client: knows what stands in the way (`rules.Ground`).
 
     Use it as a context manager, or `close` it. It belongs to one thread.
 
@@ -62,23 +62,9 @@ class World:
     def __init__(self, scene: Scene) -> None:
         _check(scene)
         self._client: int | None = pybullet.connect(pybullet.DIRECT)
-        self._labels = labels_of(scene)
-        self._label_numbers: dict[int, int] = {}
-        self._bodies: dict[str, int] = {}
         self._solid: set[int] = set()
         self._probes: dict[float, int] = {}
-        self._actors: dict[tuple[ObjectType, float], list[int]] = {}
-        self._extents = _extents(scene)
-        self._drawn = np.ones(len(scene.bodies), dtype=bool)
-        textures = self._load(scene.textures.values())
-        texture_ids = dict(zip(scene.textures, textures, strict=True))
-        shapes: dict[tuple[str, float], int] = {}
-        for body in scene.bodies:
-            look = (body.mesh, body.scale)
-            if look not in shapes:
-                shapes[look] = self._shape(scene.meshes[body.mesh], body.scale)
-            self._bodies[body.name] = self._add(body, shapes[look], texture_ids[body.texture])
-        self._static = tuple(self._bodies.values())
+        self._fill(scene)
 
     def __enter__(self) -> Self:
         return self
@@ -89,15 +75,10 @@ class World:
         self.close()
 
     def close(self) -> None:
-        """Gives the world's memory back. A second call does nothing."""
+        """Gives its memory back. A second call does nothing."""
         if self._client is not None:
             pybullet.disconnect(self._client)
             self._client = None
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """What the numbers of a segmentation mean."""
-        return self._labels
 
     def way_is_free(self, start: tuple[float, float], end: tuple[float, float]) -> bool:
         """Whether the agent's disc can move straight from `start` to `end` without touching a solid thing.
@@ -133,6 +114,70 @@ class World:
             )
             for body in near
         )
+
+    def _fill(self, scene: Scene) -> None:
+        for body in scene.bodies:
+            if body.collider is not None:
+                self._add(body)
+
+    def _add(self, body: Body, shape: int = -1) -> int:
+        """Creates a body, with a visual shape if there is one, and returns pybullet's number for it."""
+        number: int = pybullet.createMultiBody(
+            baseMass=0.0,
+            baseCollisionShapeIndex=-1 if body.collider is None else self._collision(body.collider),
+            baseVisualShapeIndex=shape,
+            basePosition=body.position,
+            baseOrientation=_turn(body.heading),
+            physicsClientId=self._client,
+        )
+        if body.collider is not None:
+            self._solid.add(number)
+        return number
+
+    def _probe(self, length: float) -> int:
+        """A capsule between two points `length` apart; one for each length is kept."""
+        key = round(length, 9)
+        if key not in self._probes:
+            self._probes[key] = pybullet.createCollisionShape(
+                pybullet.GEOM_CAPSULE, radius=AGENT_RADIUS, height=key, physicsClientId=self._client
+            )
+        return self._probes[key]
+
+    def _collision(self, collider: BoxCollider) -> int:
+        half = collider.height / 2
+        shape: int = pybullet.createCollisionShape(
+            pybullet.GEOM_BOX,
+            halfExtents=(collider.half_width, collider.half_length, half),
+            collisionFramePosition=(0.0, 0.0, half),
+            physicsClientId=self._client,
+        )
+        return shape
+
+
+class World(Obstacles):
+    """One scene as `Obstacles`, with its looks: the reference camera (`cameras.Camera`)."""
+
+    def _fill(self, scene: Scene) -> None:
+        self._labels = labels_of(scene)
+        self._label_numbers: dict[int, int] = {}
+        self._bodies: dict[str, int] = {}
+        self._actors: dict[tuple[ObjectType, float], list[int]] = {}
+        self._extents = _extents(scene)
+        self._drawn = np.ones(len(scene.bodies), dtype=bool)
+        textures = self._load(scene.textures.values())
+        texture_ids = dict(zip(scene.textures, textures, strict=True))
+        shapes: dict[tuple[str, float], int] = {}
+        for body in scene.bodies:
+            look = (body.mesh, body.scale)
+            if look not in shapes:
+                shapes[look] = self._shape(scene.meshes[body.mesh], body.scale)
+            self._bodies[body.name] = self._show(body, shapes[look], texture_ids[body.texture])
+        self._static = tuple(self._bodies.values())
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """What the numbers of a segmentation mean."""
+        return self._labels
 
     def render(self, viewpoint: Viewpoint, actors: Sequence[Actor], size: int, *, segmentation: bool = False) -> Frame:
         """The frame of `size` x `size` pixels seen from `viewpoint`, with `actors` in the scene for this frame only.
@@ -205,21 +250,12 @@ class World:
         name = f"collectible/{actor.type}/{actor.scale}/{len(pool)}"
         body = Body(name, actor.type.kind, str(actor.type), actor.position, label=str(actor.type))
         (texture,) = self._load([texture_of(actor.type)])
-        self._bodies[name] = self._add(body, self._shape(mesh_of(actor.type.kind), actor.scale), texture)
+        self._bodies[name] = self._show(body, self._shape(mesh_of(actor.type.kind), actor.scale), texture)
         return self._bodies[name]
 
     def _tint(self, body: int, alpha: float) -> None:
         """TinyRenderer leaves out what has no alpha."""
         pybullet.changeVisualShape(body, -1, rgbaColor=(1.0, 1.0, 1.0, alpha), physicsClientId=self._client)
-
-    def _probe(self, length: float) -> int:
-        """A capsule between two points `length` apart; one for each length is kept."""
-        key = round(length, 9)
-        if key not in self._probes:
-            self._probes[key] = pybullet.createCollisionShape(
-                pybullet.GEOM_CAPSULE, radius=AGENT_RADIUS, height=key, physicsClientId=self._client
-            )
-        return self._probes[key]
 
     def _load(self, textures: Iterable[npt.NDArray[np.uint8]]) -> list[int]:
         """pybullet takes textures from files only."""
@@ -244,32 +280,12 @@ class World:
         )
         return shape
 
-    def _add(self, body: Body, shape: int, texture: int) -> int:
-        """Creates a body and returns pybullet's number for it."""
-        collision = -1 if body.collider is None else self._collision(body.collider)
-        number: int = pybullet.createMultiBody(
-            baseMass=0.0,
-            baseCollisionShapeIndex=collision,
-            baseVisualShapeIndex=shape,
-            basePosition=body.position,
-            baseOrientation=_turn(body.heading),
-            physicsClientId=self._client,
-        )
+    def _show(self, body: Body, shape: int, texture: int) -> int:
+        """Creates a body with its looks and returns pybullet's number for it."""
+        number = self._add(body, shape)
         pybullet.changeVisualShape(number, -1, textureUniqueId=texture, physicsClientId=self._client)
-        if body.collider is not None:
-            self._solid.add(number)
         self._label_numbers[number] = self._labels.index(label_of(body))
         return number
-
-    def _collision(self, collider: BoxCollider) -> int:
-        half = collider.height / 2
-        shape: int = pybullet.createCollisionShape(
-            pybullet.GEOM_BOX,
-            halfExtents=(collider.half_width, collider.half_length, half),
-            collisionFramePosition=(0.0, 0.0, half),
-            physicsClientId=self._client,
-        )
-        return shape
 
 
 def _check(scene: Scene) -> None:

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from server.sim.bullet import World
+from server.sim.bullet import Obstacles, World
 from server.sim.cameras import FIELD_OF_VIEW, Actor, Frame, Viewpoint
 from server.sim.catalogue import ObjectType
 from server.sim.geometry import AGENT_RADIUS, EYE_HEIGHT
@@ -41,6 +41,12 @@ def world() -> Iterator[World]:
         yield built
 
 
+@pytest.fixture(scope="module")
+def obstacles() -> Iterator[Obstacles]:
+    with Obstacles(SCENE) as built:
+        yield built
+
+
 @pytest.mark.parametrize(
     ("start", "end", "free"),
     [
@@ -58,9 +64,12 @@ def world() -> Iterator[World]:
         ((50.0, 50.0), (51.0, 50.0), True),
     ],
 )
-def test_way_is_free(world: World, start: tuple[float, float], end: tuple[float, float], free: bool) -> None:
-    assert world.way_is_free(start, end) is free
-    assert world.way_is_free(end, start) is free
+def test_way_is_free(
+    world: World, obstacles: Obstacles, start: tuple[float, float], end: tuple[float, float], free: bool
+) -> None:
+    for built in (world, obstacles):
+        assert built.way_is_free(start, end) is free
+        assert built.way_is_free(end, start) is free
 
 
 @settings(max_examples=200, deadline=None)
