@@ -22,8 +22,8 @@ OPEN = 0.5
 """Units that starts, targets and distracters stay away from everything solid."""
 
 LENGTHS = (
-    (4, 5, 3), (5, 10, 12), (10, 15, 15), (15, 20, 15), (20, 25, 14), (25, 30, 12), (30, 35, 10), (35, 40, 7),
-    (40, 50, 8), (50, 60, 3), (60, 70, 1),
+    (4, 5, 3), (5, 10, 11), (10, 15, 13), (15, 20, 13), (20, 25, 13), (25, 30, 12), (30, 35, 11), (35, 40, 9),
+    (40, 50, 10), (50, 60, 4), (60, 80, 1),
 )  # fmt: skip
 """How many points a path is to have: from, below, and how often of a hundred. As in the original, with mean 24."""
 
