@@ -17,7 +17,7 @@ from server.episodes.splits import Split, read_splits
 from server.errors import ArraMonError, BadInput
 from server.health import check
 from server.runs.journal import Journal
-from server.serving import serve
+from server.serving import compile_camera, serve
 from server.sim.cameras import CAMERAS
 from server.sim.rules import STEPS_PER_PHASE, Limits
 from server.workers import serve_with_workers
@@ -154,7 +154,8 @@ def _serve(arguments: argparse.Namespace) -> None:
     if arguments.workers == 1:
         serve(config, splits, say)
         return
-    Journal(config.journal_url).close()  # makes or migrates it once, before all workers open it
+    compile_camera(config, say)  # once, as is the journal made or migrated, before all workers come to it
+    Journal(config.journal_url).close()
     own = [
         "--data",
         str(config.data),

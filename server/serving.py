@@ -45,12 +45,18 @@ def serve(config: Config, splits: Mapping[str, Split], announce: Callable[[str],
     Raises:
         ArraMonError: if the journal or the address is not right.
     """
-    if config.camera == "raster" and not is_compiled():
-        announce(COMPILING)
-    if config.camera == "raster":
-        compile_kernels()
+    compile_camera(config, announce)
     with closing(Journal(config.journal_url, fsync=config.fsync)) as journal:
         asyncio.run(_serve(config, splits, journal, announce))
+
+
+def compile_camera(config: Config, announce: Callable[[str], None]) -> None:
+    """Makes sure that what draws is compiled, and announces it where that takes long."""
+    if config.camera != "raster":
+        return
+    if not is_compiled():
+        announce(COMPILING)
+    compile_kernels()
 
 
 async def _serve(

@@ -22,6 +22,7 @@ signal.signal(signal.SIGTERM, lambda *_: stopped.set())
 assert sys.argv[1:3] == ["serve", "--listen"] and sys.argv[4] == "--data", sys.argv
 with serving(Servicer(World()), sys.argv[3]):
     print("a word before", flush=True)
+    print("compiling something; this is done once", flush=True)
     print("listening on", sys.argv[3], flush=True)
     stopped.wait()
 open(sys.argv[5] + "/stopped", "a").write("in good order\\n")
@@ -38,7 +39,9 @@ def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 
 def test_it_serves_and_stops_in_good_order(module: str, tmp_path: Path) -> None:
-    with embedded_server(tmp_path, module=module) as embedded:
+    notices: list[str] = []
+    with embedded_server(tmp_path, module=module, notify=notices.append) as embedded:
+        assert notices == ["compiling something; this is done once"]
         assert embedded.address.startswith("unix:/")
         with connect(embedded.address) as server:
             assert server.info.version == "9.9.9"

@@ -106,7 +106,7 @@ class _Client:
         if not (self.options.split or self.options.resume or holds_episodes(data)):
             self.say(f"there are no episodes in {data} yet: making a small part of {SPLIT}, once")
             make_episodes(data, quiet=self.options.quiet)
-        return embedded_server(data, options=options)
+        return embedded_server(data, options=options, notify=self.say)
 
     def _created(self, server: Server, agent: Agent) -> evaluation_pb2.Run:
         options = self.options

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import IO
 
@@ -20,6 +20,9 @@ READY = "listening on "
 START_TIMEOUT, STOP_TIMEOUT = 180.0, 30.0
 """Seconds that the server may take to start and to stop."""
 
+NOTICE = "compiling "
+"""How a line begins there that whoever waits should read: the first start on a machine takes long."""
+
 SOCKET_PATH_LIMIT = 100
 """Characters that a Unix socket's path may have on every system."""
 
@@ -30,20 +33,27 @@ def default_data() -> Path:
 
 
 @contextlib.contextmanager
-def embedded_server(data: Path, *, module: str = "server", options: Sequence[str] = ()) -> Iterator["EmbeddedServer"]:
+def embedded_server(
+    data: Path,
+    *,
+    module: str = "server",
+    options: Sequence[str] = (),
+    notify: Callable[[str], None] = lambda _: None,
+) -> Iterator["EmbeddedServer"]:
     """Starts a server on a Unix socket, and stops it at the end.
 
     Args:
         data: its data folder.
         module: the package whose `python -m MODULE serve` is the server.
         options: further arguments of `serve`.
+        notify: is told, by another thread, what a participant who waits for the server should read.
 
     Raises:
         EmbeddedServerError: if the server is not installed, or does not start.
     """
     check_installed(module)
     folder = _short_folder()
-    server = EmbeddedServer(folder, data, module, options)
+    server = EmbeddedServer(folder, data, module, options, notify)
     try:
         server.start()
         yield server
@@ -68,7 +78,10 @@ class EmbeddedServer:
         address: to connect to; the same for every process that is started in place of one that died.
     """
 
-    def __init__(self, folder: Path, data: Path, module: str, options: Sequence[str]) -> None:
+    def __init__(
+        self, folder: Path, data: Path, module: str, options: Sequence[str], notify: Callable[[str], None]
+    ) -> None:
+        self._notify = notify
         self.address = f"unix:{folder / 'arramon.sock'}"
         self._log = folder / "server.log"
         # `-P` keeps the working directory out of the way: a participant's own `server.py` is not meant.
@@ -135,6 +148,8 @@ class EmbeddedServer:
             for line in output:
                 log.write(line)
                 log.flush()
+                if line.startswith(NOTICE):
+                    self._notify(line.strip())
                 if line.startswith(READY):
                     ready.set()
                     done.set()
