@@ -7,9 +7,13 @@ from typing import Any
 from lang.patterns import Pattern, parse, spell_out
 
 SLOTS = frozenset(
-    ("thing", "other", "pair", "target", "where", "noun", "which", "look", "look_after", "colour", "a", "b", "c")
+    (
+        *("thing", "other", "pair", "joined", "target", "where"),
+        *("noun", "which", "look", "look_after", "colour"),
+        *("a", "b", "c"),
+    )
 )
-"""Slots that are neither words nor tables."""
+"""Slots that are neither words nor tables. "joined" is only read: two things that share a noun."""
 
 JOINS = ("sentence", "assembly", "first", "later", "last", "where", "where after clause", "nested where")
 

@@ -45,6 +45,9 @@ class _Word:
 _PATTERNED = "\0"
 """Stands for the kind of a noun that is a collectible's only where a pattern is said."""
 
+_JOINED_WITHIN = 5
+"""In how many words the conjunction must come of two things that share a noun."""
+
 _DESCRIBING = ("look", "colour", "which", "modifier")
 """What adjectives can be; where one can be several, the first that suits its noun."""
 
@@ -146,6 +149,32 @@ class Namer:
                 return list(found)
             at = adjectives[0][0]
             described.append(tuple(word for end, word in adjectives if end == at))
+
+    def read_joined(
+        self, keys: Sequence[str], start: int, conjunctions: frozenset[str]
+    ) -> list[tuple[int, tuple[Named, Named]]]:
+        """Two things that share a noun ("the brick and wooden walls"), where they begin at `keys[start]`."""
+        found: list[tuple[int, tuple[Named, Named]]] = []
+        if any(word.role == "modifier" for _, word in self._words(self._book, keys, start)):  # "both the brick and ..."
+            found += self.read_joined(keys, start + 1, conjunctions)
+        for at in range(start + 1, min(start + _JOINED_WITHIN, len(keys))):
+            if keys[at] not in conjunctions:
+                continue
+            for end, second in self.read(keys, at + 1):
+                noun = next(
+                    (n for n in range(end - 1, at, -1) if any(to == end for to, _ in self._nouns(keys, n))), end
+                )
+                first = [
+                    named
+                    for to, named in self.read((*keys[start:at], *keys[noun:end]), 0)
+                    if to == at - start + end - noun
+                ]
+                if noun > at + 1 and first and first[0] != second:
+                    found.append((end, (first[0], second)))
+        return found
+
+    def _nouns(self, keys: Sequence[str], at: int) -> list[tuple[int, _Word]]:
+        return [(end, word) for end, word in self._words(self._book, keys, at) if word.role == "noun"]
 
     def _words(self, book: Phrasebook, keys: Sequence[str], at: int) -> Iterator[tuple[int, _Word]]:
         for end, word in book.at(keys, at):

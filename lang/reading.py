@@ -1,18 +1,18 @@
 """Reads what an instruction means: the language's patterns found in its words, what is not understood skipped."""
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from lang.clauses import focus_of, step_of
 from lang.grammar import Grammar
 from lang.lexicon import FUZZY_LENGTH, keys_of, within_one_edit
-from lang.matching import OPTIONAL, Automaton, Bound, Label, Match, Phrasebook
-from lang.meaning import TURNS, Assembly, Meaning, Navigation, Step, Thing, Where
-from lang.naming import PRONOUN, SAME, Named, Namer, Placed
+from lang.matching import OPTIONAL, Automaton, Label, Match, Phrasebook
+from lang.meaning import Meaning
+from lang.naming import Named, Namer, Placed
 from lang.patterns import Choice, Pattern, Slot
 from lang.patterns import Sequence as Body
+from lang.telling import Item, Told, things_in
 from lang.tokens import Tokenizer
 
 DEPTH = 2
@@ -29,21 +29,9 @@ a thing of another kind than its pattern is for."""
 
 _Listed = Mapping[str, tuple[Pattern, ...]]
 
-_STEPS = ("turn", "face", "walk")
-
 
 class CannotRead(ValueError):
     """Nothing can be made of a text; the message says what was expected."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Item:
-    """A part of the text that was understood: it ends before `end`."""
-
-    end: int
-    label: str
-    bound: Bound
-    cost: float
 
 
 class Reader:
@@ -67,7 +55,7 @@ class Reader:
         targets = {f"target {key}": patterns for key, patterns in grammar.target.items()}
         self.clauses = {
             "navigation": self._automaton(
-                {**grammar.steps, **targets}, {key: also[key] for key in also if key not in grammar.where}
+                {**grammar.steps, **targets}, {key: also[key] for key in also if key in (*grammar.steps, "target")}
             ),
             "assembly": self._automaton(grammar.assembly, {key: also[key] for key in also if key in grammar.assembly}),
         }
@@ -78,6 +66,7 @@ class Reader:
             for phrase in phrases:
                 self.relations.add_body(Label(relation, also=True), _about_things(relation, phrase, relations))
         self.joins = {True: self._joins(("where", "where after clause")), False: self._joins(("nested where",))}
+        self.conjunctions = frozenset(relations["conjunctions"])
         self.fillers = self._fillers()
         self._vocabulary = frozenset(self._all_words())
         self._long = [word for word in self._vocabulary if len(word) >= FUZZY_LENGTH]
@@ -108,7 +97,7 @@ class Reader:
         if not items:
             expected = "what to pick up" if phase == "navigation" else "where to place what"
             raise CannotRead(f"nothing understood in {text[:80]!r}; expected steps or {expected}")
-        told = _Told(self._grammar, self.namer)
+        told = Told(self._grammar)
         return told.navigation(items) if phase == "navigation" else told.assembly(items)
 
     def _mended(self, key: str) -> str:
@@ -167,10 +156,10 @@ class Reader:
 
 def _about_things(relation: str, phrase: str, relations: Mapping[str, Any]) -> Body:
     """The pattern of a phrase of `relations.toml`: before its landmark or after it."""
-    landmark: Body = (Slot("thing"),)
+    landmark: Body = (Choice(((Slot("thing"),), (Slot("joined"),))),)
     if relation == "between":
         two: Body = (Slot("thing"), f" {relations['conjunctions'][0]} ", Slot("other"))
-        landmark = (Choice((two, (Slot("pair"),))),)
+        landmark = (Choice((two, (Slot("pair"),), (Slot("joined"),))),)
     return (f"{phrase} ", *landmark) if relations["position"] == "before" else (*landmark, f" {phrase}")
 
 
@@ -183,10 +172,10 @@ class _Text:
     phase: str
     _memo: dict[tuple[str, int, int, bool], list[tuple[int, object]]] = field(default_factory=dict)
 
-    def items(self) -> list[_Item]:
+    def items(self) -> list[Item]:
         """The parts that are understood, in order: of all ways to divide the text, the one that skips least."""
         size = len(self.keys)
-        best: list[tuple[float, _Item | None]] = [(0.0, None)] * (size + 1)
+        best: list[tuple[float, Item | None]] = [(0.0, None)] * (size + 1)
         for start in range(size - 1, -1, -1):
             skip = _FILLER if self.keys[start] in self.reader.fillers else _UNKNOWN
             best[start] = (best[start + 1][0] + skip, None)
@@ -202,17 +191,17 @@ class _Text:
             at = chosen.end if chosen is not None else at + 1
         return items
 
-    def _items_at(self, start: int) -> Iterable[_Item]:
+    def _items_at(self, start: int) -> Iterable[Item]:
         automaton = self.reader.clauses[self.phase]
         amid = start > 0 and self.keys[start - 1] not in self.reader.fillers
         for match in automaton.find(self.keys, start, lambda slot, at: self._slot(slot, at, DEPTH, top=True)):
             unusual = not self._is_usual(match)
             cost = _ITEM + _ALSO * match.label.also + _AMID * (amid and match.label.main_only) + _UNUSUAL * unusual
-            yield _Item(match.end, match.label.key, match.bound, cost)
+            yield Item(match.end, match.label.key, match.bound, cost)
         for end, named in self._slot("target", start, DEPTH, top=True):
-            yield _Item(end, "mention", (("target", named),), _MENTION)
+            yield Item(end, "mention", (("target", named),), _MENTION)
         for end, wheres in self._slot("where", start, DEPTH, top=True):
-            yield _Item(end, "where", (("where", wheres),), _WHERE)
+            yield Item(end, "where", (("where", wheres),), _WHERE)
 
     def _is_usual(self, match: Match) -> bool:
         kind = match.label.key.rpartition(" ")[2]
@@ -232,6 +221,8 @@ class _Text:
             return list(reader.books[slot].at(self.keys, at))
         if slot == "where":
             return [(end, wheres) for end, wheres in self._wheres(at, depth, top=top)]
+        if slot == "joined":
+            return list(reader.namer.read_joined(self.keys, at, reader.conjunctions))
         if slot in ("thing", "other"):
             return [*self._plain(at), *self._standing(reader.nested, at, depth, top=False)]
         if slot == "target":
@@ -265,11 +256,11 @@ class _Text:
         return found
 
     def _wheres(self, at: int, depth: int, *, top: bool) -> list[tuple[int, tuple[Placed, ...]]]:
-        found: list[tuple[int, tuple[Placed, ...]]] = [(end, (placed,)) for end, placed in self._placed(at, depth)]
+        found: list[tuple[int, tuple[Placed, ...]]] = self._placed(at, depth)
         longer = list(found)
-        while longer and len(longer[0][1]) < 3:
+        for _ in range(2):
             longer = [
-                (end, (*wheres, placed))
+                (end, (*wheres, *placed))
                 for before, wheres in longer
                 for join in self.reader.joins[top].find(self.keys, before, lambda *_: ())
                 for end, placed in self._placed(join.end, depth)
@@ -278,8 +269,9 @@ class _Text:
             found += longer
         return found
 
-    def _placed(self, at: int, depth: int) -> list[tuple[int, Placed]]:
-        found = []
+    def _placed(self, at: int, depth: int) -> list[tuple[int, tuple[Placed, ...]]]:
+        """Relations: one, or one to each of two things that share a noun."""
+        found: list[tuple[int, tuple[Placed, ...]]] = []
         matches = list(
             self.reader.relations.find(self.keys, at, lambda slot, place: self._slot(slot, place, depth, top=False))
         )
@@ -289,124 +281,7 @@ class _Text:
                 continue
             bound = dict(match.bound)
             relation, _, kind = match.label.key.partition(" ")
-            found.append((match.end, Placed(relation, _things_in(bound, kind), "exactly" in bound)))
+            exactly, things = "exactly" in bound, things_in(bound, kind)
+            each = [(thing,) for thing in things] if "joined" in bound and relation != "between" else [things]
+            found.append((match.end, tuple(Placed(relation, about, exactly) for about in each)))
         return list(dict.fromkeys(found))
-
-
-def _things_in(bound: Mapping[str, object], kind: str) -> tuple[Named, ...]:
-    """The things that a clause or relation is about; `kind` is the rest of its key ("same", "you")."""
-    if kind in ("same", "you"):
-        return (Named("", back=PRONOUN) if kind == "same" else Named("you"),)
-    things = tuple(bound[slot] for slot in ("thing", "other") if slot in bound)
-    if "pair" in bound:
-        things = (bound["pair"], bound["pair"])
-    return tuple(thing for thing in things if isinstance(thing, Named))
-
-
-@dataclass(slots=True)
-class _Told:
-    """Puts together what the items say, in order, and finds what references mean."""
-
-    grammar: Grammar
-    namer: Namer
-    focus: Thing | None = None
-    spoken_of: list[Thing] = field(default_factory=list)
-
-    def navigation(self, items: Sequence[_Item]) -> Navigation:
-        steps: list[Step] = []
-        targets: list[Thing] = []
-        mentioned: list[Thing] = []
-        for item in items:
-            kind, bound = item.label.split()[0], dict(item.bound)
-            if kind in _STEPS:
-                steps += self._step(item)
-            elif kind in ("target", "mention") and "target" in bound:
-                (targets if kind == "target" else mentioned).append(self._target(bound))
-            elif kind == "where" and (targets or mentioned):
-                listed = targets or mentioned
-                listed[-1] = self._with(listed[-1], self._wheres(bound["where"]))
-        collectibles = [thing for thing in self.spoken_of if thing.look in self.grammar.looks["collectible"]]
-        candidates = targets or mentioned or collectibles or [Thing("")]
-        return Navigation(tuple(steps), self._in_full(candidates[-1], [*collectibles, *mentioned]))
-
-    def _in_full(self, target: Thing, said: Sequence[Thing]) -> Thing:
-        """The target with its colour and look, where only a mention before gives them ("Pick up the bucket.")."""
-        if target.colour or target.look:
-            return target
-        fuller = [thing for thing in said if thing.kind == target.kind and thing.colour]
-        return self._with(fuller[-1], target.where) if fuller else target
-
-    def assembly(self, items: Sequence[_Item]) -> Assembly:
-        turns: list[str] = []
-        thing: Thing | None = None
-        wheres: tuple[Where, ...] = ()
-        for item in items:
-            bound = dict(item.bound)
-            if item.label.startswith("turn"):
-                direction = self._attribute(bound, "direction")
-                if direction in TURNS:
-                    turns.append(direction)
-                continue
-            named = bound.get("thing", bound.get("target"))
-            if thing is None and isinstance(named, Named):
-                thing = self._thing(named)
-                wheres += thing.where
-                thing = self._with(thing, (), bare=True)
-            if "where" in bound:
-                wheres += self._wheres(bound["where"])
-        return Assembly(tuple(turns), thing or Thing(""), wheres)
-
-    def _step(self, item: _Item) -> list[Step]:
-        """The step that a clause says, one for each thing ("past the bench and the cone"); none if it is unclear."""
-        bound = dict(item.bound)
-        words = item.label.split()
-        size = 2 if words[0] == "walk" or (len(words) > 1 and words[0] == "turn") else 1
-        key, rest = " ".join(words[:size]), words[size:]
-        named = _things_in(bound, "same" if rest == ["same"] else "")
-        things = tuple(self._thing(each) for each in named)
-        each = [things] if key == "walk between" or len(things) < 2 else [(thing,) for thing in things]
-        direction, side = self._attribute(bound, "direction"), self._attribute(bound, "side")
-        count = int(self._attribute(bound, "count") or 0)
-        try:
-            steps = [step_of(key, direction, about, side, count) for about in each]
-        except (TypeError, ValueError):
-            return []
-        self.focus = focus_of(things, self.focus)
-        self.spoken_of += things
-        return steps
-
-    def _attribute(self, bound: Mapping[str, object], attribute: str) -> str:
-        for slot, table in self.grammar.tables.items():
-            value = bound.get(slot)
-            if table.attribute == attribute and isinstance(value, str):
-                return value
-        return ""
-
-    def _target(self, bound: Mapping[str, object]) -> Thing:
-        named = bound["target"]
-        assert isinstance(named, Named)
-        thing = self._thing(named)
-        return self._with(thing, self._wheres(bound["where"])) if "where" in bound else thing
-
-    def _with(self, thing: Thing, wheres: tuple[Where, ...], *, bare: bool = False) -> Thing:
-        where = () if bare else (*thing.where, *wheres)
-        return Thing(thing.kind, thing.colour, thing.look, thing.which, where)
-
-    def _thing(self, named: Named) -> Thing:
-        """The thing that is meant: what was spoken of, where it is referred to."""
-        if named.back == PRONOUN:
-            return self.focus or (self.spoken_of[-1] if self.spoken_of else Thing(""))
-        if named.back == SAME:
-            last = next((thing for thing in reversed(self.spoken_of) if thing.kind == named.kind), None)
-            if last is not None:
-                return last
-        return Thing(named.kind, named.colour, named.look, named.which, self._wheres(named.where))
-
-    def _wheres(self, placed: object) -> tuple[Where, ...]:
-        assert isinstance(placed, tuple)
-        wheres, focus = [], self.focus
-        for each in placed:
-            wheres.append(Where(each.relation, tuple(map(self._thing, each.things)), each.exactly))
-            self.focus = focus_of(wheres[-1].things, self.focus)
-        self.focus = focus
-        return tuple(wheres)

@@ -71,6 +71,14 @@ PEOPLES: list[tuple[str, Meaning]] = [
         Assembly((), Thing("ball"), (Where("in_front_of", (Thing("you"),), True),)),
     ),
     (
+        "Turn right and place it against both the brick and wooden walls.",
+        Assembly(
+            ("right",),
+            Thing(""),
+            tuple(Where("against", (Thing("wall", look=look),)) for look in ("brick", "wood")),
+        ),
+    ),
+    (
         "put the mug between the wooden wall and the dotted blue ball",
         Assembly((), Thing("mug"), (Where("between", (Thing("wall", look="wood"), BALL)),)),
     ),
