@@ -15,8 +15,11 @@ DEEP = 7.0
 DEEPER = 2.5
 """By how much an opening is deeper than the street beside the wall before it, in units."""
 
+SEEN = 1.0
+"""By how much deeper it must have been seen to be, in units."""
+
 WIDE = 3
-"""Places in a row that make an opening."""
+"""Places that make an opening."""
 
 IN = 1.2
 """How far past the wall's end the turn is taken, in units: who is on the shortest way rounds corners closely."""
@@ -42,11 +45,17 @@ def opening(ground: Map, x: float, z: float, angle: float, side: int) -> tuple[f
 
 
 def first_opening(runs: list[float], walls: list[bool]) -> int | None:
-    """The first place of the first run of places that are clearly deeper than the wall before them."""
-    beside: float | None = None
+    """The first place after a wall that clearly deeper places follow, as far as these can be seen.
+
+    Who comes along a street sees of one that opens to the side a part first, behind the corner: its first places count
+    as open even though they are not seen yet, and its depth as far as it is known.
+    """
+    beside, last, open_places = 0.0, None, 0
     for i, (run, wall) in enumerate(zip(runs, walls, strict=True)):
-        if beside is not None and len(runs) - i >= WIDE and all(r >= beside + DEEPER for r in runs[i : i + WIDE]):
-            return i
-        if wall and run < DEEP - DEEPER:
-            beside = run
+        if wall and run < DEEP - DEEPER and (last is None or run < beside + DEEPER):
+            beside, last, open_places = run, i, 0
+        elif last is not None and run >= beside + SEEN:
+            open_places += 1
+            if open_places == WIDE:
+                return last + 1
     return None

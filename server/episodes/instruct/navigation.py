@@ -38,6 +38,9 @@ ASTRAY = 2.2
 IN_VIEW, TURNED_TO = 50.0, 40.0
 """How far beside the course a landmark may be, and how far where one turns for it, in degrees."""
 
+BENT = 25.0
+"""A path whose next steps differ by more degrees from where it then goes on to does not turn yet."""
+
 DOUBT = 2.0
 """What it costs to name a thing of which there is another that is only not seen on the way."""
 
@@ -120,7 +123,7 @@ class _Plan:
     ) -> None:
         self._path, self._goal, self._random = path, goal, random
         self._marks = marks
-        self._around = [mark for mark in marks if mark.seen and mark.seen[0] <= 0]
+        self._around = [mark for mark in marks if mark.glimpsed is not None and mark.glimpsed <= 0]
         # What is seen in looking round at the start alone is not seen by one who walks the path.
         self._first = {id(mark): next((n for n in mark.seen if n >= 0), len(poses)) for mark in marks}
         self._things = [mark for mark in marks if mark.label.kind not in KINDS]
@@ -219,14 +222,21 @@ class _Plan:
                 continue
             number = self._nearest(end, standing.number)
             onward = self._onward(number)
-            if onward is None:
+            at_once = self._onward(number, 2)
+            if onward is None or at_once is None or abs(turn_between(onward, at_once)) > BENT:
                 continue
             rotation = turn_between(end.heading, onward)
             direction = min(NOMINAL, key=lambda w: abs(turn_between(NOMINAL[w], rotation)))
             inexact = abs(turn_between(NOMINAL[direction], rotation))
             if abs(rotation) > 35.0 and direction != "around":
                 end = end.turned(NOMINAL[direction])
-                yield from self._option(standing, turns, Turn(direction, word, name), end, inexact / 20.0 - 1.0 + doubt)
+                yield from self._option(
+                    standing,
+                    turns,
+                    Turn(direction, word, name),
+                    end,
+                    inexact / 20.0 + doubt + (-1.0 if abs(rotation) > 50.0 else 0.7),
+                )
         straight = Pose(pose.x, pose.z, bearing((pose.x, pose.z), (mark.x, mark.z)))
         distance = math.dist((pose.x, pose.z), (mark.x, mark.z))
         for way, near in NEAR.items():
@@ -249,7 +259,7 @@ class _Plan:
             return
         gain = min(number - standing.number, 14)
         onward = self._onward(number)
-        wrong = 0.0 if onward is None else max(abs(turn_between(end.heading, onward)) - 30.0, 0.0) / 40.0
+        wrong = 0.0 if onward is None else max(abs(turn_between(end.heading, onward)) - 15.0, 0.0) / 25.0
         total = cost + 0.8 * off + 0.5 * strayed - 0.25 * gain + 1.2 * len(turns) + wrong + 1.5 * self._random.random()
         yield _Option(total, (*turns, step), _Standing(end, number))
 
@@ -287,9 +297,9 @@ class _Plan:
         until = min(since + FARTHEST, len(self._path))
         return min(range(since, until), key=lambda i: math.dist(self._path[i], (pose.x, pose.z)))
 
-    def _onward(self, number: int) -> float | None:
-        """Where the path goes on to from a place in it; None at its end."""
-        ahead = min(number + 5, len(self._path) - 1)
+    def _onward(self, number: int, far: int = 5) -> float | None:
+        """Where the path goes on to from a place in it, over the next so many; None at its end."""
+        ahead = min(number + far, len(self._path) - 1)
         if ahead <= number:
             return None if self._path[number] == self._goal else bearing(self._path[number], self._goal)
         return wrap(bearing(self._path[number], self._path[ahead]))

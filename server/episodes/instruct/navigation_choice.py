@@ -47,7 +47,7 @@ def name_of(
     own = counts(mark, view)
     for name in names if own < math.inf else []:
         rivals = [m for m in marks if m is not mark and fits(name, m) and counts(m, view) < CLEARLY * own]
-        if not any(rival.seen and rival.seen[0] <= until for rival in rivals):
+        if not any(rival.glimpsed is not None and rival.glimpsed <= until for rival in rivals):
             return name, not rivals
     return None
 

@@ -17,8 +17,8 @@ from server.sim.view import street_actor
 SIZE = 128
 """Pixels along each side of the frames that are looked at."""
 
-FEWEST = 8
-"""Pixels that make a thing seen."""
+FEWEST, GLIMPSE = 8, 4
+"""Pixels that make a thing seen, and those by which it may be taken for another."""
 
 SLACK = 1.0
 """A pixel belongs to the nearest thing of its label that is no farther than this from it, in units."""
@@ -33,12 +33,14 @@ class Landmark:
         x, z: where it stands, in the world frame.
         seen: the numbers of the poses from which it is seen, in order; -1 for a look round at the first. None
             where it is never seen: such a one is not spoken of, but could be mistaken for another.
+        glimpsed: the number of the first pose from which at least a little of it is seen; None where there is none.
     """
 
     label: Label
     x: float
     z: float
     seen: tuple[int, ...]
+    glimpsed: int | None = None
 
 
 def poses_along(start: Pose, path: Sequence[tuple[float, float]], actions: Sequence[Action]) -> list[Pose]:
@@ -77,14 +79,16 @@ def look(
     by_number = _by_number(labels, camera.labels)
     actors = [street_actor(item) for item in street]
     seen: list[list[int]] = [[] for _ in labels]
+    glimpsed: dict[int, int] = {}
     round_about = [poses[0].turned(60.0 * i) for i in range(1, 6)]
     for number, pose in [*((-1, pose) for pose in round_about), *enumerate(poses)]:
-        for thing in _in_frame(pose, actors, camera, by_number, places):
-            if not seen[thing] or seen[thing][-1] != number:
+        for thing, pixels in _in_frame(pose, actors, camera, by_number, places):
+            glimpsed.setdefault(thing, number)
+            if pixels >= FEWEST and (not seen[thing] or seen[thing][-1] != number):
                 seen[thing].append(number)
     return tuple(
-        Landmark(label, float(x), float(z), tuple(numbers))
-        for label, (x, z), numbers in zip(labels, places.tolist(), seen, strict=True)
+        Landmark(label, float(x), float(z), tuple(numbers), glimpsed.get(thing))
+        for thing, (label, (x, z), numbers) in enumerate(zip(labels, places.tolist(), seen, strict=True))
     )
 
 
@@ -106,8 +110,8 @@ def _in_frame(
     camera: Camera,
     by_number: Sequence[np.ndarray[tuple[int], np.dtype[np.int64]]],
     places: np.ndarray[tuple[int, int], np.dtype[np.float64]],
-) -> list[int]:
-    """The numbers of the things that enough pixels of the frame from `pose` belong to."""
+) -> list[tuple[int, int]]:
+    """(number, pixels) of the things that at least a little is seen of in the frame from `pose`."""
     frame = camera.render(Viewpoint(pose.x, pose.z, pose.heading), actors, SIZE, segmentation=True)
     assert frame.segmentation is not None
     is_thing = np.array([len(things) > 0 for things in by_number])
@@ -117,10 +121,11 @@ def _in_frame(
     angle = math.radians(pose.heading)
     x = pose.x + right * math.cos(angle) + ahead * math.sin(angle)
     z = pose.z - right * math.sin(angle) + ahead * math.cos(angle)
-    found: list[int] = []
-    for number in np.flatnonzero(np.bincount(numbers) >= FEWEST).tolist():
+    found: list[tuple[int, int]] = []
+    for number in np.flatnonzero(np.bincount(numbers) >= GLIMPSE).tolist():
         things, shown = by_number[number], numbers == number
         apart = np.hypot(x[shown][:, None] - places[things, 0], z[shown][:, None] - places[things, 1])
         nearest = apart.argmin(axis=1)[apart.min(axis=1) < SLACK]
-        found += things[np.bincount(nearest, minlength=len(things)) >= FEWEST].tolist()
+        pixels = np.bincount(nearest, minlength=len(things))
+        found += [(int(things[i]), int(pixels[i])) for i in np.flatnonzero(pixels >= GLIMPSE)]
     return found
