@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -132,7 +133,11 @@ def _writer(make: MakeWriter) -> Writer:
 
 
 def _end_with_parent() -> None:
-    """Ends this process when its parent is gone, however it went: a pool's processes would wait for ever."""
+    """Ends this process when its parent is gone, however it went: a pool's processes would wait for ever.
+
+    An interrupt at the keyboard is for the parent.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     assert parent is not None
 
