@@ -14,6 +14,9 @@ from lang.phrasing import Filler, Phraser, constant
 ATTEMPTS = 30
 """How often a text is drawn anew that a reader would stumble over."""
 
+DRAFTS = {"navigation": 5, "assembly": 2}
+"""Of so many good drafts the shortest is taken: people are brief."""
+
 FEWEST_WORDS = 6
 """The paper's automated checks ask for as many."""
 
@@ -47,14 +50,17 @@ class Writer:
         Raises:
             ValueError: for something that the language's data have no words for.
         """
-        text = ""
+        phase = "navigation" if isinstance(meaning, Navigation) else "assembly"
+        drafts: list[str] = []
         for _ in range(ATTEMPTS):
             draft = _Draft(self._grammar, random)
             text = draft.navigation(meaning) if isinstance(meaning, Navigation) else draft.assembly(meaning)
             words = [word.casefold().strip(MARKS) for word in text.split()]
             if len(words) >= FEWEST_WORDS and not _stumbles(words):
+                drafts.append(text)
+            if len(drafts) == DRAFTS[phase]:
                 break
-        return text
+        return min(drafts, key=lambda each: len(each.split())) if drafts else text
 
 
 def _stumbles(words: list[str]) -> bool:
