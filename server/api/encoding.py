@@ -54,6 +54,11 @@ class Encoder:
         self._lossless = ENCODING_RAW if self.encoding in (ENCODING_RAW, ENCODING_SHARED) else ENCODING_ZSTD
         self.jpeg_quality = (jpeg_quality or JPEG_QUALITY) if self.encoding == ENCODING_JPEG else 0
 
+    @property
+    def form(self) -> str:
+        """What an agent's score may depend on: "lossless", or "jpeg" with its quality."""
+        return f"jpeg{self.jpeg_quality}" if self.jpeg_quality else "lossless"
+
     def write(self, pixels: npt.NDArray[np.uint8] | npt.NDArray[np.uint16], image: Image) -> None:
         """Writes an image of either kind into an empty message: RGB has three dimensions."""
         if pixels.ndim == 3:

@@ -43,6 +43,7 @@ def run_message(run: Run, progress: Progress) -> pb.Run:
         episodes_ended=progress.ended,
         steps=progress.steps,
         causes=progress.causes,
+        images=progress.images,
         created_at=run.created_at.isoformat(timespec="seconds"),
     )
 

@@ -43,11 +43,13 @@ class Playing:
             raise BadInput(f"max_episodes is {open_.max_episodes}, expected 1 to {config.max_episodes_per_stream}")
         if len(open_.player) > 100:
             raise BadInput(f"the player's name has {len(open_.player)} characters; at most 100 are allowed")
+        run, size = runs.playable(open_.run_id), open_.image_size or config.image_sizes[0]
         self._stream = Stream(
-            run=runs.playable(open_.run_id),
+            run=run,
             player=open_.player or uuid.uuid4().hex,
             max_episodes=open_.max_episodes,
-            image_size=open_.image_size or config.image_sizes[0],
+            image_size=size,
+            images=f"{self._encoder.form}-{size}" if IMAGES.keys() & run.sensors else "",
             history=open_.history,
             adopt=open_.adopt,
             deliver=self._deliver,

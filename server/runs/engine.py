@@ -80,6 +80,8 @@ class Engine:
                 self._drop(other, Conflict("another stream of the same player took this one's place"))
         self._streams.append(stream)
         with self._guard(stream):
+            if stream.images:
+                self._journal.note_images(stream.run.run_id, stream.images)
             self._offer(stream, first=True)
             if not stream.sessions:
                 self._after_ending(stream)

@@ -4,7 +4,7 @@ Steps are append-only and unique by (run, episode, step). Whatever is in memory 
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from functools import partial
@@ -52,12 +52,17 @@ class Run:
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """How far a run is."""
+    """How far a run is.
+
+    Attributes:
+        images: in which forms its images have travelled, sorted, such as "lossless-224" and "jpeg90-128".
+    """
 
     episodes: int
     ended: int
     steps: int
     causes: dict[str, int]
+    images: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,7 +185,18 @@ class Journal:
             sa.select(sa.func.count()).select_from(tables.steps).where(tables.steps.c.run_id == run_id)
         )
         causes = {row.cause: row.number for row in rows if row.state == ENDED}
-        return Progress(sum(row.number for row in rows), sum(causes.values()), counted[0][0], causes)
+        table = tables.images
+        seen = self._read(sa.select(table.c.images).where(table.c.run_id == run_id).order_by(table.c.images))
+        images = tuple(row.images for row in seen)
+        return Progress(sum(row.number for row in rows), sum(causes.values()), counted[0][0], causes, images)
+
+    def note_images(self, run_id: str, images: str) -> None:
+        """A run's images travel in this form, too."""
+        table = tables.images
+        known = sa.exists().where(table.c.run_id == run_id, table.c.images == images)
+        row = sa.select(sa.literal(run_id), sa.literal(images)).where(~known)
+        with suppress(TakenOver), self._write() as connection:  # by another worker, which has written the same
+            connection.execute(table.insert().from_select(["run_id", "images"], row))
 
     def count_ended(self, run_id: str) -> int:
         """How many of the run's episodes have ended."""

@@ -177,6 +177,7 @@ class Runs:
             episodes=progress.episodes,
             steps_per_phase=run.steps_per_phase,
             sensors=frozenset(run.sensors),
+            images=frozenset(progress.images),
             data_hash=run.data_hash,
         )
         return Report(run, progress, table, str(signature), () if split.hidden else tuple(endings))

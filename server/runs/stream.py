@@ -38,6 +38,7 @@ class Stream:
         player: its client's own name for it, kept over reconnections.
         max_episodes: to have open at once.
         image_size: side length of the images, in pixels.
+        images: in which form they travel, such as "lossless-224"; empty where there are none.
         history: whether its agent needs each open episode from the first observation on.
         adopt: whether it takes over what other players left open at once.
         deliver: takes events to the client.
@@ -53,6 +54,7 @@ class Stream:
     player: str
     max_episodes: int
     image_size: int
+    images: str
     history: bool
     adopt: bool
     deliver: Callable[[Sequence[Event]], None]

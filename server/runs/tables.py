@@ -58,6 +58,13 @@ episodes = Table(
 )
 Index("run_episodes_by_state", episodes.c.run_id, episodes.c.state, episodes.c.ordinal)
 
+images = Table(
+    "run_images",
+    metadata,
+    Column("run_id", String(32), ForeignKey("runs.run_id"), primary_key=True),
+    Column("images", String(40), primary_key=True),
+)
+
 steps = Table(
     "steps",
     metadata,

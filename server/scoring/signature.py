@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-_NO_SENSORS = "none"
+_NONE = "none"
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +19,7 @@ class Signature:
         episodes: how many were in the denominator.
         steps_per_phase: the step limit.
         sensors: that the agent was given.
+        images: in which forms its images travelled, such as "lossless-224" and "jpeg90-128".
         data_hash: of the split's files, in hexadecimal.
 
     Raises:
@@ -32,15 +33,16 @@ class Signature:
     episodes: int
     steps_per_phase: int
     sensors: frozenset[str]
+    images: frozenset[str]
     data_hash: str
 
     def __post_init__(self) -> None:
         """Refuse what could not be read back."""
-        for text in (self.version, self.split, self.language, self.data_hash, *self.sensors):
+        for text in (self.version, self.split, self.language, self.data_hash, *self.sensors, *self.images):
             if not text or any(mark.isspace() or mark in "|+" for mark in text):
                 raise ValueError(f"{text!r} cannot stand in a signature: expected a word without '|', '+' or spaces")
-        if _NO_SENSORS in self.sensors:
-            raise ValueError(f"a sensor cannot be called {_NO_SENSORS!r}")
+        if _NONE in self.sensors | self.images:
+            raise ValueError(f"no sensor and no form of images can be called {_NONE!r}")
 
     def __str__(self) -> str:
         """The line, such as `split:val_seen|lang:en|episodes:1065|...`."""
@@ -49,7 +51,8 @@ class Signature:
             "lang": self.language,
             "episodes": self.episodes,
             "steps": self.steps_per_phase,
-            "sensors": "+".join(sorted(self.sensors)) or _NO_SENSORS,
+            "sensors": _joined(self.sensors),
+            "images": _joined(self.images),
             "protocol": self.protocol,
             "version": self.version,
             "data": self.data_hash,
@@ -66,7 +69,6 @@ class Signature:
         pairs = [part.split(":", 1) for part in line.strip().split("|")]
         fields = dict(pair for pair in pairs if len(pair) == 2)
         try:
-            sensors = fields["sensors"]
             signature = cls(
                 version=fields["version"],
                 protocol=int(fields["protocol"]),
@@ -74,7 +76,8 @@ class Signature:
                 language=fields["lang"],
                 episodes=int(fields["episodes"]),
                 steps_per_phase=int(fields["steps"]),
-                sensors=frozenset() if sensors == _NO_SENSORS else frozenset(sensors.split("+")),
+                sensors=_parted(fields["sensors"]),
+                images=_parted(fields["images"]),
                 data_hash=fields["data"],
             )
         except KeyError as missing:
@@ -84,3 +87,11 @@ class Signature:
         if str(signature) != line.strip():
             raise ValueError(f"the signature {line!r} is not written as it should be: expected {str(signature)!r}")
         return signature
+
+
+def _joined(words: frozenset[str]) -> str:
+    return "+".join(sorted(words)) or _NONE
+
+
+def _parted(words: str) -> frozenset[str]:
+    return frozenset() if words == _NONE else frozenset(words.split("+"))

@@ -178,3 +178,17 @@ def test_a_message_too_large_is_refused_and_others_go_on(stub: EvaluationStub) -
     assert code == grpc.StatusCode.RESOURCE_EXHAUSTED
     assert "1048576" in message
     assert create(stub).episodes == 6
+
+
+def test_a_report_says_in_which_form_images_travelled(stub: EvaluationStub) -> None:
+    seen, blind = create(stub, episodes=2, sensors=["rgb"]), create(stub, episodes=1)
+    with Player(stub, seen.run_id, encoding=types_pb2.ENCODING_JPEG, jpeg_quality=70) as player:
+        player.observation()
+    for run_id in (seen.run_id, blind.run_id):
+        with Player(stub, run_id, adopt=True, image_size=128) as player:
+            player.play(tiny.ACTIONS)
+    for run_id, images, signed in ((seen.run_id, ["jpeg70-224", "lossless-128"], "jpeg70-224+lossless-128"),
+                                   (blind.run_id, [], "none")):  # fmt: skip
+        report = stub.GetReport(pb.GetReportRequest(run_id=run_id), metadata=METADATA)
+        assert list(report.run.images) == images
+        assert f"|images:{signed}|" in report.signature

@@ -83,6 +83,16 @@ def test_claims_and_endings(journal: Journal) -> None:
     assert journal.progress("r") == Progress(3, 1, 2, {"AGENT_FINISHED": 1})
 
 
+def test_the_forms_of_images_are_kept_once_each(journal: Journal) -> None:
+    journal.create(a_run(), ["a"])
+    journal.create(a_run("other"), ["a"])
+    assert journal.progress("r").images == ()
+    for images in ("lossless-224", "jpeg90-224", "lossless-224"):
+        journal.note_images("r", images)
+    assert journal.progress("r").images == ("jpeg90-224", "lossless-224")
+    assert journal.progress("other").images == ()
+
+
 def test_a_claim_is_won_once(journal: Journal) -> None:
     journal.create(a_run(), ["a", "b"])
     pending = journal.pending("r")

@@ -8,8 +8,12 @@ from hypothesis import strategies as st
 
 from server.scoring.signature import Signature
 
-SIGNATURE = Signature("0.1.0", 1, "val_seen", "en", 1065, 150, frozenset({"rgb", "depth"}), "ab12")
-LINE = "split:val_seen|lang:en|episodes:1065|steps:150|sensors:depth+rgb|protocol:1|version:0.1.0|data:ab12"
+SIGNATURE = Signature("0.1.0", 1, "val_seen", "en", 1065, 150, frozenset({"rgb", "depth"}), frozenset({"lossless-224"}),
+                      "ab12")  # fmt: skip
+LINE = (
+    "split:val_seen|lang:en|episodes:1065|steps:150|sensors:depth+rgb|images:lossless-224|protocol:1|version:0.1.0|"
+    "data:ab12"
+)
 
 
 def test_it_is_one_line() -> None:
@@ -18,16 +22,17 @@ def test_it_is_one_line() -> None:
 
 
 def test_an_agent_without_sensors() -> None:
-    blind = dataclasses.replace(SIGNATURE, sensors=frozenset())
-    assert "|sensors:none|" in str(blind)
+    blind = dataclasses.replace(SIGNATURE, sensors=frozenset(), images=frozenset())
+    assert "|sensors:none|images:none|" in str(blind)
     assert Signature.parse(str(blind)) == blind
 
 
 words = st.text("abnoe019_.:-", min_size=1, max_size=8)
+some = st.frozensets(words.filter(lambda word: word != "none"))
 
 
 @given(st.builds(Signature, words, st.integers(), words, words, st.integers(), st.integers(),
-                 st.frozensets(words.filter(lambda word: word != "none")), words))  # fmt: skip
+                 some, some, words))  # fmt: skip
 def test_it_can_be_read_back(signature: Signature) -> None:
     assert Signature.parse(str(signature)) == signature
 
@@ -35,7 +40,7 @@ def test_it_can_be_read_back(signature: Signature) -> None:
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        ("", "no field 'sensors'"),
+        ("", "no field 'version'"),
         (LINE.replace("|data:ab12", ""), "no field 'data'"),
         (LINE.replace("1065", "many"), "many"),
         (LINE.replace("depth+rgb", "rgb+depth"), "expected"),
@@ -57,3 +62,5 @@ def test_a_word_that_cannot_be_read_back_is_refused(word: str) -> None:
 def test_a_sensor_called_none_is_refused() -> None:
     with pytest.raises(ValueError, match="none"):
         dataclasses.replace(SIGNATURE, sensors=frozenset({"none"}))
+    with pytest.raises(ValueError, match="none"):
+        dataclasses.replace(SIGNATURE, images=frozenset({"none"}))

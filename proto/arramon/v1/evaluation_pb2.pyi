@@ -342,6 +342,7 @@ class Run(_message.Message):
     STEPS_FIELD_NUMBER: _builtins.int
     CAUSES_FIELD_NUMBER: _builtins.int
     CREATED_AT_FIELD_NUMBER: _builtins.int
+    IMAGES_FIELD_NUMBER: _builtins.int
     run_id: _builtins.str
     participant: _builtins.str
     agent: _builtins.str
@@ -364,6 +365,10 @@ class Run(_message.Message):
     def causes(self) -> _containers.ScalarMap[_builtins.str, _builtins.int]:
         """Ended episodes by cause, such as "AGENT_FINISHED"."""
 
+    @_builtins.property
+    def images(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """In which forms its images have travelled so far: "lossless-224", "jpeg90-128", ..."""
+
     def __init__(
         self,
         *,
@@ -381,10 +386,11 @@ class Run(_message.Message):
         steps: _builtins.int = ...,
         causes: _abc.Mapping[_builtins.str, _builtins.int] | None = ...,
         created_at: _builtins.str = ...,
+        images: _abc.Iterable[_builtins.str] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["limits", b"limits"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["agent", b"agent", "causes", b"causes", "created_at", b"created_at", "data_hash", b"data_hash", "episodes", b"episodes", "episodes_ended", b"episodes_ended", "language", b"language", "limits", b"limits", "participant", b"participant", "run_id", b"run_id", "sensors", b"sensors", "split", b"split", "state", b"state", "steps", b"steps"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["agent", b"agent", "causes", b"causes", "created_at", b"created_at", "data_hash", b"data_hash", "episodes", b"episodes", "episodes_ended", b"episodes_ended", "images", b"images", "language", b"language", "limits", b"limits", "participant", b"participant", "run_id", b"run_id", "sensors", b"sensors", "split", b"split", "state", b"state", "steps", b"steps"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -420,12 +426,14 @@ class Report(_message.Message):
     ROWS_FIELD_NUMBER: _builtins.int
     EPISODES_FIELD_NUMBER: _builtins.int
     signature: _builtins.str
-    """Version, split, language, limits and data hash in one line, to quote beside a score."""
+    """Version, split, language, limits, images and data hash in one line, to quote beside a"""
     @_builtins.property
     def run(self) -> Global___Run: ...
     @_builtins.property
     def rows(self) -> _containers.RepeatedCompositeFieldContainer[Global___Row]:
-        """"turn 1", "turn 2", "total"."""
+        """score.
+        "turn 1", "turn 2", "total".
+        """
 
     @_builtins.property
     def episodes(self) -> _containers.RepeatedCompositeFieldContainer[Global___EpisodeScores]:
