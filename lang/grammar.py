@@ -98,6 +98,7 @@ class Grammar:
         }
         self._slots |= SLOTS | self.tables.keys()
         self.noun_phrases = self._patterns("noun_phrases", things["noun_phrases"])
+        self._noun_phrases_of = self._tabled("noun_phrases_of", things.get("noun_phrases_of", {}))
         self.pair_phrases = self._patterns("pair_phrases", things["pair_phrases"])
         self.pair_marks: list[str] = things["pair_marks"]
         self.same_phrases = self._patterns("same_phrases", things["same_phrases"])
@@ -135,6 +136,10 @@ class Grammar:
             if mark not in self._axis_of:
                 raise ValueError(f"{mark!r} is not a value of a feature; there are {', '.join(self._axis_of)}")
         return {self._axis_of[mark]: mark for mark in marks}
+
+    def noun_phrases_of(self, kind: str) -> tuple[Pattern, ...]:
+        """The noun phrases for things of a kind: their own, or those of all things."""
+        return self._noun_phrases_of.get(kind, self.noun_phrases)
 
     def look_kind(self, kind: str) -> str:
         """Under which kind the looks of things of a kind are listed: their own, or that of the collectibles."""

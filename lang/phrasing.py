@@ -148,14 +148,14 @@ class Phraser:
 
     def thing(self, thing: Thing, noun: Lexeme, attached: Iterable[Pattern], *, top: bool) -> Filler:
         """A thing's filler: its noun phrase, with where it stands as one of the `attached` patterns adds it."""
-        given = dict(noun.given)
+        given, phrases = dict(noun.given), self.grammar.noun_phrases_of(thing.kind)
 
         def fill(features: Mapping[str, str]) -> str:
             own = {**self.features, **features, **given}
             if not thing.where:
-                return self._described(thing, noun, own, self.grammar.noun_phrases)
+                return self._described(thing, noun, own, phrases)
             said: dict[str, Filler] = {
-                "thing": lambda marks: self._described(thing, noun, {**own, **marks}, self.grammar.noun_phrases),
+                "thing": lambda marks: self._described(thing, noun, {**own, **marks}, phrases),
                 "where": lambda _: self.wheres(thing.where, top=top),
             }
             return self.render(self.pick(self.fitting(attached, said), "attached"), said, own)
