@@ -37,19 +37,20 @@ def opening(ground: Map, x: float, z: float, angle: float, side: int) -> tuple[f
         (x, z) on the line of the walk.
     """
     runs, walls = ground.runs(x, z, angle, side, OFFSETS, DEEP)
-    start = first_opening(runs.tolist(), walls.tolist())
-    if start is None:
-        return None
-    along = float(OFFSETS[start]) + IN
-    return x + along * math.sin(angle), z + along * math.cos(angle)
+    for start in all_openings(runs.tolist(), walls.tolist()):
+        along = float(OFFSETS[start]) + IN
+        if along > 0.0:
+            return x + along * math.sin(angle), z + along * math.cos(angle)
+    return None
 
 
-def first_opening(runs: list[float], walls: list[bool]) -> int | None:
-    """The first place after a wall that clearly deeper places follow, as far as these can be seen.
+def all_openings(runs: list[float], walls: list[bool]) -> list[int]:
+    """The first places after walls that clearly deeper places follow, as far as these can be seen.
 
     Who comes along a street sees of one that opens to the side a part first, behind the corner: its first places count
     as open even though they are not seen yet, and its depth as far as it is known.
     """
+    found: list[int] = []
     beside, last, open_places = 0.0, None, 0
     for i, (run, wall) in enumerate(zip(runs, walls, strict=True)):
         if wall and run < DEEP - DEEPER and (last is None or run < beside + DEEPER):
@@ -57,5 +58,6 @@ def first_opening(runs: list[float], walls: list[bool]) -> int | None:
         elif last is not None and run >= beside + SEEN:
             open_places += 1
             if open_places == WIDE:
-                return last + 1
-    return None
+                found.append(last + 1)
+                last = None
+    return found

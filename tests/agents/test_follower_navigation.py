@@ -11,7 +11,7 @@ from agents.follower.map_landmarks import Landmark, along_way, fits
 from agents.follower.navigation import Navigator
 from agents.follower.navigation_body import Body
 from agents.follower.navigation_motion import can_step, turns, way_to
-from agents.follower.navigation_places import first_opening
+from agents.follower.navigation_places import all_openings
 from arramon_client.agent import Action, Label, Observation
 from lang.meaning import Face, Navigation, Step, Thing, Turn, Walk
 from server.episodes.instruct.trial import AGENT_LABELS
@@ -185,7 +185,7 @@ def test_no_way_is_needed_where_one_is_there() -> None:
 def test_an_opening_is_deeper_than_the_wall_before_it(
     runs: list[float], walls: list[bool], opening: int | None
 ) -> None:
-    assert first_opening(runs, walls) == opening
+    assert all_openings(runs, walls) == ([] if opening is None else [opening])
 
 
 CONE = Label("cone", "red")

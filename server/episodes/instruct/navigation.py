@@ -6,7 +6,8 @@ the follower does (agents/follower/navigation.py means the same by each), and th
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import combinations
 from random import Random
 
 from lang.meaning import Face, Navigation, Step, Thing, Turn, Walk
@@ -44,8 +45,14 @@ BENT = 25.0
 DOUBT = 2.0
 """What it costs to name a thing of which there is another that is only not seen on the way."""
 
+GAP = (1.5, 7.0)
+"""How far apart two things may be that one goes between, in units."""
+
 FARTHEST = 30
 """How far one step may lead, in units."""
+
+MOST_COUNTED = 20
+"""Paces that can be said."""
 
 LONGEST = 9
 """Steps that a plan may have."""
@@ -100,10 +107,12 @@ class _Standing:
     Attributes:
         pose: with the course that one is on as its heading.
         number: of the place in the path that is nearest.
+        turned: whether one has just turned somewhere: who turns at once again did so at the wrong place.
     """
 
     pose: Pose
     number: int
+    turned: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +135,8 @@ class _Plan:
         self._around = [mark for mark in marks if mark.glimpsed is not None and mark.glimpsed <= 0]
         # What is seen in looking round at the start alone is not seen by one who walks the path.
         self._first = {id(mark): next((n for n in mark.seen if n >= 0), len(poses)) for mark in marks}
-        self._things = [mark for mark in marks if mark.label.kind not in KINDS]
+        self._things = [mark for mark in marks if mark.label.kind not in (*KINDS, "intersection")]
+        self._openings = [mark for mark in marks if mark.label.kind == "intersection"]
         self._corners = [leg.last for leg in legs_of(path)]
         self._target_seen = next((self._first[id(m)] for m in marks if (m.x, m.z) == goal), len(poses))
         self._departures = [0] * len(path)
@@ -138,7 +148,7 @@ class _Plan:
         self._start = poses[0]
 
     def steps(self) -> tuple[Step, ...] | None:
-        """All of them; None where they would be too many."""
+        """All of them; None where they would be too many, or paces beyond counting."""
         steps: list[Step] = []
         standing = _Standing(self._start, 0)
         while len(steps) <= LONGEST:
@@ -151,6 +161,8 @@ class _Plan:
                 if not options:
                     return (*steps, *last)
             chosen = min(options, key=lambda option: option.cost)
+            if any(isinstance(step, Walk) and step.count > MOST_COUNTED for step in chosen.steps):
+                return None
             steps += self._faced(chosen) if not steps else chosen.steps
             standing = chosen.standing
             if standing.number >= len(self._path) - 1 and self._last(standing) is None:
@@ -184,7 +196,9 @@ class _Plan:
 
     def _options(self, standing: _Standing) -> Iterator[_Option]:
         """What can be said next, by the landmarks that have been seen by now."""
+        yield from self._turnings(standing)
         here = standing.pose.x, standing.pose.z
+        named = []
         for mark in self._things:
             if self._first[id(mark)] > self._departures[standing.number]:
                 continue
@@ -201,21 +215,55 @@ class _Plan:
             if name is not None:
                 turns = tuple(Turn(word) for word in words)
                 doubt = 0.0 if name[1] else DOUBT
-                yield from self._by(mark, name[0], turns, _Standing(pose, standing.number), doubt)
+                if not words:
+                    named.append((mark, name[0], doubt))
+                yield from self._by(mark, name[0], turns, replace(standing, pose=pose), doubt)
+        for (one, first, doubt), (other, second, more) in combinations(named, 2):
+            if first != second and GAP[0] <= math.dist((one.x, one.z), (other.x, other.z)) <= GAP[1]:
+                end = self._passing(standing.pose, (one.x + other.x) / 2, (one.z + other.z) / 2, 0.3)
+                yield from self._option(standing, (), Walk("between", (first, second)), end, doubt + more + 0.8)
+
+    def _turnings(self, standing: _Standing) -> Iterator[_Option]:
+        """Turns into the next street on either side."""
+        pose = standing.pose
+        for side, degrees in (("left", -90.0), ("right", 90.0)):
+            ahead = []
+            for mark in self._openings:
+                right, along = pose.local(mark.x, mark.z)
+                if mark.label.look == side and along > -1.0 and abs(right) < ASTRAY:
+                    ahead.append((along, mark))
+            if not ahead:
+                continue
+            along, mark = min(ahead, key=lambda item: item[0])
+            end = pose.ahead(along)
+            onward = self._onward(self._nearest(end, standing.number))
+            if mark.seen[0] > self._departures[standing.number] or along < 1.5 or onward is None:
+                continue
+            inexact = abs(turn_between(pose.heading + degrees, onward))
+            if inexact < 40.0:
+                thing = Thing(self._random.choice(("intersection", "corner")))
+                yield from self._option(
+                    standing, (), Turn(side, "at", thing), end.turned(degrees), inexact / 20.0 - 1.0
+                )
+
+    @staticmethod
+    def _passing(pose: Pose, x: float, z: float, beyond: float) -> Pose:
+        """Where one is who has gone by a place, from a pose."""
+        right, ahead = pose.local(x, z)
+        aside = right - min(max(right, -BESIDE), BESIDE)
+        course = pose.turned(math.degrees(math.atan2(aside, max(ahead, 0.5))))
+        return course.ahead(course.local(x, z)[1] + beyond)
 
     def _by(
         self, mark: Landmark, name: Thing, turns: tuple[Step, ...], standing: _Standing, doubt: float
     ) -> Iterator[_Option]:
         """What can be said of one landmark, after the turns."""
         pose = standing.pose
-        right, ahead = pose.local(mark.x, mark.z)
-        aside = right - min(max(right, -BESIDE), BESIDE)
-        course = pose.turned(math.degrees(math.atan2(aside, max(ahead, 0.5))))
-        along = course.local(mark.x, mark.z)[1]
+        right, _ = pose.local(mark.x, mark.z)
         for word, beyond in BEYOND.items():
-            if along + beyond < 1.5:
+            end = self._passing(pose, mark.x, mark.z, beyond)
+            if math.dist((pose.x, pose.z), (end.x, end.z)) < 1.5 or pose.local(end.x, end.z)[1] < 0.0:
                 continue
-            end = course.ahead(along + beyond)
             if word == "past":
                 side = "" if self._random.random() < 0.6 or abs(right) < 0.6 else "right" if right > 0.0 else "left"
                 yield from self._option(standing, turns, Walk("past", (name,), side), end, doubt)
@@ -260,8 +308,16 @@ class _Plan:
         gain = min(number - standing.number, 14)
         onward = self._onward(number)
         wrong = 0.0 if onward is None else max(abs(turn_between(end.heading, onward)) - 15.0, 0.0) / 25.0
-        total = cost + 0.8 * off + 0.5 * strayed - 0.25 * gain + 1.2 * len(turns) + wrong + 1.5 * self._random.random()
-        yield _Option(total, (*turns, step), _Standing(end, number))
+        total = (
+            cost
+            + 0.8 * off
+            + 0.5 * strayed
+            - 0.25 * gain
+            + (4.0 if standing.turned else 1.2) * len(turns)
+            + wrong
+            + 1.5 * self._random.random()
+        )
+        yield _Option(total, (*turns, step), _Standing(end, number, isinstance(step, Turn)))
 
     def _count(self, standing: _Standing) -> _Option:
         """Steps counted to the next corner, where there is no landmark."""

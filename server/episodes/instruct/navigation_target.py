@@ -62,7 +62,7 @@ def _where(target: Collectible, marks: Sequence[Landmark], poses: Sequence[Pose]
     for mark in marks:
         right, ahead = came.local(mark.x, mark.z)
         distance = math.hypot(right, ahead)
-        if mark.label.kind in KINDS or distance > NEAR or mark.seen[-1] < len(poses) - 10:
+        if mark.label.kind in (*KINDS, "intersection") or distance > NEAR or mark.seen[-1] < len(poses) - 10:
             continue
         near.append((distance + random.random(), right, ahead, mark))
     if not near or random.random() < 0.15:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from server.episodes.instruct.sight_openings import openings
 from server.sim.cameras import FIELD_OF_VIEW, Actor, Camera, Viewpoint
 from server.sim.city import label_of_prop
 from server.sim.geometry import Pose
@@ -26,10 +27,11 @@ SLACK = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Landmark:
-    """A piece of furniture or a collectible.
+    """A piece of furniture, a collectible, or a place where a street opens.
 
     Attributes:
-        label: what it looks like.
+        label: what it looks like; a place's kind is "intersection", its look the side that it opens to, "left" or
+            "right", for one who comes along the path.
         x, z: where it stands, in the world frame.
         seen: the numbers of the poses from which it is seen, in order; -1 for a look round at the first. None
             where it is never seen: such a one is not spoken of, but could be mistaken for another.
@@ -86,10 +88,31 @@ def look(
             glimpsed.setdefault(thing, number)
             if pixels >= FEWEST and (not seen[thing] or seen[thing][-1] != number):
                 seen[thing].append(number)
-    return tuple(
+    things = [
         Landmark(label, float(x), float(z), tuple(numbers), glimpsed.get(thing))
         for thing, (label, (x, z), numbers) in enumerate(zip(labels, places.tolist(), seen, strict=True))
-    )
+    ]
+    return (*things, *_places(poses, section))
+
+
+def _places(poses: Sequence[Pose], section: Section) -> list[Landmark]:
+    """The openings along the way, each in view from the whole of the leg that it lies on."""
+    path: list[tuple[float, float]] = []
+    arrivals: list[int] = []
+    for number, pose in enumerate(poses):
+        if not path or path[-1] != (pose.x, pose.z):
+            path.append((pose.x, pose.z))
+            arrivals.append(number)
+    return [
+        Landmark(
+            Label("intersection", look=opening.side),
+            opening.x,
+            opening.z,
+            tuple(range(arrivals[opening.first], arrivals[opening.last] + 1)),
+            arrivals[opening.first],
+        )
+        for opening in openings(path, section)
+    ]
 
 
 def _by_number(
