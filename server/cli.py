@@ -24,7 +24,7 @@ from server.workers import serve_with_workers
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs a command; returns the exit status: 0 fine, 1 something was wrong and was said, 2 usage."""
+    """Runs a command; returns the exit status: 0 fine, 1 something was wrong and was said, 2 usage, 130 interrupted."""
     arguments = _parser().parse_args(argv)
     logging.basicConfig(level=arguments.log.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     try:
@@ -32,6 +32,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except ArraMonError as error:
         print(f"arramon-server: {error}", file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        print("arramon-server: interrupted", file=sys.stderr)
+        return 130
     return status or 0
 
 

@@ -85,5 +85,5 @@ def room_map(episode: Episode, scale: float = 130.0) -> Image.Image:
         canvas.dot(column + shift, row, 34, None, colour, width=4)
         canvas.label(column, row + 0.12 - 0.16 * (number - 1), f"{number}: {turn.target.type}", anchor="mm")
         canvas.label(column, row - 0.42, f"level {level}" if level > 1 else "", size=10, anchor="mm")
-    title = "room: start tile yellow, brick wall above, wood left, striped right, spotted below"
+    title = "room: start tile yellow, brick wall above, wood right, spotted left, striped below"
     return titled(canvas.image, [title])
