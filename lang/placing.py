@@ -128,7 +128,9 @@ def weigh_cells(meaning: Assembly, room: Room) -> dict[Cell, float]:
         ahead = relative(cell, START, quarter)[1]
         weight *= (1.0 if ahead > 0 else 0.85 if ahead == 0 else 0.6) * (1.0 if cell[0] else EDGE)
         for where, found in zip(meaning.where, landmarks, strict=True):
-            weight *= max((w * _grade(where, cell, height + 1, marks, quarter) for w, marks in found), default=1.0)
+            weight *= max(
+                (w * grade_relation(where, cell, height + 1, marks, quarter) for w, marks in found), default=1.0
+            )
         weights[cell] = weight
     return weights
 
@@ -156,7 +158,9 @@ def weigh_things(thing: Thing, room: Room, quarter: int, *, is_told: bool) -> li
         for where in thing.where:
             others = Room(tuple(other for other in room.things if other != item), room.walls)
             found = _landmarks(where, others, quarter, is_told=False)
-            weight *= max((w * _grade(where, item.cell, item.level, marks, quarter) for w, marks in found), default=1.0)
+            weight *= max(
+                (w * grade_relation(where, item.cell, item.level, marks, quarter) for w, marks in found), default=1.0
+            )
         across, ahead = relative(item.cell, START, quarter)
         if is_told and abs(across) > 2 * ahead:  # beyond 63 degrees from where it looks
             weight *= OUT_OF_VIEW
@@ -199,7 +203,7 @@ def _landmarks(where: Where, room: Room, quarter: int, *, is_told: bool) -> list
     return [(v * w, (one, other)) for v, one in each[0] for w, other in each[1] if one != other]
 
 
-def _grade(where: Where, cell: Cell, level: int, landmarks: tuple[Landmark, ...], quarter: int) -> float:
+def grade_relation(where: Where, cell: Cell, level: int, landmarks: tuple[Landmark, ...], quarter: int) -> float:
     """How well what stands at (cell, level) stands in a relation to landmarks, from 0 to 1."""
     if where.relation == "between":
         grade = _grade_between(cell, landmarks)

@@ -9,11 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from lang import Language, Mention
+from lang.meaning import Assembly
+from server.episodes.arranging import Arrangement, leads_to
 from server.episodes.chance import seeded
 from server.sim.catalogue import ALL_TYPES, EXTENT, ObjectType
 from server.sim.geometry import Point, Pose
 from server.sim.room import COLUMNS, ROWS, START, Placement, Square
-from server.sim.rules import REACH_AHEAD, REACH_SIDE
+from server.sim.rules import REACH_AHEAD, REACH_SIDE, PlacedObject
 
 Points = npt.NDArray[np.float64]
 
@@ -30,6 +32,9 @@ DECOYS = 8
 """Objects that stand in the room when the first assembly phase begins (paper, section 3.1)."""
 
 ATTRIBUTES = ("pattern", "colour", "kind")
+
+ATTEMPTS = 24
+"""Rooms drawn at most until the instructions lead to the targets' cells."""
 
 SHARED = tuple(words for size in (1, 2) for words in combinations(ATTRIBUTES, size))
 """What a distracter can have in common with the target: at least one attribute, and not all."""
@@ -157,13 +162,16 @@ def decoys(
     placements: tuple[Placement, Placement],
     walks: tuple[Sequence[Square], Sequence[Square]],
     references: tuple[Sequence[Reference], Sequence[Reference]],
+    meanings: tuple[Assembly | None, Assembly | None] = (None, None),
 ) -> tuple[tuple[ObjectType, Square], ...]:
     """Eight objects on the room's floor when the first assembly phase begins; fewer where there is no room.
 
     Where a target goes on top of something that is not the first turn's target, a decoy stands there, the one that the
-    instruction names, whoever walks through that cell (the official release's ground truth does). No other decoy stands
-    where the ground truth walks or puts something. Other objects that the instructions name are among the decoys,
-    placed as the words say where that cell is free.
+    instruction names. What else the instructions speak of stands where their meanings are true, whoever walks through
+    that cell (objects stop nobody; the official release's ground truth walks through some). Of several such rooms that
+    are drawn, it is the first in which both instructions lead to the targets' cells, or else as many as can. Decoys
+    that are named where no meaning was read stand as the words say or near there. No other decoy stands where the
+    ground truth walks or puts something.
 
     Args:
         episode_id: draws what the instructions leave open.
@@ -171,17 +179,52 @@ def decoys(
         placements: where they go.
         walks: the cells of both turns' ground truth.
         references: what each turn's assembly instruction mentions besides.
+        meanings: of these instructions; None for one that was not understood.
     """
     random = seeded(episode_id, "decoys")
+    told = [turn for turn in (0, 1) if meanings[turn] is not None]
+    first = PlacedObject(targets[0], placements[0])
+    best: tuple[tuple[ObjectType, Square], ...] = ()
+    most = -1
+    for attempt in range(ATTEMPTS if told else 1):
+        room = _arrange(attempt, targets, placements, walks, references, meanings, random)
+        items = [PlacedObject(kind, Placement(cell.column, 1, cell.row)) for cell, kind in room.items()]
+        true = 0
+        for turn in told:
+            meaning = meanings[turn]
+            true += meaning is not None and leads_to(meaning, items + [first] * turn, placements[turn])
+        if true > most:
+            best, most = tuple((kind, cell) for cell, kind in sorted(room.items())), true
+        if most == len(told):
+            break
+    return best
+
+
+def _arrange(
+    attempt: int,
+    targets: tuple[ObjectType, ObjectType],
+    placements: tuple[Placement, Placement],
+    walks: tuple[Sequence[Square], Sequence[Square]],
+    references: tuple[Sequence[Reference], Sequence[Reference]],
+    meanings: tuple[Assembly | None, Assembly | None],
+    random: Random,
+) -> dict[Square, ObjectType]:
+    """One room for `decoys`; the first attempt has everything in its best place."""
     cells = [Square(place.column, place.row) for place in placements]
     stands = [turn for turn in (0, 1) if placements[turn].level == 2 and not (turn == 1 and rests_on_first(placements))]
-    taken = {START, *walks[0], *walks[1], *(cells[turn] for turn in (0, 1) if placements[turn].level == 1)}
-    free = [Square(column, row) for row in range(ROWS) for column in range(COLUMNS)]
-    free = [cell for cell in free if cell not in taken and cell not in {cells[turn] for turn in stands}]
+    walked = {*walks[0], *walks[1]}
     room: dict[Square, ObjectType] = {}
     for turn in stands:
         if cells[turn] not in room:
             room[cells[turn]] = stand_type(targets, turn, references[turn], room, random)
+    arrangement = Arrangement(room, {START, *cells}, walked, targets, DECOYS, attempt > 0, random)
+    for turn in (0, 1) if attempt % 2 == 0 else (1, 0):
+        meaning = meanings[turn]
+        if meaning is not None:
+            arrangement.add(meaning, placements[turn], [PlacedObject(targets[0], placements[0])] * turn)
+    shut = {START, *walked, *cells, *room}
+    free = [Square(column, row) for row in range(ROWS) for column in range(COLUMNS)]
+    free = [cell for cell in free if cell not in shut]
     for turn in (0, 1):
         for reference in references[turn]:
             name = reference.named()
@@ -192,8 +235,7 @@ def decoys(
             room[cell] = name
     others = [other for other in ALL_TYPES if other not in targets and other not in room.values()]
     count = min(DECOYS - len(room), len(free))
-    room |= zip(random.sample(free, count), random.sample(others, count), strict=True)
-    return tuple((kind, cell) for cell, kind in sorted(room.items()))
+    return room | dict(zip(random.sample(free, count), random.sample(others, count), strict=True))
 
 
 def rests_on_first(placements: tuple[Placement, Placement]) -> bool:

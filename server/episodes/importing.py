@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import lang
+from lang.meaning import Assembly
 from server.episodes.episode import Episode, with_languages
 from server.episodes.extras import Points, Reference, decoys, distracters, read_references
 from server.episodes.reconstruct import reconstruct
@@ -142,6 +143,7 @@ def furnish(episode: Episode, ground: Points) -> Episode:
         (first.target_cell, second.target_cell),
         (first.room_path, second.room_path),
         _references(episode),
+        _meanings(episode),
     )
     placed = tuple(PlacedObject(kind, Placement(cell.column, 1, cell.row)) for kind, cell in room)
     return replace(episode, turns=(first, second), decoys=placed)
@@ -152,3 +154,19 @@ def _references(episode: Episode) -> tuple[tuple[Reference, ...], tuple[Referenc
     code = min(episode.instructions)
     first, second = (read_references(text.assembly, lang.load(code)) for text in episode.instructions[code])
     return first, second
+
+
+def _meanings(episode: Episode) -> tuple[Assembly | None, Assembly | None]:
+    """What the assembly instructions mean, in the same language; None for one that cannot be read."""
+    code = min(episode.instructions)
+    first, second = (_meaning(text.assembly, lang.load(code)) for text in episode.instructions[code])
+    return first, second
+
+
+def _meaning(text: str, language: lang.Language) -> Assembly | None:
+    try:
+        meaning = language.read(text, "assembly")
+    except lang.CannotRead:
+        return None
+    assert isinstance(meaning, Assembly)  # of this phase it is nothing else
+    return meaning
