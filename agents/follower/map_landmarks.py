@@ -17,6 +17,9 @@ FEWEST, FEWEST_OF_COLLECTIBLE = 6, 2
 BEHIND = -1.0
 """A thing farther behind than this, in units, is not what is meant next."""
 
+ASIDE, BESIDE = math.radians(65.0), 3.0
+"""Nor is one farther off the course than this, unless it is so near, in units."""
+
 OFF_AXIS = 1.5
 """How much a thing off the direction of the walk counts as farther away, for each squared radian."""
 
@@ -90,6 +93,7 @@ def along_way(landmarks: Iterable[Landmark], x: float, z: float, angle: float) -
         dx, dz = landmark.x - x, landmark.z - z
         if dx * sin + dz * cos < BEHIND:
             continue
-        off = math.atan2(dx * cos - dz * sin, dx * sin + dz * cos)
-        scored.append((math.hypot(dx, dz) * (1.0 + OFF_AXIS * off * off), landmark.x, landmark))
+        off, distance = math.atan2(dx * cos - dz * sin, dx * sin + dz * cos), math.hypot(dx, dz)
+        if abs(off) < ASIDE or distance < BESIDE:
+            scored.append((distance * (1.0 + OFF_AXIS * off * off), landmark.x, landmark))
     return [landmark for _, _, landmark in sorted(scored, key=lambda item: item[:2])]

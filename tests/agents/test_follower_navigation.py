@@ -14,7 +14,6 @@ from agents.follower.navigation_motion import can_step, turns, way_to
 from agents.follower.navigation_places import all_openings
 from arramon_client.agent import Action, Label, Observation
 from lang.meaning import Face, Navigation, Step, Thing, Turn, Walk
-from server.episodes.instruct.trial import AGENT_LABELS
 from server.sim import rules
 from server.sim.bullet import World
 from server.sim.city import city_scene
@@ -23,6 +22,7 @@ from server.sim.labels import places_of
 from server.sim.raster import RasterCamera
 from server.sim.rules import Collectible, Layout, Limits, Phase, State
 from server.sim.view import view
+from server.trial import AGENT_LABELS
 from tests.episodes.instruct.town import START, STREET, crossing, thing
 
 MUG = Thing("mug", "red", "striped")
@@ -192,8 +192,8 @@ CONE = Label("cone", "red")
 
 
 def test_what_is_ahead_and_near_is_meant_first() -> None:
-    marks = [Landmark(CONE, x, z, 1.0) for x, z in ((0.0, 9.0), (6.0, 1.0), (0.0, 5.0), (0.0, -4.0))]
-    assert [(mark.x, mark.z) for mark in along_way(marks, 0.0, 0.0, 0.0)] == [(0.0, 5.0), (0.0, 9.0), (6.0, 1.0)]
+    marks = [Landmark(CONE, x, z, 1.0) for x, z in ((0.0, 9.0), (6.0, 4.0), (0.0, 5.0), (0.0, -4.0), (6.0, 1.0))]
+    assert [(mark.x, mark.z) for mark in along_way(marks, 0.0, 0.0, 0.0)] == [(0.0, 5.0), (0.0, 9.0), (6.0, 4.0)]
 
 
 @pytest.mark.parametrize(

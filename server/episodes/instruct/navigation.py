@@ -33,7 +33,7 @@ NEAR = {"to": 1.6, "towards": 3.0}
 BESIDE = 2.0
 """How far beside a landmark one goes by it at most, in units."""
 
-ASTRAY = 2.2
+ASTRAY = 1.8
 """How far from the path a step may lead, in units."""
 
 IN_VIEW, TURNED_TO = 50.0, 40.0
@@ -207,7 +207,7 @@ class _Plan:
                 continue
             off = turn_between(standing.pose.heading, bearing(here, (mark.x, mark.z)))
             words = self._words(off)
-            if words is None or (words == ("around",) and standing.number > 0):
+            if words is None or (words and standing.turned) or (words == ("around",) and standing.number > 0):
                 continue
             pose = standing.pose.turned(sum(NOMINAL[word] for word in words))
             until = self._departures[min(standing.number + 12, len(self._path) - 1)]
@@ -239,8 +239,9 @@ class _Plan:
             onward = self._onward(self._nearest(end, standing.number))
             if mark.seen[0] > self._departures[standing.number] or along < 1.5 or onward is None:
                 continue
+            at_once = self._onward(self._nearest(end, standing.number), 2)
             inexact = abs(turn_between(pose.heading + degrees, onward))
-            if inexact < 40.0:
+            if inexact < 40.0 and at_once is not None and abs(turn_between(onward, at_once)) < 2.0 * BENT:
                 thing = Thing(self._random.choice(("intersection", "corner")))
                 yield from self._option(
                     standing, (), Turn(side, "at", thing), end.turned(degrees), inexact / 20.0 - 1.0
@@ -308,15 +309,7 @@ class _Plan:
         gain = min(number - standing.number, 14)
         onward = self._onward(number)
         wrong = 0.0 if onward is None else max(abs(turn_between(end.heading, onward)) - 15.0, 0.0) / 25.0
-        total = (
-            cost
-            + 0.8 * off
-            + 0.5 * strayed
-            - 0.25 * gain
-            + (4.0 if standing.turned else 1.2) * len(turns)
-            + wrong
-            + 1.5 * self._random.random()
-        )
+        total = cost + 0.8 * off + 0.5 * strayed - 0.25 * gain + 1.2 * len(turns) + wrong + 1.5 * self._random.random()
         yield _Option(total, (*turns, step), _Standing(end, number, isinstance(step, Turn)))
 
     def _count(self, standing: _Standing) -> _Option:
