@@ -33,7 +33,7 @@ DECOYS = 8
 
 ATTRIBUTES = ("pattern", "colour", "kind")
 
-ATTEMPTS = 24
+ATTEMPTS = 12
 """Rooms drawn at most until the instructions lead to the targets' cells."""
 
 SHARED = tuple(words for size in (1, 2) for words in combinations(ATTRIBUTES, size))
@@ -140,12 +140,15 @@ def stands_alone(place: Points, others: Sequence[Points]) -> bool:
 
 def similar_types(target: ObjectType, count: int, random: Random) -> list[ObjectType]:
     """`count` types, all different, each with something in common with the target: each combination in its turn."""
+    alike: dict[tuple[str, ...], list[ObjectType]] = {}
+    for other in ALL_TYPES:
+        alike.setdefault(common(target, other), []).append(other)
     types: list[ObjectType] = []
     combinations_left: list[tuple[str, ...]] = []
     while len(types) < count:
         combinations_left = combinations_left or random.sample(SHARED, len(SHARED))
         shared = combinations_left.pop()
-        fitting = [other for other in ALL_TYPES if other not in types and common(target, other) == shared]
+        fitting = [other for other in alike[shared] if other not in types]
         if fitting:
             types.append(random.choice(fitting))
     return types
@@ -182,17 +185,14 @@ def decoys(
         meanings: of these instructions; None for one that was not understood.
     """
     random = seeded(episode_id, "decoys")
-    told = [turn for turn in (0, 1) if meanings[turn] is not None]
+    told = [(turn, meaning) for turn, meaning in enumerate(meanings) if meaning is not None and meaning.where]
     first = PlacedObject(targets[0], placements[0])
     best: tuple[tuple[ObjectType, Square], ...] = ()
     most = -1
     for attempt in range(ATTEMPTS if told else 1):
         room = _arrange(attempt, targets, placements, walks, references, meanings, random)
         items = [PlacedObject(kind, Placement(cell.column, 1, cell.row)) for cell, kind in room.items()]
-        true = 0
-        for turn in told:
-            meaning = meanings[turn]
-            true += meaning is not None and leads_to(meaning, items + [first] * turn, placements[turn])
+        true = sum(leads_to(meaning, items + [first] * turn, placements[turn]) for turn, meaning in told)
         if true > most:
             best, most = tuple((kind, cell) for cell, kind in sorted(room.items())), true
         if most == len(told):

@@ -3,7 +3,7 @@
 import pytest
 
 import lang
-from lang.meaning import Assembly
+from lang.meaning import Assembly, Thing
 from server.episodes.arranging import leads_to
 from server.episodes.extras import DECOYS, decoys, read_references
 from server.sim.catalogue import ObjectType
@@ -109,7 +109,17 @@ def test_rooms_follow_from_the_episode_s_id() -> None:
 
 
 def test_what_cannot_be_true_does_no_harm() -> None:
-    meaning = Assembly((), meaning_of("Put it behind the dotted green ball.").thing, ())  # type: ignore[union-attr]
-    found = decoys("1", (FIRST, SECOND), (Placement(1, 1, 0), ELSEWHERE), ([START], [START]), ((), ()), (meaning, None))
+    text = "Turn right and put it in front of the dotted green ball."  # which would stand beyond the wall
+    places = (Placement(4, 1, 1), Placement(1, 1, 3))
+    found = decoys("1", (FIRST, SECOND), places, ([START], [START]), ((), ()), (meaning_of(text), None))
 
     assert len(found) == DECOYS
+    assert "dotted green ball" in {str(kind) for kind, _ in found}
+    assert not {(4, 1), (1, 3), START} & {cell for _, cell in found}
+
+
+def test_with_nothing_understood_of_where_it_goes_decoys_are_as_without_a_meaning() -> None:
+    arguments = "1", (FIRST, SECOND), (Placement(1, 1, 1), ELSEWHERE), ([START], [START]), ((), ())
+    nothing = Assembly(("right",), Thing("mug"), ())
+
+    assert decoys(*arguments, (nothing, None)) == decoys(*arguments)
