@@ -1,6 +1,6 @@
 """Writes and tries the instructions of generated episodes: plan once, say it in every language, see where it leads."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 
@@ -18,7 +18,6 @@ from server.episodes.generate.sizes import chosen
 from server.episodes.instruct.assembly import plan_assembly
 from server.episodes.instruct.navigation import plan_from_sight
 from server.episodes.instruct.sight import Landmark, look, poses_along
-from server.episodes.instruct.trial import Place, play
 from server.episodes.splits import Split
 from server.scoring.episode import EpisodeScores
 from server.sim.cameras import Camera
@@ -26,6 +25,7 @@ from server.sim.geometry import TURN, Pose
 from server.sim.raster import RasterCamera
 from server.sim.room_scene import room_scene
 from server.sim.rules import Action, PlacedObject
+from server.trial import Place, play
 
 FOLLOWER = "agents.follower"
 """The agent that tries instructions; by name, as the server imports no agents."""
@@ -53,23 +53,27 @@ class Scribe:
         languages: codes.
         make_follower: makes what plays from text, depth and segmentation: a new one for each trial, which remembers
             nothing.
+
+    Attributes:
+        make_follower: as it was given.
     """
 
     def __init__(self, languages: tuple[str, ...], make_follower: Callable[[], Agent]) -> None:
         self._languages = languages
-        self._make_follower = make_follower
+        self.make_follower = make_follower
 
     def __call__(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Texts | None:
         """As `server.episodes.generate.Writer`."""
+        return next((texts for texts in self.tellings(draft, site, names) if self._leads(draft, site, texts)), None)
+
+    def tellings(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Iterator[Texts]:
+        """What may be said of a draft, one plan after another, in texts that pass the checks and are not tried yet."""
         sights = _sights(draft, site)
         for number in range(PLANS):
             plan = _plan(draft, sights, (*names, number))
-            if plan is None:
-                continue
-            texts = self._write(draft, plan, (*names, number))
-            if texts is not None and self._leads(draft, site, texts):
-                return texts
-        return None
+            texts = self._write(draft, plan, (*names, number)) if plan is not None else None
+            if texts is not None:
+                yield texts
 
     def _write(self, draft: Draft, plan: Plan, names: tuple[object, ...]) -> Texts | None:
         """The plan in every language; None if a text fails a check."""
@@ -91,9 +95,9 @@ class Scribe:
         It goes by what it reads: languages whose texts it reads alike are tried once.
         """
         episode = draft.spoken(texts)
-        place = Place(site.world, site.camera, _room_camera())
+        place = Place(site.world, site.camera, room_camera())
         first_of = {_read(texts[code], code): code for code in reversed(self._languages)}
-        return all(passes(play(self._make_follower(), episode, code, place)) for code in first_of.values())
+        return all(passes(play(self.make_follower(), episode, code, place)) for code in first_of.values())
 
 
 def make_scribe() -> Scribe:
@@ -197,5 +201,6 @@ def _read(texts: tuple[Instructions, Instructions], code: str) -> tuple[Meaning 
 
 
 @cache
-def _room_camera() -> Camera:
+def room_camera() -> Camera:
+    """The room's camera, one for all trials of a process."""
     return RasterCamera(room_scene())

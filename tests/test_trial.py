@@ -7,12 +7,12 @@ import pytest
 
 from arramon_client.agent import Action, Episode, Label, Observation
 from server.episodes import episode as episodes
-from server.episodes.instruct.trial import AGENT_LABELS, Place, play
 from server.sim.bullet import World
 from server.sim.city import city_scene
 from server.sim.raster import RasterCamera
 from server.sim.room import Placement, Square
 from server.sim.room_scene import room_scene
+from server.trial import AGENT_LABELS, Place, play
 from tests.episodes.instruct.town import ACTIONS, PATH, START, STREET, P, crossing
 
 

@@ -31,7 +31,7 @@ def problems(episode: Draft | Episode, solids: Solids, ground: Ground) -> tuple[
     Args:
         episode: with instructions or without; those are not looked at.
         solids: of its section.
-        ground: of its section: `bullet.World`, which has the last word.
+        ground: of its section: `bullet.Obstacles`, which has the last word.
     """
     return (*_of_street(episode, solids), *_of_room(episode), *_of_replay(episode, ground))
 

@@ -7,7 +7,7 @@ from server.episodes.episode import Instructions
 from server.episodes.generate.draft import Draft
 from server.episodes.generate.drawing import Drawer
 from server.episodes.generate.solids import Solids
-from server.sim.bullet import World
+from server.sim.bullet import Obstacles
 from server.sim.cameras import Camera
 from server.sim.city import city_scene
 from server.sim.raster import RasterCamera
@@ -36,9 +36,9 @@ class Site:
         return Solids.of(self.section)
 
     @cached_property
-    def world(self) -> World:
+    def world(self) -> Obstacles:
         """Its physics, which have the last word on what is in the way."""
-        return World(self.scene)
+        return Obstacles(self.scene)
 
     @cached_property
     def camera(self) -> Camera:
