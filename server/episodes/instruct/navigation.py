@@ -51,8 +51,8 @@ GAP = (1.5, 7.0)
 FARTHEST = 30
 """How far one step may lead, in units."""
 
-MOST_COUNTED = 20
-"""Paces that can be said."""
+MOST_COUNTED, FEW_COUNTED = 14, 8
+"""Paces that are counted at most, and those after which one looks for a landmark where there are more to go."""
 
 LONGEST = 9
 """Steps that a plan may have."""
@@ -148,7 +148,7 @@ class _Plan:
         self._start = poses[0]
 
     def steps(self) -> tuple[Step, ...] | None:
-        """All of them; None where they would be too many, or paces beyond counting."""
+        """All of them; None where they would be too many."""
         steps: list[Step] = []
         standing = _Standing(self._start, 0)
         while len(steps) <= LONGEST:
@@ -161,8 +161,6 @@ class _Plan:
                 if not options:
                     return (*steps, *last)
             chosen = min(options, key=lambda option: option.cost)
-            if any(isinstance(step, Walk) and step.count > MOST_COUNTED for step in chosen.steps):
-                return None
             steps += self._faced(chosen) if not steps else chosen.steps
             standing = chosen.standing
             if standing.number >= len(self._path) - 1 and self._last(standing) is None:
@@ -322,8 +320,11 @@ class _Plan:
             word = min(NOMINAL, key=lambda w: abs(turn_between(NOMINAL[w], rotation)))
             words, rotation = (*words, word), turn_between(NOMINAL[word], rotation)
         count = max(round(math.dist(here, self._path[corner])), 1)
+        if count > MOST_COUNTED:
+            count = FEW_COUNTED
         pose = standing.pose.turned(sum(NOMINAL[word] for word in words)).ahead(count)
-        return _Option(0.0, (*(Turn(word) for word in words), Walk("ahead", count=count)), _Standing(pose, corner))
+        number = corner if count != FEW_COUNTED else self._nearest(pose, standing.number + 1)
+        return _Option(0.0, (*(Turn(word) for word in words), Walk("ahead", count=count)), _Standing(pose, number))
 
     def _faced(self, option: _Option) -> tuple[Step, ...]:
         """An option's steps, where the first turn may be said as one to a thing."""
