@@ -1,4 +1,4 @@
-"""How well the follower is led by generated instructions before any is thrown away: `python -m benchmarks.following`.
+"""How well the follower is led by generated instructions before any is thrown away: `python benchmarks/following.py`.
 
 Draws the first valid draft of each episode and the first texts that pass the quality checks, and plays them in every
 language. What `arramon-server generate` keeps of these is a part of them, so this says how good the instructions are as
