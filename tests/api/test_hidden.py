@@ -48,17 +48,18 @@ def test_nothing_of_a_generated_hidden_split_is_on_the_wire(tmp_path: Path) -> N
     assert sum(event.WhichOneof("event") == "observation" for event in events) > 20
     numbers = {round(float(leaf), 3) for leaf in said if isinstance(leaf, int | float)}
     secret = host_secret(tmp_path)
+    told = {
+        text
+        for episode in split.episodes.values()
+        for texts in episode.instructions.values()
+        for turn in texts
+        for text in (turn.navigation, turn.assembly)
+    }
+    assert told & set(said)
+    words = " ".join(leaf for leaf in said if isinstance(leaf, str) and leaf not in told)
     for episode in split.episodes.values():
-        told = {
-            text
-            for texts in episode.instructions.values()
-            for turn in texts
-            for text in (turn.navigation, turn.assembly)
-        }
-        words = " ".join(leaf for leaf in said if isinstance(leaf, str) and leaf not in told)
         on_the_way = {round(value, 3) for turn in episode.turns for place in turn.path for value in place}
         lying = [(item.position.x, item.position.z) for turn in episode.turns for item in turn.street]
-        assert told & set(said)
         assert not {value for value in on_the_way if value % 0.5} & numbers
         assert not [place for place in lying if numbers.issuperset(place)]
         assert not [item for turn in episode.turns for item in turn.street if str(item.type) in words]
