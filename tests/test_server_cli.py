@@ -144,7 +144,10 @@ def test_import_into_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
 def test_show_draws_and_names_what_is_missing(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     done = run("show", "3", "--data", tmp_path, "--output", tmp_path / "pictures")
-    assert done.stdout.split() == [str(tmp_path / "pictures" / f"tiny-3-{name}.png") for name in ("map", "views")]
+    names = ("map.png", "views.png", "instructions.txt")
+    assert done.stdout.split() == [str(tmp_path / "pictures" / f"tiny-3-{name}") for name in names]
+    texts = (tmp_path / "pictures" / "tiny-3-instructions.txt").read_text().splitlines()
+    assert [line.partition(": ")[0] for line in texts[:2]] == ["en, turn 1, navigation", "en, turn 1, assembly"]
     assert error("show", "99", "--data", tmp_path) == "there is no episode '99' in tiny"
     assert error("show", "3", "--split", "x", "--data", tmp_path) == "there is no split 'x'; there are tiny"
     blocked = tmp_path / "pictures" / "tiny-3-map.png"
