@@ -99,8 +99,3 @@ def rotated(dx: float, dz: float, angle: float) -> tuple[float, float]:
     """A vector as one who faces `angle` (radians) sees it: units to the right, units ahead."""
     sin, cos = math.sin(angle), math.cos(angle)
     return dx * cos - dz * sin, dx * sin + dz * cos
-
-
-def between_angles(a: float, b: float) -> float:
-    """From a to b the short way, in radians, in [-pi, pi)."""
-    return (b - a + math.pi) % (2.0 * math.pi) - math.pi

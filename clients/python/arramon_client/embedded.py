@@ -10,7 +10,7 @@ import tempfile
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 from arramon_client.errors import EmbeddedServerError
 
@@ -133,12 +133,7 @@ class EmbeddedServer:
         process, self._process = self._process, None
         if process is None:
             return
-        process.terminate()
-        try:
-            process.wait(STOP_TIMEOUT)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+        end(process, STOP_TIMEOUT)
         if process.stdin is not None:
             process.stdin.close()
 
@@ -158,6 +153,16 @@ class EmbeddedServer:
     def _last_lines(self, count: int = 15) -> str:
         lines = self._log.read_text(errors="replace").splitlines()[-count:]
         return "\n".join(lines) or "it said nothing"
+
+
+def end(process: "subprocess.Popen[Any]", timeout: float) -> None:
+    """Asks a process to stop and waits for it; after `timeout` seconds it is killed."""
+    process.terminate()
+    try:
+        process.wait(timeout)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
 
 
 def _short_folder() -> Path:

@@ -4,7 +4,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from arramon_client.embedded import check_installed
+from arramon_client.embedded import check_installed, end
 from arramon_client.errors import EmbeddedServerError
 
 SPLIT, SCALE = "val_unseen", 0.01
@@ -47,16 +47,8 @@ def make_episodes(data: Path, *, module: str = "server", quiet: bool = False) ->
     ) as process:
         try:
             status = process.wait()
-        except BaseException:
-            _stop(process)
-            raise
+        finally:
+            if process.poll() is None:  # interrupted
+                end(process, STOP_TIMEOUT)
     if status != 0:
         raise EmbeddedServerError(f"a small set of episodes could not be made: `{module} generate` ended with {status}")
-
-
-def _stop(process: "subprocess.Popen[bytes]") -> None:
-    process.terminate()
-    try:
-        process.wait(STOP_TIMEOUT)
-    except subprocess.TimeoutExpired:
-        process.kill()

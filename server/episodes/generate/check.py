@@ -8,7 +8,7 @@ import numpy as np
 from server.episodes.episode import Episode, Turn
 from server.episodes.extras import DECOYS
 from server.episodes.generate.draft import Draft
-from server.episodes.generate.solids import Solids
+from server.episodes.solids import Solids
 from server.sim import rules
 from server.sim.catalogue import EXTENT
 from server.sim.geometry import AGENT_RADIUS

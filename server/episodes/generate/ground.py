@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from server.episodes.generate.solids import Points, Solids, to_rectangle
+from server.episodes.solids import Points, Solids, to_rectangle
 from server.sim.section import Section
 
 CELL = 0.125

@@ -6,7 +6,7 @@ from functools import cached_property
 from server.episodes.episode import Instructions
 from server.episodes.generate.draft import Draft
 from server.episodes.generate.drawing import Drawer
-from server.episodes.generate.solids import Solids
+from server.episodes.solids import Solids
 from server.sim.bullet import Obstacles
 from server.sim.cameras import Camera
 from server.sim.city import city_scene

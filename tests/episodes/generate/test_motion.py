@@ -5,8 +5,8 @@ import pytest
 
 from server.episodes.generate.ground import Ground
 from server.episodes.generate.motion import REACH_FROM, REACH_TO, Walker
-from server.episodes.generate.solids import Solids
 from server.episodes.generate.streets import followed
+from server.episodes.solids import Solids
 from server.sim.geometry import Pose
 from server.sim.section import Building, Prop, Section
 from tests.episodes.generate.places import CROSSING

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from server.episodes.generate.ground import FAR, Ground
-from server.episodes.generate.solids import Solids
+from server.episodes.solids import Solids
 from server.sim.section import Building, Prop
 from tests.episodes.generate.places import CROSSING
 

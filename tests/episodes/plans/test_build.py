@@ -12,8 +12,7 @@ import pytest
 
 from server.episodes.files import write_section
 from server.episodes.grid import sample
-from server.episodes.plans import build_section, free_points, plan_ids, read_plan
-from server.episodes.plans.free import CELL, clearance
+from server.episodes.plans import build_section, plan_ids, read_plan
 from server.episodes.plans.landmarks import crossings, distances
 from server.episodes.plans.strips import surface
 from server.sim.bullet import World
@@ -22,6 +21,7 @@ from server.sim.city import city_scene, label_of_prop
 from server.sim.geometry import AGENT_RADIUS
 from server.sim.raster import RasterCamera
 from server.sim.section import FACADES, Section
+from tests.episodes.plans.free import CELL, clearance, free_points
 
 DIGESTS = ["434cb115", "54aaa2d8", "5cd9e1da", "7fa2c0af", "52cd888c", "68725082", "68565e1a"]
 """Of the seven sections' files."""

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from server.episodes.plans import free_points
 from server.sim.section import Building, Prop, Section
+from tests.episodes.plans.free import free_points
 
 WALL = Building(0.0, 0.0, 0.5, 20.0, 0.0, 3.0, "brick")
 """From end to end of the section: 8 units are to its left, 4 to its right."""

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import ndimage
 
 from server.episodes.grid import Mask, Points
-from server.sim.furniture import piece_of
+from server.episodes.solids import Solids
 from server.sim.geometry import AGENT_RADIUS
 from server.sim.section import Section
 
@@ -45,28 +45,8 @@ def clearance(section: Section) -> Points:
     x0, z0, x1, z1 = section.bounds
     x = x0 + (np.arange(math.ceil((x1 - x0) / CELL)) + 0.5) * CELL
     z = z0 + (np.arange(math.ceil((z1 - z0) / CELL)) + 0.5) * CELL
-    apart = np.full((len(x), len(z)), np.inf)
-    for place_x, place_z, half_width, half_length, heading in solids(section):
-        angle = math.radians(heading)
-        sin, cos = math.sin(angle), math.cos(angle)
-        reach = math.hypot(half_width, half_length) + 1.0
-        columns = slice(*np.searchsorted(x, [place_x - reach, place_x + reach]))
-        rows = slice(*np.searchsorted(z, [place_z - reach, place_z + reach]))
-        dx, dz = x[columns, None] - place_x, z[None, rows] - place_z
-        across = np.maximum(np.abs(dx * cos - dz * sin) - half_width, 0.0)
-        along = np.maximum(np.abs(dx * sin + dz * cos) - half_length, 0.0)
-        apart[columns, rows] = np.minimum(apart[columns, rows], np.hypot(across, along))
-    return apart
-
-
-def solids(section: Section) -> list[tuple[float, float, float, float, float]]:
-    """(x, z, half width, half length, heading) of everything that stands in the way."""
-    found = [(b.x, b.z, b.half_width, b.half_length, b.heading) for b in section.buildings]
-    for prop in section.props:
-        collider = piece_of(prop.kind, prop.colour if prop.kind != "banner" else "").collider
-        if collider is not None:
-            found.append((prop.x, prop.z, collider.half_width, collider.half_length, prop.heading))
-    return found
+    places = np.stack(np.meshgrid(x, z, indexing="ij"), axis=-1)
+    return Solids.of(section).distance(places.reshape(-1, 2)).reshape(len(x), len(z))
 
 
 def largest(free: Mask) -> Mask:
