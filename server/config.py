@@ -30,6 +30,13 @@ class Config:
         image_sizes: side lengths in pixels that a stream may ask for; the first is the default.
         max_episodes_per_stream: that a stream may have open at once.
         max_message_bytes: the largest message accepted.
+        tls_certificate, tls_key: PEM files; None for no encryption.
+        trust_proxy: whether tokens are taken from unencrypted connections, as a proxy in front encrypts them.
+        anonymous: whether those without a token may play; None for on this machine's loopback and Unix sockets only.
+        runs_per_day, runs_in_all, runs_at_once, streams_at_once: of one participant on one split; 0 for no limit.
+        idle_seconds: for which a run may lie idle before it is closed with what it has; 0 for ever.
+        web: address of the pages, probes and metrics, `host:port`; empty for none.
+        log_format: "text" or "json".
 
     Raises:
         BadInput: for a setting out of range.
@@ -46,6 +53,17 @@ class Config:
     image_sizes: tuple[int, ...] = (224, 128)
     max_episodes_per_stream: int = 1024
     max_message_bytes: int = 1 << 20
+    tls_certificate: Path | None = None
+    tls_key: Path | None = None
+    trust_proxy: bool = False
+    anonymous: bool | None = None
+    runs_per_day: int = 0
+    runs_in_all: int = 0
+    runs_at_once: int = 0
+    streams_at_once: int = 0
+    idle_seconds: float = 7 * 86_400.0
+    web: str = ""
+    log_format: str = "text"
 
     def __post_init__(self) -> None:
         if not 1 <= self.limits.steps_per_phase <= 10_000:

@@ -18,6 +18,7 @@ from server.api.versions import VersionCheck
 from server.config import Config
 from server.episodes.splits import Split
 from server.errors import BadInput
+from server.runs.database import Database
 from server.runs.engine import Engine
 from server.runs.journal import Journal
 from server.runs.service import Runs
@@ -46,8 +47,8 @@ def serve(config: Config, splits: Mapping[str, Split], announce: Callable[[str],
         ArraMonError: if the journal or the address is not right.
     """
     compile_camera(config, announce)
-    with closing(Journal(config.journal_url, fsync=config.fsync)) as journal:
-        asyncio.run(_serve(config, splits, journal, announce))
+    with closing(Database(config.journal_url, fsync=config.fsync)) as database:
+        asyncio.run(_serve(config, splits, database, announce))
 
 
 def compile_camera(config: Config, announce: Callable[[str], None]) -> None:
@@ -60,8 +61,9 @@ def compile_camera(config: Config, announce: Callable[[str], None]) -> None:
 
 
 async def _serve(
-    config: Config, splits: Mapping[str, Split], journal: Journal, announce: Callable[[str], None]
+    config: Config, splits: Mapping[str, Split], database: Database, announce: Callable[[str], None]
 ) -> None:
+    journal = Journal(database)
     server = grpc.aio.server(
         interceptors=[VersionCheck()],
         options=[

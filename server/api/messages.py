@@ -6,7 +6,7 @@ from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from server.episodes.episode import Episode
 from server.episodes.splits import Split
-from server.runs.journal import Ending, Progress, Run
+from server.runs.records import Ending, Progress, Run
 from server.runs.service import Report
 from server.scoring.aggregate import Interval
 from server.sim.geometry import AGENT_RADIUS, Pose

@@ -10,6 +10,7 @@ from arramon.v1 import PROTOCOL, types_pb2
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationServicer
 from server import __version__
+from server.api.authentication import caller_of
 from server.api.messages import report_message, run_message, split_message
 from server.api.playing import Playing
 from server.api.sharing import offered
@@ -17,7 +18,7 @@ from server.api.status import status_of
 from server.config import Config
 from server.errors import ArraMonError, BadInput
 from server.runs.engine import Engine
-from server.runs.journal import Run
+from server.runs.records import Run
 from server.runs.service import Runs
 
 _T = TypeVar("_T")
@@ -88,6 +89,13 @@ class Servicer(EvaluationServicer):
 
     async def GetReport(self, request: pb.GetReportRequest, context: _Context) -> pb.Report:
         return await _answer(context, lambda: report_message(self._runs.report(request.run_id)))
+
+    async def GetReceipt(self, request: pb.GetReceiptRequest, context: _Context) -> pb.Receipt:
+        await context.abort(grpc.StatusCode.UNIMPLEMENTED, "this server gives no receipts yet")
+        raise AssertionError
+
+    async def GetAccount(self, request: pb.GetAccountRequest, context: _Context) -> pb.Account:
+        return pb.Account(role=pb.Role.Value(f"ROLE_{caller_of(context).role.name}"))
 
     async def Play(
         self, request_iterator: AsyncIterator[pb.PlayRequest], context: _Context

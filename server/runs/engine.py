@@ -17,7 +17,8 @@ from server.episodes.splits import Split
 from server.errors import ArraMonError, Conflict, NotFound, Unavailable
 from server.runs import causes
 from server.runs.events import EpisodeEnded, EpisodeStarted, Event, Observed, Opened, PhaseOver, Problem, RunEnded
-from server.runs.journal import CANCELLED, COMPLETE, OPEN, RUNNING, Batch, Claim, Ending, Journal, Run
+from server.runs.journal import Journal
+from server.runs.records import CANCELLED, COMPLETE, OPEN, RUNNING, Batch, Claim, Ending, Run
 from server.runs.session import Session
 from server.runs.stream import Act, Stream
 from server.runs.worlds import Worlds

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from server.episodes.episode import Episode
-from server.runs.journal import Progress, Run
+from server.runs.records import Progress, Run
 from server.sim.cameras import Frame
 from server.sim.rules import Action, PhaseEnded, State
 from server.sim.scene import Scene

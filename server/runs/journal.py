@@ -1,144 +1,36 @@
-"""The journal: runs, their episodes, and every step ever answered, in SQLite or another database by URL.
+"""The journal: runs, their episodes, and every step ever answered.
 
 Steps are append-only and unique by (run, episode, step). Whatever is in memory elsewhere can be rebuilt from here.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from datetime import UTC, datetime
-from functools import partial
-from pathlib import Path
 from typing import Any
 
 import sqlalchemy as sa
-from alembic import command
-from alembic.config import Config
-from sqlalchemy import event
-from sqlalchemy.engine import Connection, Engine, Row
-from sqlalchemy.exc import DBAPIError, IntegrityError
+from sqlalchemy.engine import Row
 
-from server.errors import NotFound, StorageError, TakenOver
+from server.errors import NotFound, TakenOver
 from server.runs import tables
-
-RUNNING, COMPLETE, CANCELLED = "RUNNING", "COMPLETE", "CANCELLED"
-"""States of a run."""
-
-PENDING, OPEN, ENDED = "PENDING", "OPEN", "ENDED"
-"""States of an episode in a run."""
-
-
-@dataclass(frozen=True, slots=True)
-class Run:
-    """One agent's passage through a split.
-
-    Attributes:
-        created_at: in UTC.
-        state: RUNNING, COMPLETE or CANCELLED.
-    """
-
-    run_id: str
-    participant: str
-    agent: str
-    split: str
-    language: str
-    sensors: tuple[str, ...]
-    steps_per_phase: int
-    data_hash: str
-    server_version: str
-    state: str
-    created_at: datetime
-
-
-@dataclass(frozen=True, slots=True)
-class Progress:
-    """How far a run is.
-
-    Attributes:
-        images: in which forms its images have travelled, sorted, such as "lossless-224" and "jpeg90-128".
-    """
-
-    episodes: int
-    ended: int
-    steps: int
-    causes: dict[str, int]
-    images: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Claim:
-    """An episode of a run that has not ended, and who has it or last had it.
-
-    Attributes:
-        state: PENDING or OPEN.
-        player: the stream's own name; None where nobody has begun it.
-        epoch: grows with every claim; whoever writes names the one that they hold.
-        worker: the server process that holds it; None where its stream has left.
-        left: when its stream left, or when its worker was last seen alive; seconds since 1970.
-    """
-
-    episode_id: str
-    state: str
-    player: str | None
-    epoch: int = 0
-    worker: str | None = None
-    left: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class Ending:
-    """How an episode of a run ended; `epoch` is that of the claim under which it did."""
-
-    run_id: str
-    episode_id: str
-    cause: str
-    steps: int
-    scores: list[dict[str, float]]
-    note: str = ""
-    epoch: int = 0
-
-
-@dataclass
-class Batch:
-    """What one commit writes."""
-
-    steps: list[dict[str, Any]] = field(default_factory=list)
-    endings: list[Ending] = field(default_factory=list)
-
-    def add_step(self, run_id: str, episode_id: str, epoch: int, step: int, action: int) -> None:
-        """Step number `step` (from 0) of an episode was `action`, under the claim of an epoch."""
-        self.steps.append({"run": run_id, "episode": episode_id, "epoch": epoch, "number": step, "taken": action})
+from server.runs.database import Database, utc
+from server.runs.records import ENDED, OPEN, PENDING, Batch, Claim, Ending, Progress, Run
 
 
 class Journal:
-    """The database behind all runs. Safe to use from several threads, but for `commit`, which belongs to one.
+    """All runs. Safe to use from several threads, but for `commit`, which belongs to one.
 
     Args:
-        url: such as `sqlite:////var/lib/arramon/journal.db`.
-        fsync: whether SQLite waits for the disk with every commit. Without, a commit outlives the end of any process,
-            but the last ones may be gone after a loss of power; the client then plays those steps again.
-
-    Raises:
-        StorageError: if the database cannot be opened or written.
+        database: where they are kept.
     """
 
-    def __init__(self, url: str, *, fsync: bool = True) -> None:
-        self._engine = _engine(url, fsync)
-        self._committer: Connection | None = None
-        with self._write() as connection:
-            config = Config()
-            config.set_main_option("script_location", str(Path(__file__).parent / "migrations"))
-            config.attributes["connection"] = connection
-            command.upgrade(config, "head")
-
-    def close(self) -> None:
-        """Lets the database go."""
-        self._drop_committer()
-        self._engine.dispose()
+    def __init__(self, database: Database) -> None:
+        self._database = database
 
     def create(self, run: Run, episode_ids: Sequence[str]) -> None:
         """Writes a new run and its episodes, in the order in which they are to be played."""
-        with self._write() as connection:
+        with self._database.write() as connection:
             row = {**{name: getattr(run, name) for name in Run.__slots__}, "sensors": list(run.sensors)}
             connection.execute(tables.runs.insert(), [row])
             rows = [
@@ -153,7 +45,7 @@ class Journal:
         Raises:
             NotFound: if there is none with that id.
         """
-        rows = self._read(sa.select(tables.runs).where(tables.runs.c.run_id == run_id))
+        rows = self._database.read(sa.select(tables.runs).where(tables.runs.c.run_id == run_id))
         if not rows:
             raise NotFound(f"there is no run {run_id!r}")
         return _run(rows[0])
@@ -165,12 +57,13 @@ class Journal:
         if before is not None:
             last = self.run(before)
             query = query.where(sa.tuple_(table.c.created_at, table.c.run_id) < (last.created_at, last.run_id))
-        return [_run(row) for row in self._read(query)]
+        return [_run(row) for row in self._database.read(query)]
 
     def set_state(self, run_id: str, state: str) -> None:
-        """A run is complete or cancelled."""
-        with self._write() as connection:
-            connection.execute(tables.runs.update().where(tables.runs.c.run_id == run_id).values(state=state))
+        """A run is over: complete or cancelled."""
+        values = {"state": state, "ended_at": datetime.now(UTC)}
+        with self._database.write() as connection:
+            connection.execute(tables.runs.update().where(tables.runs.c.run_id == run_id).values(values))
 
     def progress(self, run_id: str) -> Progress:
         """Counts of a run's episodes and steps."""
@@ -180,13 +73,13 @@ class Journal:
             .where(table.c.run_id == run_id)
             .group_by(table.c.state, table.c.cause)
         )
-        rows = self._read(query)
-        counted = self._read(
+        rows = self._database.read(query)
+        counted = self._database.read(
             sa.select(sa.func.count()).select_from(tables.steps).where(tables.steps.c.run_id == run_id)
         )
         causes = {row.cause: row.number for row in rows if row.state == ENDED}
         table = tables.images
-        seen = self._read(sa.select(table.c.images).where(table.c.run_id == run_id).order_by(table.c.images))
+        seen = self._database.read(sa.select(table.c.images).where(table.c.run_id == run_id).order_by(table.c.images))
         images = tuple(row.images for row in seen)
         return Progress(sum(row.number for row in rows), sum(causes.values()), counted[0][0], causes, images)
 
@@ -195,7 +88,7 @@ class Journal:
         table = tables.images
         known = sa.exists().where(table.c.run_id == run_id, table.c.images == images)
         row = sa.select(sa.literal(run_id), sa.literal(images)).where(~known)
-        with suppress(TakenOver), self._write() as connection:  # by another worker, which has written the same
+        with suppress(TakenOver), self._database.write() as connection:  # by another worker, which has written the same
             connection.execute(table.insert().from_select(["run_id", "images"], row))
 
     def count_ended(self, run_id: str) -> int:
@@ -224,7 +117,7 @@ class Journal:
         )
         return [
             Claim(row.episode_id, row.state, row.player, row.epoch, row.worker_id, row.left)
-            for row in self._read(query)
+            for row in self._database.read(query)
         ]
 
     def pending(self, run_id: str, limit: int | None = None) -> list[Claim]:
@@ -236,13 +129,13 @@ class Journal:
             .order_by(table.c.ordinal)
             .limit(limit)
         )
-        return [Claim(row.episode_id, row.state, row.player, row.epoch) for row in self._read(query)]
+        return [Claim(row.episode_id, row.state, row.player, row.epoch) for row in self._database.read(query)]
 
     def claim(self, run_id: str, claims: Sequence[Claim], player: str, worker: str) -> list[Claim]:
         """Makes episodes `player`'s at a worker, and returns those that were still as `claims` has them."""
         table = tables.episodes
         won = []
-        with self._write() as connection:
+        with self._database.write() as connection:
             for claim in claims:
                 done = connection.execute(
                     table.update()
@@ -261,7 +154,7 @@ class Journal:
     def release(self, run_id: str, epochs: Mapping[str, int], now: float) -> None:
         """Lets go of open episodes that are still held under these epochs."""
         table = tables.episodes
-        with self._write() as connection:
+        with self._database.write() as connection:
             for episode_id, epoch in epochs.items():
                 connection.execute(
                     table.update()
@@ -272,7 +165,7 @@ class Journal:
     def beat(self, worker: str, now: float, address: str = "") -> None:
         """A worker is alive, and can be reached at an address of its own, if it has one."""
         table = tables.workers
-        with self._write() as connection:
+        with self._database.write() as connection:
             done = connection.execute(table.update().where(table.c.worker_id == worker).values(seen=now))
             if not done.rowcount:
                 connection.execute(table.insert().values(worker_id=worker, seen=now, address=address))
@@ -281,12 +174,12 @@ class Journal:
         """The own addresses of the workers seen alive since then."""
         table = tables.workers
         query = sa.select(table.c.address).where(table.c.seen >= since, table.c.address != "")
-        return [row.address for row in self._read(query.order_by(table.c.address))]
+        return [row.address for row in self._database.read(query.order_by(table.c.address))]
 
     def retire(self, worker: str) -> None:
         """A worker is gone for good; what it still held is free."""
         table = tables.workers
-        with self._write() as connection:
+        with self._database.write() as connection:
             connection.execute(table.delete().where(table.c.worker_id == worker))
 
     def actions(self, run_id: str, episode_id: str) -> list[int]:
@@ -297,7 +190,7 @@ class Journal:
             .where(table.c.run_id == run_id, table.c.episode_id == episode_id)
             .order_by(table.c.step)
         )
-        return [row[0] for row in self._read(query)]
+        return [row[0] for row in self._database.read(query)]
 
     def endings(self, run_id: str) -> list[Ending]:
         """The run's ended episodes, in playing order."""
@@ -305,7 +198,7 @@ class Journal:
         query = sa.select(table).where(table.c.run_id == run_id, table.c.state == ENDED).order_by(table.c.ordinal)
         return [
             Ending(run_id, row.episode_id, row.cause, row.steps, row.scores, row.note or "")
-            for row in self._read(query)
+            for row in self._database.read(query)
         ]
 
     def commit(self, batch: Batch) -> None:
@@ -317,7 +210,7 @@ class Journal:
         """
         if not (batch.steps or batch.endings):
             return
-        with self._commit() as connection:
+        with self._database.commit() as connection:
             if batch.steps and connection.execute(_INSERT_STEP, batch.steps).rowcount != len(batch.steps):
                 raise TakenOver("another process of this server has taken over an episode, or it has ended")
             for ending in batch.endings:
@@ -331,36 +224,9 @@ class Journal:
                     raise TakenOver(f"another process of this server has taken over episode {ending.episode_id!r}")
 
     def _count(self, run_id: str, condition: sa.ColumnElement[bool]) -> int:
-        rows = self._read(sa.select(sa.func.count()).where(tables.episodes.c.run_id == run_id, condition))
+        rows = self._database.read(sa.select(sa.func.count()).where(tables.episodes.c.run_id == run_id, condition))
         count: int = rows[0][0]
         return count
-
-    def _read(self, query: sa.Select[Any]) -> Sequence[Row[Any]]:
-        with _storage_errors(), self._engine.connect() as connection:
-            return connection.execution_options(reading=True).execute(query).all()
-
-    @contextmanager
-    def _write(self) -> Iterator[Connection]:
-        with _storage_errors(), self._engine.begin() as connection:
-            yield connection
-
-    @contextmanager
-    def _commit(self) -> Iterator[Connection]:
-        """As `_write`, on a connection that is kept: this is done with every step."""
-        with _storage_errors():
-            if self._committer is None:
-                self._committer = self._engine.connect()
-            try:
-                with self._committer.begin():
-                    yield self._committer
-            except DBAPIError:
-                self._drop_committer()
-                raise
-
-    def _drop_committer(self) -> None:
-        committer, self._committer = self._committer, None
-        if committer is not None:
-            committer.close()
 
 
 def _is_held(run_id: Any, episode_id: Any, epoch: Any) -> sa.ColumnElement[bool]:
@@ -381,36 +247,6 @@ _INSERT_STEP = tables.steps.insert().from_select(
 """Writes a step under the claim of an epoch, and nothing where that is not held any more."""
 
 
-def _engine(url: str, fsync: bool) -> Engine:
-    engine = sa.create_engine(url)
-    if engine.dialect.name == "sqlite":
-        event.listen(engine, "connect", partial(_prepare_sqlite, "FULL" if fsync else "NORMAL"))
-        event.listen(engine, "begin", _begin_sqlite)
-    return engine
-
-
-def _prepare_sqlite(synchronous: str, connection: Any, _record: object) -> None:
-    connection.isolation_level = None  # or the driver commits and begins behind SQLAlchemy's back
-    for pragma in ("journal_mode=WAL", f"synchronous={synchronous}", "busy_timeout=10000", "foreign_keys=ON"):
-        connection.execute(f"PRAGMA {pragma}")
-
-
-def _begin_sqlite(connection: Connection) -> None:
-    # A writer takes its lock at once: two that first read and then write would be turned away instead of waiting.
-    reading = connection.get_execution_options().get("reading", False)
-    connection.exec_driver_sql("BEGIN" if reading else "BEGIN IMMEDIATE")
-
-
-@contextmanager
-def _storage_errors() -> Iterator[None]:
-    try:
-        yield
-    except IntegrityError as error:
-        raise TakenOver(f"the journal holds this already: {error.orig}") from error
-    except DBAPIError as error:
-        raise StorageError(f"the journal cannot be used: {error.orig}") from error
-
-
 def _run(row: Row[Any]) -> Run:
-    created_at = row.created_at if row.created_at.tzinfo else row.created_at.replace(tzinfo=UTC)  # SQLite drops it
-    return Run(**{**row._mapping, "sensors": tuple(row.sensors), "created_at": created_at})
+    times = {name: utc(row._mapping[name]) for name in ("created_at", "ended_at")}
+    return Run(**{**row._mapping, **times, "sensors": tuple(row.sensors)})

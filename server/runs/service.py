@@ -11,7 +11,8 @@ from server import __version__
 from server.episodes.splits import Split
 from server.errors import BadInput, Conflict, NotFound
 from server.runs.engine import LEASE, Engine
-from server.runs.journal import RUNNING, Ending, Journal, Progress, Run
+from server.runs.journal import Journal
+from server.runs.records import RUNNING, Ending, Progress, Run
 from server.scoring.aggregate import ScoreTable, aggregate
 from server.scoring.episode import EpisodeScores
 from server.scoring.signature import Signature

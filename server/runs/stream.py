@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from server.errors import ArraMonError
 from server.runs.events import EpisodeEnded, Event
-from server.runs.journal import Run
+from server.runs.records import Run
 from server.runs.session import Session
 
 IMAGES = frozenset(("rgb", "depth", "segmentation"))

@@ -9,6 +9,7 @@ from sqlalchemy import (
     ForeignKeyConstraint,
     Index,
     Integer,
+    LargeBinary,
     MetaData,
     String,
     Table,
@@ -24,10 +25,42 @@ workers = Table(
     Column("address", String(200), nullable=False),
 )
 
+participants = Table(
+    "participants",
+    metadata,
+    Column("participant", String(100), primary_key=True),
+    Column("role", String(20), nullable=False),
+    Column("created_at", DateTime(timezone=True), nullable=False),
+)
+
+tokens = Table(
+    "tokens",
+    metadata,
+    Column("token_id", String(32), primary_key=True),
+    Column("participant", String(100), ForeignKey("participants.participant"), nullable=False),
+    Column("hash", String(64), nullable=False, unique=True),
+    Column("note", String(200), nullable=False),
+    Column("created_at", DateTime(timezone=True), nullable=False),
+    Column("expires_at", DateTime(timezone=True)),
+    Column("revoked_at", DateTime(timezone=True)),
+)
+
+quotas = Table(
+    "quotas",
+    metadata,
+    Column("participant", String(100), ForeignKey("participants.participant"), primary_key=True),
+    Column("split", String(100), primary_key=True),
+    Column("runs_per_day", Integer),
+    Column("runs_in_all", Integer),
+    Column("runs_at_once", Integer),
+    Column("streams_at_once", Integer),
+)
+
 runs = Table(
     "runs",
     metadata,
     Column("run_id", String(32), primary_key=True),
+    Column("account", String(100), ForeignKey("participants.participant")),
     Column("participant", String(100), nullable=False),
     Column("agent", String(200), nullable=False),
     Column("split", String(100), nullable=False),
@@ -38,6 +71,22 @@ runs = Table(
     Column("server_version", String(50), nullable=False),
     Column("state", String(20), nullable=False),
     Column("created_at", DateTime(timezone=True), nullable=False),
+    Column("ended_at", DateTime(timezone=True)),
+    Column("active_at", Float),
+    Column("step_seconds", Float, nullable=False, server_default="0"),
+    Column("first_step_seconds", Float, nullable=False, server_default="0"),
+    Column("bank_seconds", Float, nullable=False, server_default="0"),
+    Column("bank_left", Float),
+)
+Index("runs_by_account", runs.c.account, runs.c.split, runs.c.created_at)
+
+streams = Table(
+    "streams",
+    metadata,
+    Column("stream_id", String(32), primary_key=True),
+    Column("run_id", String(32), ForeignKey("runs.run_id"), nullable=False),
+    Column("worker", String(32), nullable=False),
+    Column("opened_at", DateTime(timezone=True), nullable=False),
 )
 
 episodes = Table(
@@ -55,6 +104,7 @@ episodes = Table(
     Column("epoch", Integer, nullable=False, server_default="0"),
     Column("worker", String(32)),
     Column("left", Float),
+    Column("reoffers", Integer, nullable=False, server_default="0"),
 )
 Index("run_episodes_by_state", episodes.c.run_id, episodes.c.state, episodes.c.ordinal)
 
@@ -74,4 +124,22 @@ steps = Table(
     Column("action", Integer, nullable=False),
     ForeignKeyConstraint(["run_id", "episode_id"], ["run_episodes.run_id", "run_episodes.episode_id"]),
     sqlite_with_rowid=False,
+)
+
+receipts = Table(
+    "receipts",
+    metadata,
+    Column("run_id", String(32), ForeignKey("runs.run_id"), primary_key=True),
+    Column("payload", LargeBinary, nullable=False),
+    Column("signature", LargeBinary, nullable=False),
+    Column("public_key", LargeBinary, nullable=False),
+)
+
+entries = Table(
+    "leaderboard_entries",
+    metadata,
+    Column("run_id", String(32), ForeignKey("runs.run_id"), primary_key=True),
+    Column("published_at", DateTime(timezone=True), nullable=False),
+    Column("withdrawn_at", DateTime(timezone=True)),
+    Column("note", String(500), nullable=False, server_default=""),
 )

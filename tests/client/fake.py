@@ -192,6 +192,13 @@ class Servicer(EvaluationServicer):
         self.metadata.append(dict(context.invocation_metadata()))
         return self.world.info
 
+    def GetAccount(self, request: pb.GetAccountRequest, context: Any) -> pb.Account:
+        return pb.Account(role=pb.ROLE_ANONYMOUS)
+
+    def GetReceipt(self, request: pb.GetReceiptRequest, context: Any) -> pb.Receipt:
+        context.abort(grpc.StatusCode.NOT_FOUND, "the fake server signs nothing")
+        raise AssertionError
+
     def CreateRun(self, request: pb.CreateRunRequest, context: Any) -> pb.Run:
         return self.world.create(request)
 

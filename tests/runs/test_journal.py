@@ -2,6 +2,7 @@
 
 import sqlite3
 from collections.abc import Iterator
+from contextlib import closing
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -11,7 +12,9 @@ from alembic.migration import MigrationContext
 from sqlalchemy import create_engine
 
 from server.errors import NotFound, StorageError, TakenOver
-from server.runs.journal import COMPLETE, RUNNING, Batch, Ending, Journal, Progress, Run
+from server.runs.database import Database
+from server.runs.journal import Journal
+from server.runs.records import COMPLETE, RUNNING, Batch, Ending, Progress, Run
 from server.runs.tables import metadata
 
 
@@ -21,10 +24,14 @@ def a_run(run_id: str = "r", minutes: int = 0) -> Run:
 
 
 @pytest.fixture
-def journal(tmp_path: Path) -> Iterator[Journal]:
-    journal = Journal(f"sqlite:///{tmp_path / 'journal.db'}")
-    yield journal
-    journal.close()
+def database(tmp_path: Path) -> Iterator[Database]:
+    with closing(Database(f"sqlite:///{tmp_path / 'journal.db'}")) as database:
+        yield database
+
+
+@pytest.fixture
+def journal(database: Database) -> Journal:
+    return Journal(database)
 
 
 def steps(run_id: str, episode_id: str, *actions: int, first: int = 0) -> Batch:
@@ -154,9 +161,8 @@ def test_runs_are_listed_latest_first(journal: Journal) -> None:
 def test_another_process_reads_what_was_committed(journal: Journal, tmp_path: Path) -> None:
     journal.create(a_run(), ["a"])
     journal.set_state("r", COMPLETE)
-    other = Journal(f"sqlite:///{tmp_path / 'journal.db'}")
-    assert other.run("r").state == COMPLETE
-    other.close()
+    with closing(Database(f"sqlite:///{tmp_path / 'journal.db'}")) as other:
+        assert Journal(other).run("r").state == COMPLETE
 
 
 def test_the_migrations_lead_to_the_tables(journal: Journal, tmp_path: Path) -> None:
@@ -168,17 +174,17 @@ def test_the_migrations_lead_to_the_tables(journal: Journal, tmp_path: Path) -> 
 
 def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(StorageError, match="the journal cannot be used: unable to open database file"):
-        Journal(f"sqlite:///{tmp_path / 'nowhere' / 'journal.db'}")
+        Database(f"sqlite:///{tmp_path / 'nowhere' / 'journal.db'}")
 
 
 def test_a_full_disk_is_a_storage_error_and_loses_nothing(journal: Journal, tmp_path: Path) -> None:
     journal.create(a_run(), ["a"])
     journal.commit(steps("r", "a", 0))
-    limited = Journal(f"sqlite:///{tmp_path / 'journal.db'}")
+    limited = Database(f"sqlite:///{tmp_path / 'journal.db'}")
     with limited._engine.connect() as connection:
         connection.exec_driver_sql("PRAGMA max_page_count=1")
     with pytest.raises(StorageError, match="full"):
-        limited.commit(steps("r", "a", *[1] * 50_000, first=1))
+        Journal(limited).commit(steps("r", "a", *[1] * 50_000, first=1))
     limited.close()
     assert journal.actions("r", "a") == [0]
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from server.runs.database import Database
 from server.runs.journal import Journal
 from tests import tiny
 from tests.serving import Server
@@ -56,7 +57,8 @@ def run_id(process: "subprocess.Popen[str]") -> str:
 
 def played_on(server: Server, run: str, recorded: int) -> int:
     """Waits until more than `recorded` steps of the run are in the journal; returns how many."""
-    with closing(Journal(f"sqlite:///{server.data / 'journal.db'}")) as journal:
+    with closing(Database(f"sqlite:///{server.data / 'journal.db'}")) as database:
+        journal = Journal(database)
         for _ in range(1000):
             progress = journal.progress(run)
             assert progress.ended < progress.episodes, "the run was over before the last kill"
@@ -69,7 +71,8 @@ def played_on(server: Server, run: str, recorded: int) -> int:
 def check_same(server: Server, undisturbed: Any, disturbed: Any) -> None:
     assert disturbed["episodes"] == undisturbed["episodes"]
     assert disturbed["table"] == undisturbed["table"]
-    with closing(Journal(f"sqlite:///{server.data / 'journal.db'}")) as journal:
+    with closing(Database(f"sqlite:///{server.data / 'journal.db'}")) as database:
+        journal = Journal(database)
         once, again = (
             {e["episode_id"]: journal.actions(r["run"]["run_id"], e["episode_id"]) for e in r["episodes"]}
             for r in (undisturbed, disturbed)

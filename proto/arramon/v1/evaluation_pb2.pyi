@@ -39,6 +39,31 @@ RUN_STATE_COMPLETE: RunState.ValueType  # 2
 RUN_STATE_CANCELLED: RunState.ValueType  # 3
 Global___RunState: _TypeAlias = RunState  # noqa: Y015
 
+class _Role:
+    ValueType = _typing.NewType("ValueType", _builtins.int)
+    V: _TypeAlias = ValueType  # noqa: Y015
+
+class _RoleEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_Role.ValueType], _builtins.type):
+    DESCRIPTOR: _descriptor.EnumDescriptor
+    ROLE_UNSPECIFIED: _Role.ValueType  # 0
+    ROLE_ANONYMOUS: _Role.ValueType  # 1
+    """Called without a token, where the server allows that."""
+    ROLE_PARTICIPANT: _Role.ValueType  # 2
+    """Sees and plays their own runs."""
+    ROLE_HOST: _Role.ValueType  # 3
+    """Sees everything."""
+
+class Role(_Role, metaclass=_RoleEnumTypeWrapper): ...
+
+ROLE_UNSPECIFIED: Role.ValueType  # 0
+ROLE_ANONYMOUS: Role.ValueType  # 1
+"""Called without a token, where the server allows that."""
+ROLE_PARTICIPANT: Role.ValueType  # 2
+"""Sees and plays their own runs."""
+ROLE_HOST: Role.ValueType  # 3
+"""Sees everything."""
+Global___Role: _TypeAlias = Role  # noqa: Y015
+
 @_typing.final
 class GetServerInfoRequest(_message.Message):
     DESCRIPTOR: _descriptor.Descriptor
@@ -67,6 +92,8 @@ class ServerInfo(_message.Message):
     MAX_EPISODES_PER_STREAM_FIELD_NUMBER: _builtins.int
     MAX_MESSAGE_BYTES_FIELD_NUMBER: _builtins.int
     ADDRESSES_FIELD_NUMBER: _builtins.int
+    PUBLIC_KEY_FIELD_NUMBER: _builtins.int
+    ANONYMOUS_FIELD_NUMBER: _builtins.int
     version: _builtins.str
     """The server's release, such as "0.1.0"."""
     protocol: _builtins.int
@@ -74,6 +101,12 @@ class ServerInfo(_message.Message):
     max_episodes_per_stream: _builtins.int
     max_message_bytes: _builtins.int
     """The largest message that the server accepts."""
+    public_key: _builtins.bytes
+    """machine that spreads its streams; empty where there is only the common address.
+    The host's Ed25519 key, 32 bytes, with which its receipts can be checked.
+    """
+    anonymous: _builtins.bool
+    """Whether the caller may play without a token."""
     @_builtins.property
     def splits(self) -> _containers.RepeatedCompositeFieldContainer[Global___Split]: ...
     @_builtins.property
@@ -104,10 +137,12 @@ class ServerInfo(_message.Message):
         max_episodes_per_stream: _builtins.int = ...,
         max_message_bytes: _builtins.int = ...,
         addresses: _abc.Iterable[_builtins.str] | None = ...,
+        public_key: _builtins.bytes = ...,
+        anonymous: _builtins.bool = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["limits", b"limits"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["addresses", b"addresses", "encodings", b"encodings", "image_sizes", b"image_sizes", "limits", b"limits", "max_episodes_per_stream", b"max_episodes_per_stream", "max_message_bytes", b"max_message_bytes", "protocol", b"protocol", "splits", b"splits", "version", b"version"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["addresses", b"addresses", "anonymous", b"anonymous", "encodings", b"encodings", "image_sizes", b"image_sizes", "limits", b"limits", "max_episodes_per_stream", b"max_episodes_per_stream", "max_message_bytes", b"max_message_bytes", "protocol", b"protocol", "public_key", b"public_key", "splits", b"splits", "version", b"version"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -193,7 +228,7 @@ class CreateRunRequest(_message.Message):
     0 for all; otherwise the first that many in the split's fixed shuffled order.
     """
     participant: _builtins.str
-    """Who plays. Empty: "anonymous"."""
+    """Who plays, where the caller is anonymous; empty: "anonymous". With a token it is the token's"""
     @_builtins.property
     def sensors(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
         """Of "rgb", "depth", "segmentation", "pose", "oracle"; none is allowed: an agent that sees"""
@@ -343,6 +378,10 @@ class Run(_message.Message):
     CAUSES_FIELD_NUMBER: _builtins.int
     CREATED_AT_FIELD_NUMBER: _builtins.int
     IMAGES_FIELD_NUMBER: _builtins.int
+    ENDED_AT_FIELD_NUMBER: _builtins.int
+    REOFFERS_FIELD_NUMBER: _builtins.int
+    BANK_SECONDS_LEFT_FIELD_NUMBER: _builtins.int
+    PUBLISHED_FIELD_NUMBER: _builtins.int
     run_id: _builtins.str
     participant: _builtins.str
     agent: _builtins.str
@@ -357,6 +396,14 @@ class Run(_message.Message):
     """Steps recorded so far."""
     created_at: _builtins.str
     """RFC 3339, UTC."""
+    ended_at: _builtins.str
+    """RFC 3339, UTC; empty while it is being played."""
+    reoffers: _builtins.int
+    """How often the server offered an episode anew by its own fault; never charged."""
+    bank_seconds_left: _builtins.float
+    """Where there are clocks."""
+    published: _builtins.bool
+    """Whether it stands on the leaderboard."""
     @_builtins.property
     def sensors(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]: ...
     @_builtins.property
@@ -387,12 +434,18 @@ class Run(_message.Message):
         causes: _abc.Mapping[_builtins.str, _builtins.int] | None = ...,
         created_at: _builtins.str = ...,
         images: _abc.Iterable[_builtins.str] | None = ...,
+        ended_at: _builtins.str = ...,
+        reoffers: _builtins.int = ...,
+        bank_seconds_left: _builtins.float | None = ...,
+        published: _builtins.bool = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["limits", b"limits"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left", "bank_seconds_left", b"bank_seconds_left", "limits", b"limits"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["agent", b"agent", "causes", b"causes", "created_at", b"created_at", "data_hash", b"data_hash", "episodes", b"episodes", "episodes_ended", b"episodes_ended", "images", b"images", "language", b"language", "limits", b"limits", "participant", b"participant", "run_id", b"run_id", "sensors", b"sensors", "split", b"split", "state", b"state", "steps", b"steps"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left", "agent", b"agent", "bank_seconds_left", b"bank_seconds_left", "causes", b"causes", "created_at", b"created_at", "data_hash", b"data_hash", "ended_at", b"ended_at", "episodes", b"episodes", "episodes_ended", b"episodes_ended", "images", b"images", "language", b"language", "limits", b"limits", "participant", b"participant", "published", b"published", "reoffers", b"reoffers", "run_id", b"run_id", "sensors", b"sensors", "split", b"split", "state", b"state", "steps", b"steps"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
-    def WhichOneof(self, oneof_group: _Never) -> None: ...
+    _WhichOneofReturnType__bank_seconds_left: _TypeAlias = _typing.Literal["bank_seconds_left"]  # noqa: Y015
+    _WhichOneofArgType__bank_seconds_left: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left"]  # noqa: Y015
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__bank_seconds_left) -> _WhichOneofReturnType__bank_seconds_left | None: ...
 
 Global___Run: _TypeAlias = Run  # noqa: Y015
 
@@ -414,6 +467,148 @@ class GetReportRequest(_message.Message):
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
 Global___GetReportRequest: _TypeAlias = GetReportRequest  # noqa: Y015
+
+@_typing.final
+class GetReceiptRequest(_message.Message):
+    DESCRIPTOR: _descriptor.Descriptor
+
+    RUN_ID_FIELD_NUMBER: _builtins.int
+    run_id: _builtins.str
+    def __init__(
+        self,
+        *,
+        run_id: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["run_id", b"run_id"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___GetReceiptRequest: _TypeAlias = GetReceiptRequest  # noqa: Y015
+
+@_typing.final
+class Receipt(_message.Message):
+    """What a host vouches for. `payload` is JSON (RFC 8785), described in docs/receipts.md; the signature is over its exact
+    bytes.
+    """
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    PAYLOAD_FIELD_NUMBER: _builtins.int
+    SIGNATURE_FIELD_NUMBER: _builtins.int
+    PUBLIC_KEY_FIELD_NUMBER: _builtins.int
+    payload: _builtins.bytes
+    signature: _builtins.bytes
+    """Ed25519, 64 bytes."""
+    public_key: _builtins.bytes
+    """32 bytes. Trust it only if it is known to be the host's."""
+    def __init__(
+        self,
+        *,
+        payload: _builtins.bytes = ...,
+        signature: _builtins.bytes = ...,
+        public_key: _builtins.bytes = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["payload", b"payload", "public_key", b"public_key", "signature", b"signature"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Receipt: _TypeAlias = Receipt  # noqa: Y015
+
+@_typing.final
+class GetAccountRequest(_message.Message):
+    DESCRIPTOR: _descriptor.Descriptor
+
+    def __init__(
+        self,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___GetAccountRequest: _TypeAlias = GetAccountRequest  # noqa: Y015
+
+@_typing.final
+class Account(_message.Message):
+    DESCRIPTOR: _descriptor.Descriptor
+
+    PARTICIPANT_FIELD_NUMBER: _builtins.int
+    ROLE_FIELD_NUMBER: _builtins.int
+    QUOTAS_FIELD_NUMBER: _builtins.int
+    participant: _builtins.str
+    role: Global___Role.ValueType
+    @_builtins.property
+    def quotas(self) -> _containers.RepeatedCompositeFieldContainer[Global___Quota]:
+        """One a split."""
+
+    def __init__(
+        self,
+        *,
+        participant: _builtins.str = ...,
+        role: Global___Role.ValueType = ...,
+        quotas: _abc.Iterable[Global___Quota] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["participant", b"participant", "quotas", b"quotas", "role", b"role"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Account: _TypeAlias = Account  # noqa: Y015
+
+@_typing.final
+class Quota(_message.Message):
+    """What a participant may do on a split, and has done. A limit of 0 is none. Runs that ended by the server's fault do not
+    count.
+    """
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    SPLIT_FIELD_NUMBER: _builtins.int
+    RUNS_PER_DAY_FIELD_NUMBER: _builtins.int
+    RUNS_IN_ALL_FIELD_NUMBER: _builtins.int
+    RUNS_AT_ONCE_FIELD_NUMBER: _builtins.int
+    STREAMS_AT_ONCE_FIELD_NUMBER: _builtins.int
+    RUNS_TODAY_FIELD_NUMBER: _builtins.int
+    RUNS_FIELD_NUMBER: _builtins.int
+    RUNNING_FIELD_NUMBER: _builtins.int
+    STREAMS_FIELD_NUMBER: _builtins.int
+    split: _builtins.str
+    runs_per_day: _builtins.int
+    """In any 24 hours."""
+    runs_in_all: _builtins.int
+    runs_at_once: _builtins.int
+    """That are being played."""
+    streams_at_once: _builtins.int
+    runs_today: _builtins.int
+    runs: _builtins.int
+    running: _builtins.int
+    streams: _builtins.int
+    def __init__(
+        self,
+        *,
+        split: _builtins.str = ...,
+        runs_per_day: _builtins.int = ...,
+        runs_in_all: _builtins.int = ...,
+        runs_at_once: _builtins.int = ...,
+        streams_at_once: _builtins.int = ...,
+        runs_today: _builtins.int = ...,
+        runs: _builtins.int = ...,
+        running: _builtins.int = ...,
+        streams: _builtins.int = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["running", b"running", "runs", b"runs", "runs_at_once", b"runs_at_once", "runs_in_all", b"runs_in_all", "runs_per_day", b"runs_per_day", "runs_today", b"runs_today", "split", b"split", "streams", b"streams", "streams_at_once", b"streams_at_once"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Quota: _TypeAlias = Quota  # noqa: Y015
 
 @_typing.final
 class Report(_message.Message):
@@ -996,6 +1191,8 @@ class Observation(_message.Message):
     POSE_FIELD_NUMBER: _builtins.int
     TAKEN_FIELD_NUMBER: _builtins.int
     SEGMENTATION_FIELD_NUMBER: _builtins.int
+    STEP_SECONDS_LEFT_FIELD_NUMBER: _builtins.int
+    BANK_SECONDS_LEFT_FIELD_NUMBER: _builtins.int
     episode_id: _builtins.str
     step: _builtins.int
     """Steps taken in this episode so far, over all its phases."""
@@ -1009,6 +1206,10 @@ class Observation(_message.Message):
     """Steps left in this phase."""
     taken: _types_pb2.Action.ValueType
     """In a history only: the action that was taken here. Do not answer these."""
+    step_seconds_left: _builtins.float
+    """Where there are clocks: until the answer is due, when this left the server."""
+    bank_seconds_left: _builtins.float
+    """In the run's bank."""
     @_builtins.property
     def rgb(self) -> _types_pb2.Image:
         """With the sensor "rgb"."""
@@ -1040,13 +1241,24 @@ class Observation(_message.Message):
         pose: _types_pb2.Pose | None = ...,
         taken: _types_pb2.Action.ValueType | None = ...,
         segmentation: _types_pb2.Image | None = ...,
+        step_seconds_left: _builtins.float | None = ...,
+        bank_seconds_left: _builtins.float | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["_taken", b"_taken", "depth", b"depth", "pose", b"pose", "rgb", b"rgb", "segmentation", b"segmentation", "taken", b"taken"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left", "_step_seconds_left", b"_step_seconds_left", "_taken", b"_taken", "bank_seconds_left", b"bank_seconds_left", "depth", b"depth", "pose", b"pose", "rgb", b"rgb", "segmentation", b"segmentation", "step_seconds_left", b"step_seconds_left", "taken", b"taken"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_taken", b"_taken", "depth", b"depth", "episode_id", b"episode_id", "instruction", b"instruction", "phase", b"phase", "phase_step", b"phase_step", "pose", b"pose", "rgb", b"rgb", "segmentation", b"segmentation", "step", b"step", "steps_left", b"steps_left", "taken", b"taken", "turn", b"turn"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left", "_step_seconds_left", b"_step_seconds_left", "_taken", b"_taken", "bank_seconds_left", b"bank_seconds_left", "depth", b"depth", "episode_id", b"episode_id", "instruction", b"instruction", "phase", b"phase", "phase_step", b"phase_step", "pose", b"pose", "rgb", b"rgb", "segmentation", b"segmentation", "step", b"step", "step_seconds_left", b"step_seconds_left", "steps_left", b"steps_left", "taken", b"taken", "turn", b"turn"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    _WhichOneofReturnType__bank_seconds_left: _TypeAlias = _typing.Literal["bank_seconds_left"]  # noqa: Y015
+    _WhichOneofArgType__bank_seconds_left: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left"]  # noqa: Y015
+    _WhichOneofReturnType__step_seconds_left: _TypeAlias = _typing.Literal["step_seconds_left"]  # noqa: Y015
+    _WhichOneofArgType__step_seconds_left: _TypeAlias = _typing.Literal["_step_seconds_left", b"_step_seconds_left"]  # noqa: Y015
     _WhichOneofReturnType__taken: _TypeAlias = _typing.Literal["taken"]  # noqa: Y015
     _WhichOneofArgType__taken: _TypeAlias = _typing.Literal["_taken", b"_taken"]  # noqa: Y015
+    @_typing.overload
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__bank_seconds_left) -> _WhichOneofReturnType__bank_seconds_left | None: ...
+    @_typing.overload
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__step_seconds_left) -> _WhichOneofReturnType__step_seconds_left | None: ...
+    @_typing.overload
     def WhichOneof(self, oneof_group: _WhichOneofArgType__taken) -> _WhichOneofReturnType__taken | None: ...
 
 Global___Observation: _TypeAlias = Observation  # noqa: Y015
@@ -1063,7 +1275,7 @@ class PhaseEnded(_message.Message):
     turn: _builtins.int
     phase: _types_pb2.Phase.ValueType
     forced: _builtins.bool
-    """By the step limit: the nearest object was taken, or the object carried was put down."""
+    """By the step limit or a clock: the nearest object was taken, or the object carried was put down."""
     def __init__(
         self,
         *,

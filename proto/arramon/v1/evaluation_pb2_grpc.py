@@ -64,6 +64,16 @@ class EvaluationStub:
                 request_serializer=arramon_dot_v1_dot_evaluation__pb2.GetReportRequest.SerializeToString,
                 response_deserializer=arramon_dot_v1_dot_evaluation__pb2.Report.FromString,
                 _registered_method=True)
+        self.GetReceipt = channel.unary_unary(
+                '/arramon.v1.Evaluation/GetReceipt',
+                request_serializer=arramon_dot_v1_dot_evaluation__pb2.GetReceiptRequest.SerializeToString,
+                response_deserializer=arramon_dot_v1_dot_evaluation__pb2.Receipt.FromString,
+                _registered_method=True)
+        self.GetAccount = channel.unary_unary(
+                '/arramon.v1.Evaluation/GetAccount',
+                request_serializer=arramon_dot_v1_dot_evaluation__pb2.GetAccountRequest.SerializeToString,
+                response_deserializer=arramon_dot_v1_dot_evaluation__pb2.Account.FromString,
+                _registered_method=True)
         self.Play = channel.stream_stream(
                 '/arramon.v1.Evaluation/Play',
                 request_serializer=arramon_dot_v1_dot_evaluation__pb2.PlayRequest.SerializeToString,
@@ -114,6 +124,20 @@ class EvaluationServicer:
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def GetReceipt(self, request, context):
+        """The signed receipt of a run that is over; FAILED_PRECONDITION before.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def GetAccount(self, request, context):
+        """Who the server takes the caller for, and what it grants them.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
     def Play(self, request_iterator, context):
         """Plays a run. The client's first message is `open`; the server answers `opened`, and then offers episodes until
         `max_episodes` of them are open, a new one for each that ends. Both directions carry batches. A run may be played over
@@ -158,6 +182,16 @@ def add_EvaluationServicer_to_server(servicer, server):
                     servicer.GetReport,
                     request_deserializer=arramon_dot_v1_dot_evaluation__pb2.GetReportRequest.FromString,
                     response_serializer=arramon_dot_v1_dot_evaluation__pb2.Report.SerializeToString,
+            ),
+            'GetReceipt': grpc.unary_unary_rpc_method_handler(
+                    servicer.GetReceipt,
+                    request_deserializer=arramon_dot_v1_dot_evaluation__pb2.GetReceiptRequest.FromString,
+                    response_serializer=arramon_dot_v1_dot_evaluation__pb2.Receipt.SerializeToString,
+            ),
+            'GetAccount': grpc.unary_unary_rpc_method_handler(
+                    servicer.GetAccount,
+                    request_deserializer=arramon_dot_v1_dot_evaluation__pb2.GetAccountRequest.FromString,
+                    response_serializer=arramon_dot_v1_dot_evaluation__pb2.Account.SerializeToString,
             ),
             'Play': grpc.stream_stream_rpc_method_handler(
                     servicer.Play,
@@ -327,6 +361,60 @@ class Evaluation:
             '/arramon.v1.Evaluation/GetReport',
             arramon_dot_v1_dot_evaluation__pb2.GetReportRequest.SerializeToString,
             arramon_dot_v1_dot_evaluation__pb2.Report.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def GetReceipt(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/arramon.v1.Evaluation/GetReceipt',
+            arramon_dot_v1_dot_evaluation__pb2.GetReceiptRequest.SerializeToString,
+            arramon_dot_v1_dot_evaluation__pb2.Receipt.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def GetAccount(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/arramon.v1.Evaluation/GetAccount',
+            arramon_dot_v1_dot_evaluation__pb2.GetAccountRequest.SerializeToString,
+            arramon_dot_v1_dot_evaluation__pb2.Account.FromString,
             options,
             channel_credentials,
             insecure,

@@ -41,6 +41,10 @@ class EvaluationStub:
     """Forfeits what is not finished. The run then counts as complete, with those episodes in its denominator."""
     GetReport: _grpc.UnaryUnaryMultiCallable[_evaluation_pb2.GetReportRequest, _evaluation_pb2.Report]
     """The scores of a run that is complete; FAILED_PRECONDITION before."""
+    GetReceipt: _grpc.UnaryUnaryMultiCallable[_evaluation_pb2.GetReceiptRequest, _evaluation_pb2.Receipt]
+    """The signed receipt of a run that is over; FAILED_PRECONDITION before."""
+    GetAccount: _grpc.UnaryUnaryMultiCallable[_evaluation_pb2.GetAccountRequest, _evaluation_pb2.Account]
+    """Who the server takes the caller for, and what it grants them."""
     Play: _grpc.StreamStreamMultiCallable[_evaluation_pb2.PlayRequest, _evaluation_pb2.PlayResponse]
     """Plays a run. The client's first message is `open`; the server answers `opened`, and then offers episodes until
     `max_episodes` of them are open, a new one for each that ends. Both directions carry batches. A run may be played over
@@ -63,6 +67,10 @@ class EvaluationAsyncStub(EvaluationStub):
     """Forfeits what is not finished. The run then counts as complete, with those episodes in its denominator."""
     GetReport: _aio.UnaryUnaryMultiCallable[_evaluation_pb2.GetReportRequest, _evaluation_pb2.Report]  # type: ignore[assignment]
     """The scores of a run that is complete; FAILED_PRECONDITION before."""
+    GetReceipt: _aio.UnaryUnaryMultiCallable[_evaluation_pb2.GetReceiptRequest, _evaluation_pb2.Receipt]  # type: ignore[assignment]
+    """The signed receipt of a run that is over; FAILED_PRECONDITION before."""
+    GetAccount: _aio.UnaryUnaryMultiCallable[_evaluation_pb2.GetAccountRequest, _evaluation_pb2.Account]  # type: ignore[assignment]
+    """Who the server takes the caller for, and what it grants them."""
     Play: _aio.StreamStreamMultiCallable[_evaluation_pb2.PlayRequest, _evaluation_pb2.PlayResponse]  # type: ignore[assignment]
     """Plays a run. The client's first message is `open`; the server answers `opened`, and then offers episodes until
     `max_episodes` of them are open, a new one for each that ends. Both directions carry batches. A run may be played over
@@ -118,6 +126,22 @@ class EvaluationServicer(metaclass=_abc_1.ABCMeta):
         context: _ServicerContext,
     ) -> _typing.Union[_evaluation_pb2.Report, _abc.Awaitable[_evaluation_pb2.Report]]:
         """The scores of a run that is complete; FAILED_PRECONDITION before."""
+
+    @_abc_1.abstractmethod
+    def GetReceipt(
+        self,
+        request: _evaluation_pb2.GetReceiptRequest,
+        context: _ServicerContext,
+    ) -> _typing.Union[_evaluation_pb2.Receipt, _abc.Awaitable[_evaluation_pb2.Receipt]]:
+        """The signed receipt of a run that is over; FAILED_PRECONDITION before."""
+
+    @_abc_1.abstractmethod
+    def GetAccount(
+        self,
+        request: _evaluation_pb2.GetAccountRequest,
+        context: _ServicerContext,
+    ) -> _typing.Union[_evaluation_pb2.Account, _abc.Awaitable[_evaluation_pb2.Account]]:
+        """Who the server takes the caller for, and what it grants them."""
 
     @_abc_1.abstractmethod
     def Play(

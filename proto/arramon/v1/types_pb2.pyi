@@ -305,20 +305,37 @@ Global___Cell: _TypeAlias = Cell  # noqa: Y015
 
 @_typing.final
 class Limits(_message.Message):
-    """Steps granted to a phase, and the other limits a run is played under. Fixed when the run is created."""
+    """Steps granted to a phase, and the other limits a run is played under. Fixed when the run is created.
+
+    Two clocks: an answer to an observation is due `step_seconds` after the observation left; what it takes longer is taken
+    from the run's bank. When a step is overdue and the bank is empty, the episode is out of time: its phase ends as at the
+    step limit, and so do the phases after it. While no stream of the run is open both clocks stand still.
+    """
 
     DESCRIPTOR: _descriptor.Descriptor
 
     STEPS_PER_PHASE_FIELD_NUMBER: _builtins.int
+    STEP_SECONDS_FIELD_NUMBER: _builtins.int
+    FIRST_STEP_SECONDS_FIELD_NUMBER: _builtins.int
+    BANK_SECONDS_FIELD_NUMBER: _builtins.int
     steps_per_phase: _builtins.int
+    step_seconds: _builtins.float
+    """For each step; 0: there is no clock."""
+    first_step_seconds: _builtins.float
+    """In place of it until the run's first answer, as models load."""
+    bank_seconds: _builtins.float
+    """Of the whole run."""
     def __init__(
         self,
         *,
         steps_per_phase: _builtins.int = ...,
+        step_seconds: _builtins.float = ...,
+        first_step_seconds: _builtins.float = ...,
+        bank_seconds: _builtins.float = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["steps_per_phase", b"steps_per_phase"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["bank_seconds", b"bank_seconds", "first_step_seconds", b"first_step_seconds", "step_seconds", b"step_seconds", "steps_per_phase", b"steps_per_phase"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 

@@ -1,0 +1,56 @@
+"""`import-release` and `generate`: where episodes come from."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from server.commands import Commands
+from server.commands.describing import describe
+from server.episodes.importing import import_release
+
+
+def add(commands: Commands, common: argparse.ArgumentParser) -> None:
+    """Adds both."""
+    import_ = commands.add_parser("import-release", parents=[common], help="bring in files of the official release")
+    import_.add_argument(
+        "files", nargs="+", type=Path, metavar="FILE", help="such as val_seen.json, val_seen_hindi.json"
+    )
+    import_.add_argument("--split", help="name of the split (default: from the file's name)")
+    import_.add_argument("--lang", help="language of the instructions (default: from their script)")
+    import_.add_argument("--hidden", action="store_true", help="keep targets, goals and paths on the server")
+    import_.set_defaults(command=_import)
+
+    generate = commands.add_parser("generate", parents=[common], help="make the data set, or a part of it")
+    generate.add_argument("--split", nargs="+", metavar="S", help="such as val_unseen (default: all four)")
+    generate.add_argument(
+        "--scale", type=float, default=1.0, help="share of each split's episodes (default: %(default)s)"
+    )
+    generate.add_argument(
+        "--seed", type=int, default=1, help="draws all but a hidden split, which the host's secret draws (default: 1)"
+    )
+    generate.add_argument("--jobs", type=int, default=0, help="processes (default: one a core)")
+    generate.set_defaults(command=_generate)
+
+
+def _import(arguments: argparse.Namespace) -> None:
+    for split in import_release(
+        arguments.files, arguments.data, split=arguments.split, language=arguments.lang, hidden=arguments.hidden
+    ):
+        print(describe(split))
+
+
+def _generate(arguments: argparse.Namespace) -> None:
+    from server.generating import generate_splits
+
+    def tell(line: str) -> None:
+        print(line, file=sys.stderr, flush=True)
+
+    for split in generate_splits(
+        arguments.data,
+        arguments.split,
+        scale=arguments.scale,
+        seed=arguments.seed,
+        jobs=arguments.jobs,
+        tell=tell,
+    ):
+        print(describe(split))

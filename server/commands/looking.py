@@ -1,0 +1,80 @@
+"""`show`, `stats` and `check-instruction`: what there is to see in episodes and their words."""
+
+import argparse
+import json
+import os
+import sys
+from pathlib import Path
+
+from lang.quality import PHASES, is_blocked
+from server.checking import check_texts
+from server.commands import Commands
+
+
+def add(commands: Commands, common: argparse.ArgumentParser) -> None:
+    """Adds all three."""
+    show = commands.add_parser("show", parents=[common], help="draw an episode: a map, and what the agent sees")
+    show.add_argument("episode", help="its id, such as 8900")
+    show.add_argument("--split", help="where it is (default: the first split that has it)")
+    show.add_argument("--output", type=Path, default=Path(), help="folder for the pictures (default: here)")
+    show.set_defaults(command=_show)
+
+    stats = commands.add_parser("stats", parents=[common], help="what the instructions and paths are like, in figures")
+    stats.add_argument("--split", nargs="+", default=(), metavar="S", help="splits, side by side (default: all)")
+    stats.add_argument("--lang", nargs="+", default=(), metavar="L", help="languages (default: all that there are)")
+    stats.add_argument(
+        "--sample", type=int, default=2000, metavar="N", help="instructions for the diversity (default: %(default)s)"
+    )
+    stats.add_argument("--output", type=Path, metavar="FOLDER", help="draw the figures too, into this folder")
+    stats.add_argument("--json", action="store_true", help="print JSON in place of tables")
+    stats.set_defaults(command=_stats)
+    _add_check(commands, common)
+
+
+def _add_check(commands: Commands, common: argparse.ArgumentParser) -> None:
+    check = commands.add_parser("check-instruction", parents=[common], help="say which quality checks a text fails")
+    check.add_argument("texts", nargs="*", metavar="TEXT", help="an instruction (default: each line of standard input)")
+    check.add_argument("--lang", default="en", help="language it should be in (default: %(default)s)")
+    check.add_argument("--phase", required=True, choices=PHASES, help="what it instructs")
+    check.add_argument("--target", default="", metavar="WORDS", help="object it must name: 'dotted brown bucket'")
+    check.add_argument(
+        "--first-turn", type=float, default=0.0, metavar="DEGREES", help="how far the path turns before its first step"
+    )
+    check.set_defaults(command=_check)
+
+
+def _show(arguments: argparse.Namespace) -> None:
+    from server.show.episode import show
+
+    for path in show(arguments.data, arguments.episode, arguments.split, arguments.output):
+        print(path)
+
+
+def _stats(arguments: argparse.Namespace) -> None:
+    from server.stats.command import as_json, figures_of
+    from server.stats.plots import write_plots
+    from server.stats.table import as_text
+
+    figures = figures_of(arguments.data, arguments.split, arguments.lang, sample=arguments.sample)
+    pictures = write_plots(figures, arguments.output) if arguments.output else []
+    if arguments.json:
+        print(json.dumps(as_json(figures), ensure_ascii=False, indent=1))
+        return
+    try:
+        print(*as_text(figures), *pictures, sep="\n", flush=True)
+    except BrokenPipeError:  # Read by `head` or a pager that was left: nothing is wrong.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _check(arguments: argparse.Namespace) -> int:
+    """Says each text's failed checks; 1 if one of them blocks its text."""
+    texts = arguments.texts or (line for line in map(str.strip, sys.stdin) if line)
+    blocked = False
+    for text, failures in check_texts(texts, arguments.lang, arguments.phase, arguments.target, arguments.first_turn):
+        print(text)
+        for failure in failures:
+            print(f"  {failure}")
+        if not failures:
+            print("  passes every check")
+        blocked |= is_blocked(failures)
+    return int(blocked)

@@ -1,0 +1,93 @@
+"""What a public service needs: accounts, quotas, clocks, receipts, and a leaderboard."""
+
+import sqlalchemy as sa
+from alembic import op
+
+revision = "0004"
+down_revision = "0003"
+
+
+def upgrade() -> None:
+    """Makes the tables of it. Runs that are there already belong to nobody, and have no clocks."""
+    op.create_table(
+        "participants",
+        sa.Column("participant", sa.String(100), primary_key=True),
+        sa.Column("role", sa.String(20), nullable=False),
+        sa.Column("created_at", sa.DateTime(timezone=True), nullable=False),
+    )
+    op.create_table(
+        "tokens",
+        sa.Column("token_id", sa.String(32), primary_key=True),
+        sa.Column("participant", sa.String(100), sa.ForeignKey("participants.participant"), nullable=False),
+        sa.Column("hash", sa.String(64), nullable=False, unique=True),
+        sa.Column("note", sa.String(200), nullable=False),
+        sa.Column("created_at", sa.DateTime(timezone=True), nullable=False),
+        sa.Column("expires_at", sa.DateTime(timezone=True)),
+        sa.Column("revoked_at", sa.DateTime(timezone=True)),
+    )
+    op.create_table(
+        "quotas",
+        sa.Column("participant", sa.String(100), sa.ForeignKey("participants.participant"), primary_key=True),
+        sa.Column("split", sa.String(100), primary_key=True),
+        sa.Column("runs_per_day", sa.Integer),
+        sa.Column("runs_in_all", sa.Integer),
+        sa.Column("runs_at_once", sa.Integer),
+        sa.Column("streams_at_once", sa.Integer),
+    )
+    with op.batch_alter_table("runs") as table:
+        table.add_column(
+            sa.Column("account", sa.String(100), sa.ForeignKey("participants.participant", name="runs_account_fkey"))
+        )
+        table.add_column(sa.Column("ended_at", sa.DateTime(timezone=True)))
+        table.add_column(sa.Column("active_at", sa.Float))
+        table.add_column(sa.Column("step_seconds", sa.Float, nullable=False, server_default="0"))
+        table.add_column(sa.Column("first_step_seconds", sa.Float, nullable=False, server_default="0"))
+        table.add_column(sa.Column("bank_seconds", sa.Float, nullable=False, server_default="0"))
+        table.add_column(sa.Column("bank_left", sa.Float))
+        table.create_index("runs_by_account", ["account", "split", "created_at"])
+    with op.batch_alter_table("run_episodes") as table:
+        table.add_column(sa.Column("reoffers", sa.Integer, nullable=False, server_default="0"))
+    op.create_table(
+        "streams",
+        sa.Column("stream_id", sa.String(32), primary_key=True),
+        sa.Column("run_id", sa.String(32), sa.ForeignKey("runs.run_id"), nullable=False),
+        sa.Column("worker", sa.String(32), nullable=False),
+        sa.Column("opened_at", sa.DateTime(timezone=True), nullable=False),
+    )
+    op.create_table(
+        "receipts",
+        sa.Column("run_id", sa.String(32), sa.ForeignKey("runs.run_id"), primary_key=True),
+        sa.Column("payload", sa.LargeBinary, nullable=False),
+        sa.Column("signature", sa.LargeBinary, nullable=False),
+        sa.Column("public_key", sa.LargeBinary, nullable=False),
+    )
+    op.create_table(
+        "leaderboard_entries",
+        sa.Column("run_id", sa.String(32), sa.ForeignKey("runs.run_id"), primary_key=True),
+        sa.Column("published_at", sa.DateTime(timezone=True), nullable=False),
+        sa.Column("withdrawn_at", sa.DateTime(timezone=True)),
+        sa.Column("note", sa.String(500), nullable=False, server_default=""),
+    )
+
+
+def downgrade() -> None:
+    """Forgets all of it."""
+    for name in ("leaderboard_entries", "receipts", "streams"):
+        op.drop_table(name)
+    with op.batch_alter_table("run_episodes") as table:
+        table.drop_column("reoffers")
+    with op.batch_alter_table("runs") as table:
+        table.drop_index("runs_by_account")
+        table.drop_constraint("runs_account_fkey", type_="foreignkey")
+        for column in (
+            "account",
+            "ended_at",
+            "active_at",
+            "step_seconds",
+            "first_step_seconds",
+            "bank_seconds",
+            "bank_left",
+        ):
+            table.drop_column(column)
+    for name in ("quotas", "tokens", "participants"):
+        op.drop_table(name)

@@ -1,0 +1,105 @@
+"""What the journal tells of runs: a run, its progress, who holds its episodes, how they ended, what a commit writes."""
+
+from dataclasses import dataclass, field
+from datetime import datetime
+from typing import Any
+
+RUNNING, COMPLETE, CANCELLED = "RUNNING", "COMPLETE", "CANCELLED"
+"""States of a run."""
+
+PENDING, OPEN, ENDED = "PENDING", "OPEN", "ENDED"
+"""States of an episode in a run."""
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One agent's passage through a split.
+
+    Attributes:
+        participant: the name that it is shown under.
+        created_at, ended_at: in UTC; ended_at is None while it is being played.
+        state: RUNNING, COMPLETE or CANCELLED.
+        account: the participant whose token created it; None for an anonymous one.
+        step_seconds, first_step_seconds, bank_seconds: its clocks; 0 where there are none.
+        bank_left: what is left of the bank, in seconds; None where there are no clocks.
+        active_at: when it was last played, in seconds since 1970; None before that.
+    """
+
+    run_id: str
+    participant: str
+    agent: str
+    split: str
+    language: str
+    sensors: tuple[str, ...]
+    steps_per_phase: int
+    data_hash: str
+    server_version: str
+    state: str
+    created_at: datetime
+    ended_at: datetime | None = None
+    account: str | None = None
+    step_seconds: float = 0.0
+    first_step_seconds: float = 0.0
+    bank_seconds: float = 0.0
+    bank_left: float | None = None
+    active_at: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """How far a run is.
+
+    Attributes:
+        images: in which forms its images have travelled, sorted, such as "lossless-224" and "jpeg90-128".
+    """
+
+    episodes: int
+    ended: int
+    steps: int
+    causes: dict[str, int]
+    images: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """An episode of a run that has not ended, and who has it or last had it.
+
+    Attributes:
+        state: PENDING or OPEN.
+        player: the stream's own name; None where nobody has begun it.
+        epoch: grows with every claim; whoever writes names the one that they hold.
+        worker: the server process that holds it; None where its stream has left.
+        left: when its stream left, or when its worker was last seen alive; seconds since 1970.
+    """
+
+    episode_id: str
+    state: str
+    player: str | None
+    epoch: int = 0
+    worker: str | None = None
+    left: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """How an episode of a run ended; `epoch` is that of the claim under which it did."""
+
+    run_id: str
+    episode_id: str
+    cause: str
+    steps: int
+    scores: list[dict[str, float]]
+    note: str = ""
+    epoch: int = 0
+
+
+@dataclass
+class Batch:
+    """What one commit writes."""
+
+    steps: list[dict[str, Any]] = field(default_factory=list)
+    endings: list[Ending] = field(default_factory=list)
+
+    def add_step(self, run_id: str, episode_id: str, epoch: int, step: int, action: int) -> None:
+        """Step number `step` (from 0) of an episode was `action`, under the claim of an epoch."""
+        self.steps.append({"run": run_id, "episode": episode_id, "epoch": epoch, "number": step, "taken": action})
