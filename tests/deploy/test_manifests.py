@@ -1,0 +1,134 @@
+"""The manifests: right by their schemas, confined, and of one mind with each other and with the server."""
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import kubernetes_validate
+import pytest
+import yaml
+
+from server.config import Config
+
+DEPLOY = Path(__file__).parents[2] / "deploy"
+FILES = sorted((DEPLOY / "kubernetes").glob("*.yaml"))
+MADE_BY_HAND = {"postgres", "arramon", "arramon-tls"}
+"""The Secrets, as configuration.yaml and ingress.yaml say."""
+
+
+def documents() -> Iterator[Any]:
+    for path in FILES:
+        if path.stem != "kustomization":
+            yield from yaml.safe_load_all(path.read_text())
+
+
+def of_kind(kind: str) -> dict[str, Any]:
+    return {each["metadata"]["name"]: each for each in documents() if each["kind"] == kind}
+
+
+def pods() -> dict[str, Any]:
+    """The pods' specifications by the name of what makes them."""
+    makers = {**of_kind("Deployment"), **of_kind("StatefulSet"), **of_kind("Job")}
+    assert set(makers) == {"arramon", "postgres", "episodes"}
+    return {name: maker["spec"]["template"]["spec"] for name, maker in makers.items()}
+
+
+def containers(pod: Any) -> list[Any]:
+    return [*pod.get("initContainers", []), *pod["containers"]]
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_the_schema(path: Path) -> None:
+    if path.stem == "kustomization":  # of a tool, which Kubernetes' own schemas do not know
+        assert yaml.safe_load(path.read_text())["resources"] == sorted_as_applied()
+        return
+    for document in yaml.safe_load_all(path.read_text()):
+        kubernetes_validate.validate(document, kubernetes_validate.latest_version(), strict=True)
+
+
+def sorted_as_applied() -> list[str]:
+    order = ["namespace", "configuration", "postgres", "episodes", "server", "autoscaler", "ingress", "network"]
+    assert {path.stem for path in FILES} == {*order, "kustomization"}
+    return [f"{name}.yaml" for name in order]
+
+
+def test_a_wrong_manifest_is_found() -> None:
+    (deployment,) = of_kind("Deployment").values()
+    deployment["spec"]["replica"] = 2
+    with pytest.raises(kubernetes_validate.ValidationError):
+        kubernetes_validate.validate(deployment, kubernetes_validate.latest_version(), strict=True)
+
+
+def test_compose_by_its_schema() -> None:
+    command = [sys.executable, "-m", "check_jsonschema", "--builtin-schema", "vendor.compose-spec"]
+    subprocess.run([*command, str(DEPLOY / "compose.yaml")], check=True, capture_output=True)
+
+
+@pytest.mark.parametrize("name", ["arramon", "postgres", "episodes"])
+def test_pods_are_confined(name: str) -> None:
+    pod = pods()[name]
+    assert pod["automountServiceAccountToken"] is False
+    assert pod["securityContext"]["runAsNonRoot"] is True
+    assert pod["securityContext"]["seccompProfile"] == {"type": "RuntimeDefault"}
+    for container in containers(pod):
+        assert container["securityContext"] == {
+            "allowPrivilegeEscalation": False,
+            "readOnlyRootFilesystem": True,
+            "capabilities": {"drop": ["ALL"]},
+        }
+        volumes = {volume["name"] for volume in pod["volumes"]} | {
+            claim["metadata"]["name"]
+            for maker in of_kind("StatefulSet").values()
+            for claim in maker["spec"]["volumeClaimTemplates"]
+        }
+        assert {mount["name"] for mount in container["volumeMounts"]} <= volumes
+
+
+def test_compose_is_confined() -> None:
+    services = yaml.safe_load((DEPLOY / "compose.yaml").read_text())["services"]
+    assert all(service["read_only"] for service in services.values())
+
+
+def test_every_setting_is_one_of_the_server() -> None:
+    known = {f"ARRAMON_{field.name.upper()}" for field in fields(Config)} | {"ARRAMON_LOG"}
+    given = set(of_kind("ConfigMap")["arramon"]["data"])
+    (server,) = pods()["arramon"]["containers"]
+    given |= {each["name"] for each in server["env"] if each["name"].startswith("ARRAMON_")}
+    assert given
+    assert given <= known
+
+
+def test_what_is_referred_to_is_there() -> None:
+    for pod in pods().values():
+        for container in containers(pod):
+            for each in container.get("env", []):
+                if "valueFrom" in each:
+                    assert each["valueFrom"]["secretKeyRef"]["name"] in MADE_BY_HAND
+            for each in container.get("envFrom", []):
+                assert each["configMapRef"]["name"] in of_kind("ConfigMap")
+        for volume in pod["volumes"]:
+            assert volume.get("secret", {}).get("secretName", "arramon") in MADE_BY_HAND
+            claim = volume.get("persistentVolumeClaim", {}).get("claimName", "episodes")
+            assert claim in of_kind("PersistentVolumeClaim")
+
+
+def test_ports_have_the_same_names_everywhere() -> None:
+    (server,) = pods()["arramon"]["containers"]
+    ports = {port["name"]: port["containerPort"] for port in server["ports"]}
+    settings = of_kind("ConfigMap")["arramon"]["data"]
+    assert ports == {"grpc": address_port(settings["ARRAMON_LISTEN"]), "web": address_port(settings["ARRAMON_WEB"])}
+    probes = [server[f"{kind}Probe"]["httpGet"]["port"] for kind in ("startup", "liveness", "readiness")]
+    service = of_kind("Service")["arramon"]["spec"]["ports"]
+    rules = [rule for ingress in of_kind("Ingress").values() for rule in ingress["spec"]["rules"]]
+    backends = [path["backend"]["service"]["port"]["name"] for rule in rules for path in rule["http"]["paths"]]
+    policy = of_kind("NetworkPolicy")["arramon"]["spec"]["ingress"]
+    allowed = [port["port"] for rule in policy for port in rule["ports"]]
+    assert {*probes, *(port["targetPort"] for port in service), *backends, *allowed} == set(ports)
+    assert [port["name"] for port in service] == ["grpc", "web"]
+
+
+def address_port(address: str) -> int:
+    return int(address.rpartition(":")[2])
