@@ -1,4 +1,4 @@
-"""The command `arramon-client`: plays a run with an agent, and shows its scores."""
+"""The command `arramon-client`: plays a run with an agent, and shows its scores; `COMMANDS` has what else it does."""
 
 import argparse
 import sys
@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from rich.console import Console
 
 from arramon.v1 import evaluation_pb2
-from arramon_client import arguments, choices, results
+from arramon_client import account, arguments, choices, results
 from arramon_client.agent import Agent
+from arramon_client.commands import ERROR, FINE, INTERRUPTED, USAGE
 from arramon_client.connection import Server, call, connect
 from arramon_client.embedded import EmbeddedServer, default_data, embedded_server
 from arramon_client.errors import AgentLoadError, ArramonClientError, UsageError
@@ -22,7 +23,10 @@ from arramon_client.making import SPLIT, holds_episodes, make_episodes
 from arramon_client.play import Outcome, Settings
 from arramon_client.progress import shown
 
-FINE, ERROR, USAGE, AGENT_FAILED, INTERRUPTED = 0, 1, 2, 3, 130
+AGENT_FAILED = 3
+
+COMMANDS = {"account": account.main}
+"""What the client does where its first argument is one of these words: each is given the arguments behind it."""
 
 TABLE_WIDTH = 100
 """Characters that the score table is given at least: a line that is broken says more than one that is cut."""
@@ -31,6 +35,8 @@ TABLE_WIDTH = 100
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command and returns its exit status: 0 fine, 1 error, 2 usage, 3 the agent failed, 130 interrupted."""
     argv = sys.argv[1:] if argv is None else argv
+    if argv and argv[0] in COMMANDS:
+        return COMMANDS[argv[0]](argv[1:])
     try:
         options = arguments.parse(argv)
     except SystemExit as leaving:

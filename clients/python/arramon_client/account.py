@@ -1,0 +1,49 @@
+"""The command `arramon-client account`: whom a server takes the caller for, and what it grants them."""
+
+import argparse
+from collections.abc import Sequence
+
+from rich.console import Console
+from rich.table import Table
+
+from arramon.v1 import evaluation_pb2 as pb
+from arramon_client.commands import run
+from arramon_client.connection import call, connect
+
+LIMITS = (
+    ("runs in 24 hours", "runs_today", "runs_per_day"),
+    ("runs in all", "runs", "runs_in_all"),
+    ("being played", "running", "runs_at_once"),
+    ("streams", "streams", "streams_at_once"),
+)
+"""What is counted: its title, what was used of it, and the limit; fields of `Quota`."""
+
+
+def main(argv: Sequence[str]) -> int:
+    """Runs the command and returns its exit status."""
+    parser = argparse.ArgumentParser(
+        prog="arramon-client account", allow_abbrev=False, description="Shows your account on a server."
+    )
+    parser.add_argument("--server", required=True, metavar="ADDR", help="host:port or unix:/path")
+    return run(parser, argv, _show)
+
+
+def _show(options: argparse.Namespace) -> None:
+    with connect(options.server) as server:
+        account = call(server.stub.GetAccount, pb.GetAccountRequest(), server.address)
+    role = pb.Role.Name(account.role).removeprefix("ROLE_").lower()
+    console = Console(width=max(Console().width, 80))
+    console.print(f"{account.participant or 'nobody by name'} ({role})", markup=False, highlight=False)
+    if account.quotas:
+        console.print(_table(account.quotas))
+
+
+def _table(quotas: Sequence[pb.Quota]) -> Table:
+    table = Table("split", *(title for title, _, _ in LIMITS))
+    for quota in quotas:
+        table.add_row(quota.split, *(f"{getattr(quota, used)} of {_limit(quota, limit)}" for _, used, limit in LIMITS))
+    return table
+
+
+def _limit(quota: pb.Quota, name: str) -> str:
+    return str(getattr(quota, name) or "any number")
