@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[1]
 ALLOWED = {
     "server/sim": {"server.sim"},
     "server/scoring": {"server.scoring"},
-    "server/episodes": {"server.episodes", "server.sim", "server.errors", "lang"},
+    "server/episodes": {"server.episodes", "server.sim", "server.errors", "server.private", "lang"},
     "server/runs": {
         "server",
         "server.runs",
@@ -21,6 +21,7 @@ ALLOWED = {
         "server.scoring",
         "server.sim",
         "server.errors",
+        "server.private",
         "arramon",
     },
     "agents": {"agents", "arramon_client", "lang", "arramon"},
@@ -69,7 +70,7 @@ def test_nobody_imports_torch_where_it_is_not_needed() -> None:
 def test_the_client_is_light() -> None:
     project = tomllib.loads((ROOT / "clients" / "python" / "pyproject.toml").read_text())["project"]
     needs = {dependency.split("=")[0].split(">")[0] for dependency in project["dependencies"]}
-    assert needs == {"arramon-proto", "grpcio", "numpy", "rich", "simplejpeg", "zstandard"}
+    assert needs == {"arramon-proto", "cryptography", "grpcio", "numpy", "rich", "simplejpeg", "zstandard"}
 
 
 def test_the_files_that_a_house_has() -> None:

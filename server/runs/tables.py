@@ -126,6 +126,14 @@ steps = Table(
     sqlite_with_rowid=False,
 )
 
+host_keys = Table(
+    "host_keys",
+    metadata,
+    Column("ordinal", Integer, primary_key=True),
+    Column("public_key", LargeBinary, nullable=False),
+    Column("since", DateTime(timezone=True), nullable=False),
+)
+
 receipts = Table(
     "receipts",
     metadata,

@@ -55,6 +55,12 @@ def upgrade() -> None:
         sa.Column("opened_at", sa.DateTime(timezone=True), nullable=False),
     )
     op.create_table(
+        "host_keys",
+        sa.Column("ordinal", sa.Integer, primary_key=True),
+        sa.Column("public_key", sa.LargeBinary, nullable=False),
+        sa.Column("since", sa.DateTime(timezone=True), nullable=False),
+    )
+    op.create_table(
         "receipts",
         sa.Column("run_id", sa.String(32), sa.ForeignKey("runs.run_id"), primary_key=True),
         sa.Column("payload", sa.LargeBinary, nullable=False),
@@ -72,7 +78,7 @@ def upgrade() -> None:
 
 def downgrade() -> None:
     """Forgets all of it."""
-    for name in ("leaderboard_entries", "receipts", "streams"):
+    for name in ("leaderboard_entries", "receipts", "host_keys", "streams"):
         op.drop_table(name)
     with op.batch_alter_table("run_episodes") as table:
         table.drop_column("reoffers")
