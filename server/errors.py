@@ -5,6 +5,9 @@ ArraMonError
 │   └── BadFile     a file is wrong; names file, line and field
 ├── NotFound        no such run, split, language or episode
 ├── Conflict        the request is right, but not in this state
+├── Unauthenticated no token, or one that is not good
+├── Forbidden       not with this role, or not over this connection
+├── OverQuota       a limit of the participant's is reached; names it, and when the next is possible
 └── StorageError    the journal or the data folder cannot be read or written
 """
 
@@ -45,6 +48,18 @@ class Conflict(ArraMonError):
 
 class TakenOver(Conflict):
     """Another process of this server has got there first. Whoever reads this tries again, and sees what is now."""
+
+
+class Unauthenticated(ArraMonError):
+    """The caller gave no token where one is needed, or one that is not good; the message says what to do."""
+
+
+class Forbidden(ArraMonError):
+    """The server knows the caller, or needs not to, and will not do this for them."""
+
+
+class OverQuota(ArraMonError):
+    """A participant's limit is reached; the message names it, what counts, and when the next is possible."""
 
 
 class Unavailable(ArraMonError):

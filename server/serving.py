@@ -13,11 +13,14 @@ from grpc_reflection.v1alpha import reflection
 
 from arramon.v1 import evaluation_pb2
 from arramon.v1.evaluation_pb2_grpc import add_EvaluationServicer_to_server
+from server.api.authentication import Authentication
+from server.api.guard import Guard
 from server.api.servicer import Servicer
 from server.api.versions import VersionCheck
 from server.config import Config
 from server.episodes.splits import Split
 from server.errors import BadInput
+from server.runs.accounts import Accounts
 from server.runs.database import Database
 from server.runs.engine import Engine
 from server.runs.journal import Journal
@@ -65,7 +68,7 @@ async def _serve(
 ) -> None:
     journal = Journal(database)
     server = grpc.aio.server(
-        interceptors=[VersionCheck()],
+        interceptors=[Guard(), VersionCheck(), Authentication(Accounts(database), config)],
         options=[
             ("grpc.max_receive_message_length", config.max_message_bytes),
             ("grpc.so_reuseport", int(config.shared_port)),

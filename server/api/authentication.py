@@ -1,12 +1,171 @@
-"""Who is calling: from a call's metadata to a `Caller`."""
+"""Who is calling: from a call's metadata to a `Caller`. Stands before every method, so that none can forget to ask."""
 
-from typing import Any
+import asyncio
+import ipaddress
+import time
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import aclosing
+from contextvars import ContextVar
+from hashlib import sha256
+from typing import Any, TypeAlias
 
 import grpc
 
-from server.runs.callers import ANONYMOUS, Caller
+from server.api.status import status_of
+from server.config import Config
+from server.errors import ArraMonError, Forbidden, Unauthenticated
+from server.runs.accounts import Accounts
+from server.runs.callers import ANONYMOUS, STRANGER, Caller
+
+OPEN = frozenset({"/arramon.v1.Evaluation/GetServerInfo"})
+"""Methods for everyone, also where nobody plays without a token. Their callers may be anonymous."""
+
+KNOWN_SECONDS, KNOWN_TOKENS = 2.0, 10_000
+"""How long a token is not looked up again, and how many are remembered: a revoked one is refused after that long. Open
+streams are asked again as often, with what they are told."""
+
+_Context: TypeAlias = grpc.aio.ServicerContext[Any, Any]
+_Handler: TypeAlias = "grpc.RpcMethodHandler[Any, Any]"  # a subscript for the type checker alone
+
+_caller: ContextVar[Caller] = ContextVar("caller")
 
 
-def caller_of(context: grpc.aio.ServicerContext[Any, Any]) -> Caller:  # noqa: ARG001
-    """Whom a call comes from."""
-    return ANONYMOUS
+def caller_of(context: _Context) -> Caller:  # noqa: ARG001 - that of the call in whose context this runs
+    """Whom a call comes from.
+
+    Raises:
+        LookupError: if the call did not pass `Authentication`.
+    """
+    return _caller.get()
+
+
+class Authentication(grpc.aio.ServerInterceptor):
+    """Finds out who calls this project's services, and turns away who may not.
+
+    Args:
+        accounts: whose tokens are good.
+        config: says where tokens are taken, and whether one is needed.
+    """
+
+    def __init__(self, accounts: Accounts, config: Config) -> None:
+        self._accounts = accounts
+        self._trust_proxy = config.trust_proxy
+        self._nobody = anonymous_caller(config)
+        self._known: dict[bytes, tuple[Caller, float]] = {}
+
+    async def intercept_service(
+        self,
+        continuation: Callable[[grpc.HandlerCallDetails], Awaitable["_Handler | None"]],
+        handler_call_details: grpc.HandlerCallDetails,
+    ) -> "_Handler | None":
+        """Puts the question before the method's own work."""
+        handler = await continuation(handler_call_details)
+        method = handler_call_details.method
+        if handler is None or not method.startswith("/arramon."):
+            return handler
+        return self._guarded_stream(handler, method) if handler.response_streaming else self._guarded(handler, method)
+
+    def _guarded(self, handler: _Handler, method: str) -> _Handler:
+        work: Any = handler.stream_unary if handler.request_streaming else handler.unary_unary
+        make = (
+            grpc.stream_unary_rpc_method_handler if handler.request_streaming else grpc.unary_unary_rpc_method_handler
+        )
+
+        async def guarded(request: Any, context: _Context) -> Any:
+            await self._admit(context, method)
+            return await work(request, context)
+
+        return make(guarded, handler.request_deserializer, handler.response_serializer)
+
+    def _guarded_stream(self, handler: _Handler, method: str) -> _Handler:
+        work: Any = handler.stream_stream if handler.request_streaming else handler.unary_stream
+        make = (
+            grpc.stream_stream_rpc_method_handler if handler.request_streaming else grpc.unary_stream_rpc_method_handler
+        )
+
+        async def guarded(request: Any, context: _Context) -> AsyncIterator[Any]:
+            await self._admit(context, method)
+            again = time.monotonic() + KNOWN_SECONDS
+            async with aclosing(work(request, context)) as responses:
+                async for response in responses:
+                    if time.monotonic() >= again:
+                        await self._admit(context, method)
+                        again = time.monotonic() + KNOWN_SECONDS
+                    yield response
+
+        return make(guarded, handler.request_deserializer, handler.response_serializer)
+
+    async def _admit(self, context: _Context, method: str) -> None:
+        """Notes who calls; ends the call where they may not."""
+        try:
+            caller = await self._find(context)
+            if caller is None and method not in OPEN:
+                raise Unauthenticated("this server wants a token, and none was sent; ask its host for one")
+            _caller.set(caller or STRANGER)
+        except ArraMonError as error:
+            await context.abort(status_of(error), str(error))
+
+    async def _find(self, context: _Context) -> Caller | None:
+        """Whom the call comes from; None where it has no token, and needs one.
+
+        Raises:
+            Unauthenticated, Forbidden: if it has one that is not taken.
+        """
+        sent = [str(value) for key, value in context.invocation_metadata() or () if key == "authorization"]
+        if not sent:
+            return self._nobody
+        scheme, _, token = sent[0].partition(" ")
+        if len(sent) > 1 or scheme.lower() != "bearer" or not token.strip():
+            raise Unauthenticated("the metadata `authorization` is not of the form `Bearer TOKEN`, once")
+        if not (self._trust_proxy or is_private(context)):
+            raise Forbidden(
+                "tokens are taken over TLS only, and this connection is not encrypted: connect with TLS, and ask the "
+                "host for another token, as this one was readable on its way"
+            )
+        return await self._look_up(token.strip())
+
+    async def _look_up(self, token: str) -> Caller:
+        key = sha256(token.encode()).digest()
+        caller, until = self._known.get(key, (None, 0.0))
+        if caller is None or until < time.monotonic():
+            self._known.pop(key, None)
+            caller = await asyncio.to_thread(self._accounts.caller, token)
+            if len(self._known) >= KNOWN_TOKENS:
+                self._known.clear()
+            self._known[key] = (caller, time.monotonic() + KNOWN_SECONDS)
+        return caller
+
+
+def anonymous_caller(config: Config) -> Caller | None:
+    """What somebody without a token is to a server; None where they may not play.
+
+    Unless the host says otherwise, they may where only this machine can reach the server: at a loopback address or
+    on a Unix socket, and with no proxy in front, through which others would come.
+    """
+    own = is_loopback(config.listen) and not config.trust_proxy
+    if config.anonymous is None:
+        return ANONYMOUS if own else None
+    if not config.anonymous:
+        return None
+    return ANONYMOUS if own else STRANGER
+
+
+def is_private(context: _Context) -> bool:
+    """Whether nobody on the way can read a call: it is encrypted, or does not leave this machine."""
+    if "transport_security_type" in (context.auth_context() or {}):
+        return True
+    kind, _, address = context.peer().partition(":")
+    return kind == "unix" or (kind in ("ipv4", "ipv6") and is_loopback(address.replace("%5B", "[").replace("%5D", "]")))
+
+
+def is_loopback(address: str) -> bool:
+    """Whether an address, `host:port` or `unix:/path`, is of this machine alone."""
+    if address.startswith("unix:"):
+        return True
+    host = address.rpartition(":")[0].strip("[]")
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False

@@ -11,6 +11,7 @@ from server.api.messages import ACTIONS, LABEL_MESSAGES, PHASES, oracle_message,
 from server.api.sharing import IMAGES, Shared, offered
 from server.config import Config
 from server.errors import ArraMonError, BadInput
+from server.runs.callers import Caller
 from server.runs.engine import Engine
 from server.runs.events import EpisodeEnded, EpisodeStarted, Event, Observed, Opened, PhaseOver, Problem
 from server.runs.service import Runs
@@ -18,12 +19,16 @@ from server.runs.stream import Act, Stream
 from server.sim.cameras import Frame
 from server.sim.view import visible_pose
 
+MAX_ACTS = 4096
+"""Acts in one message: four for each episode that a stream can have open. One message must not hold up all others."""
+
 
 class Playing:
     """Serves one Play stream.
 
     Args:
         open_: the client's first message.
+        caller: who sent it.
         runs: to find the run.
         engine: plays it.
         config: what the server allows.
@@ -32,7 +37,7 @@ class Playing:
         ArraMonError: if the run cannot be played, or not like this.
     """
 
-    def __init__(self, open_: pb.Open, runs: Runs, engine: Engine, config: Config) -> None:
+    def __init__(self, open_: pb.Open, caller: Caller, runs: Runs, engine: Engine, config: Config) -> None:
         self._outbox: asyncio.Queue[pb.PlayResponse | ArraMonError | None] = asyncio.Queue()
         self._engine = engine
         self._encoder = Encoder(open_.encoding, open_.jpeg_quality, offered(config.listen))
@@ -43,7 +48,7 @@ class Playing:
             raise BadInput(f"max_episodes is {open_.max_episodes}, expected 1 to {config.max_episodes_per_stream}")
         if len(open_.player) > 100:
             raise BadInput(f"the player's name has {len(open_.player)} characters; at most 100 are allowed")
-        run, size = runs.playable(open_.run_id), open_.image_size or config.image_sizes[0]
+        run, size = runs.playable(caller, open_.run_id), open_.image_size or config.image_sizes[0]
         self._stream = Stream(
             run=run,
             player=open_.player or uuid.uuid4().hex,
@@ -82,12 +87,14 @@ class Playing:
 
     async def _read(self, requests: AsyncIterator[pb.PlayRequest]) -> None:
         """Takes the client's messages to the engine. A client that closes its half without an end has left."""
-        async for request in requests:
-            if request.WhichOneof("message") != "actions":
-                self._outbox.put_nowait(BadInput("a stream's first message is `open`, every further one is `actions`"))
-                return
-            self._engine.ask(self._stream, [_act(act) for act in request.actions.acts])
-        self._outbox.put_nowait(None)
+        try:
+            async for request in requests:
+                self._engine.ask(self._stream, _acts(request))
+                await self._stream.wait_for_room()
+        except ArraMonError as error:
+            self._outbox.put_nowait(error)
+        else:
+            self._outbox.put_nowait(None)
 
     def _deliver(self, events: Sequence[Event]) -> None:
         response = pb.PlayResponse()
@@ -159,6 +166,19 @@ class Playing:
             return
         for pixels, image in images:
             self._encoder.write(pixels, image)
+
+
+def _acts(request: pb.PlayRequest) -> list[Act]:
+    """What a message of a stream asks.
+
+    Raises:
+        BadInput: if it asks nothing that a stream may ask, or too much at once.
+    """
+    if request.WhichOneof("message") != "actions":
+        raise BadInput("a stream's first message is `open`, every further one is `actions`")
+    if len(request.actions.acts) > MAX_ACTS:
+        raise BadInput(f"a message holds {len(request.actions.acts)} acts; at most {MAX_ACTS} are allowed")
+    return [_act(act) for act in request.actions.acts]
 
 
 def _act(act: pb.Act) -> Act:

@@ -10,7 +10,7 @@ from arramon.v1 import PROTOCOL, types_pb2
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationServicer
 from server import __version__
-from server.api.authentication import caller_of
+from server.api.authentication import anonymous_caller, caller_of
 from server.api.messages import report_message, run_message, split_message
 from server.api.playing import Playing
 from server.api.sharing import offered
@@ -51,12 +51,16 @@ class Servicer(EvaluationServicer):
             max_episodes_per_stream=self._config.max_episodes_per_stream,
             max_message_bytes=self._config.max_message_bytes,
             addresses=addresses,
+            anonymous=anonymous_caller(self._config) is not None,
         )
 
     async def CreateRun(self, request: pb.CreateRunRequest, context: _Context) -> pb.Run:
+        caller = caller_of(context)
+
         def create() -> pb.Run:
             return self._message(
                 self._runs.create(
+                    caller,
                     participant=request.participant,
                     agent=request.agent,
                     split=request.split,
@@ -69,12 +73,15 @@ class Servicer(EvaluationServicer):
         return await _answer(context, create)
 
     async def GetRun(self, request: pb.GetRunRequest, context: _Context) -> pb.Run:
-        return await _answer(context, lambda: self._message(self._runs.get(request.run_id)))
+        caller = caller_of(context)
+        return await _answer(context, lambda: self._message(self._runs.visible(caller, request.run_id)))
 
     async def ListRuns(self, request: pb.ListRunsRequest, context: _Context) -> pb.ListRunsResponse:
+        caller = caller_of(context)
+
         def page() -> pb.ListRunsResponse:
             size = request.page_size or 50
-            runs = self._runs.page(size, request.page_token or None)
+            runs = self._runs.page(caller, size, request.page_token or None)
             token = runs[-1].run_id if len(runs) == size else ""
             return pb.ListRunsResponse(runs=map(self._message, runs), next_page_token=token)
 
@@ -82,13 +89,14 @@ class Servicer(EvaluationServicer):
 
     async def CancelRun(self, request: pb.CancelRunRequest, context: _Context) -> pb.Run:
         try:
-            return self._message(self._runs.cancel(request.run_id))
+            return self._message(self._runs.cancel(caller_of(context), request.run_id))
         except ArraMonError as error:
             await context.abort(status_of(error), str(error))
             raise  # abort has raised
 
     async def GetReport(self, request: pb.GetReportRequest, context: _Context) -> pb.Report:
-        return await _answer(context, lambda: report_message(self._runs.report(request.run_id)))
+        caller = caller_of(context)
+        return await _answer(context, lambda: report_message(self._runs.report(caller, request.run_id)))
 
     async def GetReceipt(self, request: pb.GetReceiptRequest, context: _Context) -> pb.Receipt:
         await context.abort(grpc.StatusCode.UNIMPLEMENTED, "this server gives no receipts yet")
@@ -104,7 +112,7 @@ class Servicer(EvaluationServicer):
             first = await anext(request_iterator, None)
             if first is None or first.WhichOneof("message") != "open":
                 raise BadInput("a stream's first message is `open`")
-            playing = Playing(first.open, self._runs, self._engine, self._config)
+            playing = Playing(first.open, caller_of(context), self._runs, self._engine, self._config)
             async for response in playing.serve(request_iterator):
                 yield response
         except ArraMonError as error:

@@ -2,13 +2,26 @@
 
 import grpc
 
-from server.errors import ArraMonError, BadInput, Conflict, NotFound, TakenOver, Unavailable
+from server.errors import (
+    ArraMonError,
+    BadInput,
+    Conflict,
+    Forbidden,
+    NotFound,
+    OverQuota,
+    TakenOver,
+    Unauthenticated,
+    Unavailable,
+)
 
 _TABLE = (
     (BadInput, grpc.StatusCode.INVALID_ARGUMENT),
     (NotFound, grpc.StatusCode.NOT_FOUND),
     (TakenOver, grpc.StatusCode.ABORTED),
     (Conflict, grpc.StatusCode.FAILED_PRECONDITION),
+    (Unauthenticated, grpc.StatusCode.UNAUTHENTICATED),
+    (Forbidden, grpc.StatusCode.PERMISSION_DENIED),
+    (OverQuota, grpc.StatusCode.RESOURCE_EXHAUSTED),
     (Unavailable, grpc.StatusCode.UNAVAILABLE),
 )
 

@@ -14,6 +14,7 @@ from sqlalchemy.engine import Row
 
 from server.errors import NotFound, TakenOver
 from server.runs import tables
+from server.runs.callers import HOST, Caller, Role
 from server.runs.database import Database, utc
 from server.runs.records import ENDED, OPEN, PENDING, Batch, Claim, Ending, Progress, Run
 
@@ -47,17 +48,18 @@ class Journal:
         """
         rows = self._database.read(sa.select(tables.runs).where(tables.runs.c.run_id == run_id))
         if not rows:
-            raise NotFound(f"there is no run {run_id!r}")
-        return _run(rows[0])
+            raise no_run(run_id)
+        return run_of(rows[0])
 
-    def runs(self, limit: int, before: str | None = None) -> list[Run]:
-        """Runs, the latest first: at most `limit`, from behind run `before` on."""
+    def runs(self, limit: int, last: Run | None = None, *, caller: Caller = HOST) -> list[Run]:
+        """Runs that a caller may see, the latest first: at most `limit`, from behind run `last` on."""
         table = tables.runs
         query = sa.select(table).order_by(table.c.created_at.desc(), table.c.run_id.desc()).limit(limit)
-        if before is not None:
-            last = self.run(before)
+        if caller.role is not Role.HOST:
+            query = query.where(table.c.account.is_not_distinct_from(caller.account))
+        if last is not None:
             query = query.where(sa.tuple_(table.c.created_at, table.c.run_id) < (last.created_at, last.run_id))
-        return [_run(row) for row in self._database.read(query)]
+        return [run_of(row) for row in self._database.read(query)]
 
     def set_state(self, run_id: str, state: str) -> None:
         """A run is over: complete or cancelled."""
@@ -229,6 +231,11 @@ class Journal:
         return count
 
 
+def no_run(run_id: str) -> NotFound:
+    """What whoever asks is told of a run that is not there, and of one that is not theirs."""
+    return NotFound(f"there is no run {run_id!r}")
+
+
 def _is_held(run_id: Any, episode_id: Any, epoch: Any) -> sa.ColumnElement[bool]:
     """Whether an episode has not ended and nobody has claimed it since."""
     c = tables.episodes.c
@@ -247,6 +254,8 @@ _INSERT_STEP = tables.steps.insert().from_select(
 """Writes a step under the claim of an epoch, and nothing where that is not held any more."""
 
 
-def _run(row: Row[Any]) -> Run:
-    times = {name: utc(row._mapping[name]) for name in ("created_at", "ended_at")}
-    return Run(**{**row._mapping, **times, "sensors": tuple(row.sensors)})
+def run_of(row: Row[Any]) -> Run:
+    """The run that a row holds which has, among others, all columns of the table of runs."""
+    values = {name: row._mapping[name] for name in Run.__slots__}
+    times = {name: utc(values[name]) for name in ("created_at", "ended_at")}
+    return Run(**{**values, **times, "sensors": tuple(values["sensors"])})

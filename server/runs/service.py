@@ -10,8 +10,10 @@ from arramon.v1 import PROTOCOL
 from server import __version__
 from server.episodes.splits import Split
 from server.errors import BadInput, Conflict, NotFound
-from server.runs.engine import LEASE, Engine
-from server.runs.journal import Journal
+from server.runs.callers import Caller
+from server.runs.engine import Engine
+from server.runs.journal import Journal, no_run
+from server.runs.offering import LEASE
 from server.runs.records import RUNNING, Ending, Progress, Run
 from server.scoring.aggregate import ScoreTable, aggregate
 from server.scoring.episode import EpisodeScores
@@ -61,12 +63,21 @@ class Runs:
         return found if len(found) > 1 else []
 
     def create(
-        self, *, participant: str, agent: str, split: str, language: str, sensors: Sequence[str], episodes: int
+        self,
+        caller: Caller,
+        *,
+        participant: str,
+        agent: str,
+        split: str,
+        language: str,
+        sensors: Sequence[str],
+        episodes: int,
     ) -> Run:
         """A new run.
 
         Args:
-            participant: who plays; empty for "anonymous".
+            caller: whose it will be.
+            participant: who plays; empty for the caller's own name, or "anonymous" where they have none.
             agent: its name on the leaderboard.
             split: by name.
             language: by code.
@@ -90,9 +101,12 @@ class Runs:
             raise BadInput("the agent has no name")
         if episodes > len(order):
             raise BadInput(f"{episodes} episodes were asked for; split {split!r} has {len(order)} in {language!r}")
+        if caller.account is not None and participant not in ("", caller.account):
+            raise BadInput(f"the token is {caller.account!r}'s, so that the participant cannot be {participant!r}")
         run = Run(
             run_id=uuid.uuid4().hex,
-            participant=participant or "anonymous",
+            participant=caller.account or participant or "anonymous",
+            account=caller.account,
             agent=agent,
             split=split,
             language=language,
@@ -106,20 +120,23 @@ class Runs:
         self._journal.create(run, [episode.episode_id for episode in order[: episodes or None]])
         return run
 
-    def get(self, run_id: str) -> Run:
-        """A run.
+    def visible(self, caller: Caller, run_id: str) -> Run:
+        """A run that a caller may see.
 
         Raises:
-            NotFound: if there is none of that id.
+            NotFound: if there is none of that id, or it is not theirs: which of the two, nobody learns.
         """
-        return self._journal.run(run_id)
+        run = self._journal.run(run_id)
+        if not caller.may_see(run):
+            raise no_run(run_id)
+        return run
 
     def progress(self, run_id: str) -> Progress:
         """How far a run is."""
         return self._journal.progress(run_id)
 
-    def page(self, size: int, before: str | None) -> list[Run]:
-        """Runs, the latest first: at most `size`, from behind run `before` on.
+    def page(self, caller: Caller, size: int, before: str | None) -> list[Run]:
+        """A caller's runs, the latest first: at most `size`, from behind run `before` on.
 
         Raises:
             BadInput: for a size out of range.
@@ -127,16 +144,19 @@ class Runs:
         """
         if not 1 <= size <= MAX_PAGE:
             raise BadInput(f"page_size is {size}, expected 1 to {MAX_PAGE}")
-        return self._journal.runs(size, before)
+        if not caller.lists:
+            return []
+        last = self.visible(caller, before) if before is not None else None
+        return self._journal.runs(size, last, caller=caller)
 
-    def playable(self, run_id: str) -> Run:
+    def playable(self, caller: Caller, run_id: str) -> Run:
         """A run that a stream may join.
 
         Raises:
-            NotFound: if there is none of that id.
+            NotFound: if there is none of that id that the caller may see.
             Conflict: if the split's data is not what the run began with.
         """
-        run = self._journal.run(run_id)
+        run = self.visible(caller, run_id)
         split = self.splits.get(run.split)
         if split is None or split.data_hash != run.data_hash:
             found = "is gone" if split is None else f"now has the data {split.data_hash[:12]}"
@@ -145,24 +165,24 @@ class Runs:
             )
         return run
 
-    def cancel(self, run_id: str) -> Run:
+    def cancel(self, caller: Caller, run_id: str) -> Run:
         """Forfeits what is left of a run. To be called on the engine's event loop.
 
         Raises:
-            NotFound: if there is no run of that id.
+            NotFound: if there is none of that id that the caller may see.
             Conflict: if it is over already.
         """
-        self._engine.cancel(self.playable(run_id))
-        return self.get(run_id)
+        self._engine.cancel(self.playable(caller, run_id))
+        return self.visible(caller, run_id)
 
-    def report(self, run_id: str) -> Report:
+    def report(self, caller: Caller, run_id: str) -> Report:
         """The scores of a run.
 
         Raises:
-            NotFound: if there is none of that id.
+            NotFound: if there is none of that id that the caller may see.
             Conflict: while it is being played.
         """
-        run = self.playable(run_id)
+        run = self.playable(caller, run_id)
         progress = self._journal.progress(run_id)
         if run.state == RUNNING:
             done = f"{progress.ended} of {progress.episodes} episodes have ended"

@@ -2,6 +2,7 @@
 
 from sqlalchemy import (
     JSON,
+    Boolean,
     Column,
     DateTime,
     Float,
@@ -13,6 +14,7 @@ from sqlalchemy import (
     MetaData,
     String,
     Table,
+    false,
 )
 
 metadata = MetaData()
@@ -85,6 +87,7 @@ streams = Table(
     metadata,
     Column("stream_id", String(32), primary_key=True),
     Column("run_id", String(32), ForeignKey("runs.run_id"), nullable=False),
+    Column("player", String(100), nullable=False),
     Column("worker", String(32), nullable=False),
     Column("opened_at", DateTime(timezone=True), nullable=False),
 )
@@ -149,5 +152,7 @@ entries = Table(
     Column("run_id", String(32), ForeignKey("runs.run_id"), primary_key=True),
     Column("published_at", DateTime(timezone=True), nullable=False),
     Column("withdrawn_at", DateTime(timezone=True)),
+    Column("withdrawn_by_host", Boolean, nullable=False, server_default=false()),
     Column("note", String(500), nullable=False, server_default=""),
+    Column("scores", JSON, nullable=False),
 )

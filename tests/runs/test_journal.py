@@ -155,7 +155,7 @@ def test_runs_are_listed_latest_first(journal: Journal) -> None:
     for number, minutes in ((1, 5), (2, 0), (3, 5)):
         journal.create(a_run(f"r{number}", minutes), ["a"])
     assert [run.run_id for run in journal.runs(2)] == ["r3", "r1"]
-    assert [run.run_id for run in journal.runs(2, before="r1")] == ["r2"]
+    assert [run.run_id for run in journal.runs(2, journal.run("r1"))] == ["r2"]
 
 
 def test_another_process_reads_what_was_committed(journal: Journal, tmp_path: Path) -> None:

@@ -51,6 +51,7 @@ def upgrade() -> None:
         "streams",
         sa.Column("stream_id", sa.String(32), primary_key=True),
         sa.Column("run_id", sa.String(32), sa.ForeignKey("runs.run_id"), nullable=False),
+        sa.Column("player", sa.String(100), nullable=False),
         sa.Column("worker", sa.String(32), nullable=False),
         sa.Column("opened_at", sa.DateTime(timezone=True), nullable=False),
     )
@@ -72,7 +73,9 @@ def upgrade() -> None:
         sa.Column("run_id", sa.String(32), sa.ForeignKey("runs.run_id"), primary_key=True),
         sa.Column("published_at", sa.DateTime(timezone=True), nullable=False),
         sa.Column("withdrawn_at", sa.DateTime(timezone=True)),
+        sa.Column("withdrawn_by_host", sa.Boolean, nullable=False, server_default=sa.false()),
         sa.Column("note", sa.String(500), nullable=False, server_default=""),
+        sa.Column("scores", sa.JSON, nullable=False),
     )
 
 
