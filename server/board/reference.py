@@ -1,0 +1,32 @@
+"""The paper's own results, read from `paper.toml`."""
+
+import tomllib
+from importlib import resources
+
+from server.board.standings import Reference
+
+_LEFT_OUT = "-"
+
+
+def read_references() -> tuple[Reference, ...]:
+    """All lines of the paper's tables, in its order."""
+    data = tomllib.loads(resources.files("server.board").joinpath("paper.toml").read_text(encoding="utf-8"))
+    return tuple(
+        Reference(
+            name=line["name"],
+            short=line["short"],
+            split=line["split"],
+            language=data["language"],
+            rows={
+                row: {
+                    metric: float(value)
+                    for metric, value in zip(data["columns"], values, strict=True)
+                    if value != _LEFT_OUT
+                }
+                for row, values in line["rows"].items()
+            },
+            source=line["source"],
+            note=line.get("note", ""),
+        )
+        for line in data["line"]
+    )
