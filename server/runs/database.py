@@ -6,10 +6,13 @@ from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import sqlalchemy as sa
 from alembic import command
 from alembic.config import Config
+from alembic.runtime.migration import MigrationContext
+from alembic.script import ScriptDirectory
 from sqlalchemy import event
 from sqlalchemy.engine import Connection, Engine, Row
 from sqlalchemy.exc import DBAPIError, IntegrityError
@@ -24,17 +27,21 @@ class Database:
         url: such as `sqlite:////var/lib/arramon/journal.db`.
         fsync: whether SQLite waits for the disk with every commit. Without, a commit outlives the end of any process,
             but the last ones may be gone after a loss of power; the client then plays those steps again.
+        read_only: whether it is only looked at: it must be there, and up to date, and stays as it is.
 
     Raises:
         StorageError: if the database cannot be opened or written.
     """
 
-    def __init__(self, url: str, *, fsync: bool = True) -> None:
-        self._engine = _engine(url, fsync)
+    def __init__(self, url: str, *, fsync: bool = True, read_only: bool = False) -> None:
+        self._engine = _engine(url, fsync, read_only)
         self._committer: Connection | None = None
+        config = Config()
+        config.set_main_option("script_location", str(Path(__file__).parent / "migrations"))
+        if read_only:
+            self._check_revision(ScriptDirectory.from_config(config).get_current_head())
+            return
         with self.write() as connection:
-            config = Config()
-            config.set_main_option("script_location", str(Path(__file__).parent / "migrations"))
             config.attributes["connection"] = connection
             command.upgrade(config, "head")
 
@@ -51,6 +58,18 @@ class Database:
         """
         with _storage_errors(), self._engine.connect() as connection:
             return connection.execution_options(reading=True).execute(query).all()
+
+    @contextmanager
+    def snapshot(self) -> Iterator[Connection]:
+        """A connection to read through that shows everything as it stood at one moment, whatever is written meanwhile.
+
+        Raises:
+            StorageError: if the database cannot be read.
+        """
+        postgresql = self._engine.dialect.name == "postgresql"
+        options = {"isolation_level": "REPEATABLE READ", "postgresql_readonly": True} if postgresql else {}
+        with _storage_errors(), self._engine.connect() as connection:
+            yield connection.execution_options(reading=True, **options)
 
     @contextmanager
     def write(self) -> Iterator[Connection]:
@@ -76,6 +95,15 @@ class Database:
                 self._drop_committer()
                 raise
 
+    def _check_revision(self, expected: str | None) -> None:
+        with self.snapshot() as connection:
+            found = MigrationContext.configure(connection).get_current_revision()
+        if found != expected:
+            raise StorageError(
+                f"the journal has the tables of version {found or 'none'}, expected {expected}; "
+                "`arramon-server serve` brings an older one up to date"
+            )
+
     def _drop_committer(self) -> None:
         committer, self._committer = self._committer, None
         if committer is not None:
@@ -87,17 +115,24 @@ def utc(time: datetime | None) -> datetime | None:
     return time.replace(tzinfo=UTC) if time is not None and time.tzinfo is None else time
 
 
-def _engine(url: str, fsync: bool) -> Engine:
-    engine = sa.create_engine(url)
+def _engine(url: str, fsync: bool, read_only: bool) -> Engine:
+    parsed = sa.make_url(url)
+    if read_only and parsed.get_backend_name() == "sqlite":
+        parsed = parsed.set(database=f"file:{quote(parsed.database or '')}").update_query_dict(
+            {"mode": "ro", "uri": "1"}
+        )
+    engine = sa.create_engine(parsed)
     if engine.dialect.name == "sqlite":
-        event.listen(engine, "connect", partial(_prepare_sqlite, "FULL" if fsync else "NORMAL"))
+        writing = ("journal_mode=WAL", f"synchronous={'FULL' if fsync else 'NORMAL'}", "foreign_keys=ON")
+        pragmas = ("busy_timeout=10000", *(() if read_only else writing))
+        event.listen(engine, "connect", partial(_prepare_sqlite, pragmas))
         event.listen(engine, "begin", _begin_sqlite)
     return engine
 
 
-def _prepare_sqlite(synchronous: str, connection: Any, _record: object) -> None:
+def _prepare_sqlite(pragmas: Sequence[str], connection: Any, _record: object) -> None:
     connection.isolation_level = None  # or the driver commits and begins behind SQLAlchemy's back
-    for pragma in ("journal_mode=WAL", f"synchronous={synchronous}", "busy_timeout=10000", "foreign_keys=ON"):
+    for pragma in pragmas:
         connection.execute(f"PRAGMA {pragma}")
 
 
