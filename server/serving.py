@@ -26,6 +26,7 @@ from server.runs.engine import Engine
 from server.runs.journal import Journal
 from server.runs.service import Runs
 from server.sim.raster import compile_kernels, is_compiled
+from server.tls import credentials_of
 
 SERVICE = evaluation_pb2.DESCRIPTOR.services_by_name["Evaluation"].full_name
 
@@ -78,8 +79,9 @@ async def _serve(
             ("grpc.http2.min_recv_ping_interval_without_data_ms", 5_000),
         ],
     )
-    address = _bind(server, config.listen)
-    own_address = _bind(server, config.own_address) if config.own_address else address
+    credentials = credentials_of(config)
+    address = _bind(server, config.listen, credentials)
+    own_address = _bind(server, config.own_address, credentials) if config.own_address else address
     engine = Engine(splits, journal, camera=config.camera, address=own_address if config.shared_port else "")
     add_EvaluationServicer_to_server(Servicer(Runs(splits, journal, engine, config.limits), engine, config), server)
     health_servicer = health.HealthServicer()
@@ -110,9 +112,13 @@ async def _serve(
         await playing
 
 
-def _bind(server: grpc.aio.Server, listen: str) -> str:
+def _bind(server: grpc.aio.Server, listen: str, credentials: grpc.ServerCredentials | None) -> str:
+    """Nobody reads along on a Unix socket: it is never encrypted."""
     try:
-        port = server.add_insecure_port(listen)
+        if credentials is None or listen.startswith("unix:"):
+            port = server.add_insecure_port(listen)
+        else:
+            port = server.add_secure_port(listen, credentials)
     except RuntimeError as error:
         raise BadInput(f"cannot listen on {listen!r}: it is in use, or not of this machine") from error
     if listen.startswith("unix:"):

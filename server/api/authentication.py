@@ -1,7 +1,6 @@
 """Who is calling: from a call's metadata to a `Caller`. Stands before every method, so that none can forget to ask."""
 
 import asyncio
-import ipaddress
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import aclosing
@@ -11,6 +10,7 @@ from typing import Any, TypeAlias
 
 import grpc
 
+from server.addresses import is_loopback
 from server.api.status import status_of
 from server.config import Config
 from server.errors import ArraMonError, Forbidden, Unauthenticated
@@ -152,20 +152,7 @@ def anonymous_caller(config: Config) -> Caller | None:
 
 def is_private(context: _Context) -> bool:
     """Whether nobody on the way can read a call: it is encrypted, or does not leave this machine."""
-    if "transport_security_type" in (context.auth_context() or {}):
+    if context.auth_context().get("transport_security_type") == [b"ssl"]:
         return True
     kind, _, address = context.peer().partition(":")
     return kind == "unix" or (kind in ("ipv4", "ipv6") and is_loopback(address.replace("%5B", "[").replace("%5D", "]")))
-
-
-def is_loopback(address: str) -> bool:
-    """Whether an address, `host:port` or `unix:/path`, is of this machine alone."""
-    if address.startswith("unix:"):
-        return True
-    host = address.rpartition(":")[0].strip("[]")
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False

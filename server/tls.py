@@ -1,0 +1,81 @@
+"""The server's certificate: read and checked at the start, and again whenever its files have changed."""
+
+import logging
+import ssl
+from pathlib import Path
+
+import grpc
+
+from server.config import Config
+from server.errors import BadFile, BadInput
+
+_log = logging.getLogger(__name__)
+
+
+def credentials_of(config: Config) -> grpc.ServerCredentials | None:
+    """What the server encrypts with; None where the host set no certificate.
+
+    A certificate that is renewed, in the same files, holds for every connection from then on.
+
+    Raises:
+        BadInput: if a file cannot be read, is not what it should be, or the two do not belong together.
+    """
+    if config.tls_certificate is None or config.tls_key is None:
+        return None
+    files = _Files(config.tls_certificate, config.tls_key)
+    return grpc.dynamic_ssl_server_credentials(files.read(), files.fetch, require_client_authentication=False)
+
+
+class _Files:
+    """Certificate and key, as they were last read."""
+
+    def __init__(self, certificate: Path, key: Path) -> None:
+        self._certificate, self._key = certificate, key
+        self._stamps: tuple[int, ...] = ()
+
+    def read(self) -> grpc.ServerCertificateConfiguration:
+        """Raises BadInput if the files are not right."""
+        self._stamps = self._stamp()
+        _check(self._certificate, self._key)
+        pair = (_content(self._key), _content(self._certificate))
+        return grpc.ssl_server_certificate_configuration([pair])
+
+    def fetch(self) -> grpc.ServerCertificateConfiguration | None:
+        """What gRPC asks before every handshake: the new certificate, or None where there is none."""
+        if self._stamp() == self._stamps:
+            return None
+        try:
+            fresh = self.read()
+        except BadInput as error:  # such as while only one of the two is written
+            _log.error("the certificate stays as it was: %s", error)
+            return None
+        _log.info("the certificate was read anew")
+        return fresh
+
+    def _stamp(self) -> tuple[int, ...]:
+        try:
+            return self._certificate.stat().st_mtime_ns, self._key.stat().st_mtime_ns
+        except OSError:  # `read` says what is wrong
+            return ()
+
+
+def _content(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise BadFile(path, f"cannot be read: {error.strerror}") from error
+
+
+def _check(certificate: Path, key: Path) -> None:
+    for path in (certificate, key):
+        _content(path)
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    try:
+        context.load_cert_chain(certificate, key, password="")
+    except ssl.SSLError as error:
+        if error.reason == "KEY_VALUES_MISMATCH":
+            raise BadFile(key, f"is not the key of the certificate {certificate}") from error
+        raise BadInput(
+            f"{certificate} and {key} are not a certificate and its key, in PEM and without a password: "
+            f"{error.reason or error}"
+        ) from error
