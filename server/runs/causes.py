@@ -8,3 +8,6 @@ STEP_LIMIT = "STEP_LIMIT"
 
 FORFEITED = "FORFEITED"
 """The participant gave the episode up, or cancelled the run."""
+
+SERVER_FAULT = "SERVER_FAULT"
+"""The server could not go on; never charged to the participant."""
