@@ -25,6 +25,7 @@ workers = Table(
     Column("worker_id", String(32), primary_key=True),
     Column("seen", Float, nullable=False),
     Column("address", String(200), nullable=False),
+    Column("host", String(200), nullable=False, server_default=""),
 )
 
 participants = Table(
@@ -132,8 +133,7 @@ steps = Table(
 host_keys = Table(
     "host_keys",
     metadata,
-    Column("ordinal", Integer, primary_key=True),
-    Column("public_key", LargeBinary, nullable=False),
+    Column("public_key", LargeBinary, primary_key=True),
     Column("since", DateTime(timezone=True), nullable=False),
 )
 

@@ -45,6 +45,8 @@ def upgrade() -> None:
         table.add_column(sa.Column("bank_seconds", sa.Float, nullable=False, server_default="0"))
         table.add_column(sa.Column("bank_left", sa.Float))
         table.create_index("runs_by_account", ["account", "split", "created_at"])
+    with op.batch_alter_table("workers") as table:
+        table.add_column(sa.Column("host", sa.String(200), nullable=False, server_default=""))
     with op.batch_alter_table("run_episodes") as table:
         table.add_column(sa.Column("reoffers", sa.Integer, nullable=False, server_default="0"))
     op.create_table(
@@ -57,8 +59,7 @@ def upgrade() -> None:
     )
     op.create_table(
         "host_keys",
-        sa.Column("ordinal", sa.Integer, primary_key=True),
-        sa.Column("public_key", sa.LargeBinary, nullable=False),
+        sa.Column("public_key", sa.LargeBinary, primary_key=True),
         sa.Column("since", sa.DateTime(timezone=True), nullable=False),
     )
     op.create_table(
@@ -85,6 +86,8 @@ def downgrade() -> None:
         op.drop_table(name)
     with op.batch_alter_table("run_episodes") as table:
         table.drop_column("reoffers")
+    with op.batch_alter_table("workers") as table:
+        table.drop_column("host")
     with op.batch_alter_table("runs") as table:
         table.drop_index("runs_by_account")
         table.drop_constraint("runs_account_fkey", type_="foreignkey")
