@@ -109,6 +109,8 @@ episodes = Table(
     Column("worker", String(32)),
     Column("left", Float),
     Column("reoffers", Integer, nullable=False, server_default="0"),
+    Column("faults", Integer, nullable=False, server_default="0"),
+    Column("waited", Float, nullable=False, server_default="0"),
 )
 Index("run_episodes_by_state", episodes.c.run_id, episodes.c.state, episodes.c.ordinal)
 

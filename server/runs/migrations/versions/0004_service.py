@@ -49,6 +49,8 @@ def upgrade() -> None:
         table.add_column(sa.Column("host", sa.String(200), nullable=False, server_default=""))
     with op.batch_alter_table("run_episodes") as table:
         table.add_column(sa.Column("reoffers", sa.Integer, nullable=False, server_default="0"))
+        table.add_column(sa.Column("faults", sa.Integer, nullable=False, server_default="0"))
+        table.add_column(sa.Column("waited", sa.Float, nullable=False, server_default="0"))
     op.create_table(
         "streams",
         sa.Column("stream_id", sa.String(32), primary_key=True),
@@ -85,7 +87,8 @@ def downgrade() -> None:
     for name in ("leaderboard_entries", "receipts", "host_keys", "streams"):
         op.drop_table(name)
     with op.batch_alter_table("run_episodes") as table:
-        table.drop_column("reoffers")
+        for column in ("reoffers", "faults", "waited"):
+            table.drop_column(column)
     with op.batch_alter_table("workers") as table:
         table.drop_column("host")
     with op.batch_alter_table("runs") as table:
