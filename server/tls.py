@@ -3,6 +3,7 @@
 import logging
 import ssl
 from pathlib import Path
+from typing import Any
 
 import grpc
 
@@ -23,7 +24,8 @@ def credentials_of(config: Config) -> grpc.ServerCredentials | None:
     if config.tls_certificate is None or config.tls_key is None:
         return None
     files = _Files(config.tls_certificate, config.tls_key)
-    return grpc.dynamic_ssl_server_credentials(files.read(), files.fetch, require_client_authentication=False)
+    fetch: Any = files.fetch  # its stub does not know that None is for no change
+    return grpc.dynamic_ssl_server_credentials(files.read(), fetch, require_client_authentication=False)
 
 
 class _Files:
