@@ -64,7 +64,7 @@ def report_message(report: Report) -> pb.Report:
     return pb.Report(
         run=run_message(report.run, report.progress),
         signature=report.signature,
-        rows=[_row(name, intervals) for name, intervals in report.table.rows.items()],
+        rows=[row_message(name, intervals) for name, intervals in report.table.rows.items()],
         episodes=[_episode_scores(ending) for ending in report.endings],
     )
 
@@ -107,14 +107,15 @@ def oracle_message(episode: Episode, scene: Scene) -> pb.Oracle:
     return pb.Oracle(start=pose_message(episode.start), agent_radius=AGENT_RADIUS, obstacles=obstacles, targets=targets)
 
 
-def _row(name: str, intervals: Mapping[str, Interval]) -> pb.Row:
+def row_message(name: str, intervals: Mapping[str, Interval]) -> pb.Row:
+    """A row of a score table."""
     scores = [pb.Score(metric=metric, mean=i.mean, low=i.low, high=i.high) for metric, i in intervals.items()]
     return pb.Row(name=name, scores=scores)
 
 
 def _episode_scores(ending: Ending) -> pb.EpisodeScores:
     turns = [
-        _row(f"turn {number}", {metric: Interval(value, value, value) for metric, value in scores.items()})
+        row_message(f"turn {number}", {metric: Interval(value, value, value) for metric, value in scores.items()})
         for number, scores in enumerate(ending.scores, start=1)
     ]
     cause = types_pb2.Cause.Value(f"CAUSE_{ending.cause}")
