@@ -1,7 +1,7 @@
 """The leaderboard: how the published runs of a split stand."""
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from server.board.entries import Entries, Published
 from server.board.ranking import ranked
@@ -11,6 +11,25 @@ from server.episodes.splits import Split
 from server.errors import BadInput, NotFound
 from server.runs import causes
 from server.scoring.aggregate import Interval
+
+
+@dataclass(frozen=True, slots=True)
+class Listing:
+    """A whole list of the leaderboard.
+
+    Attributes:
+        split: by name.
+        language: by code, or BOTH.
+        sort: the metric by which it is sorted and ranked.
+        standings: in order.
+        references: the paper's lines beside it, which are of other data.
+    """
+
+    split: str
+    language: str
+    sort: str
+    standings: tuple[Standing, ...]
+    references: tuple[Reference, ...]
 
 
 class Board:
@@ -34,6 +53,15 @@ class Board:
         for split, language in self._entries.languages():
             found.setdefault(split, set()).add(language)
         return {name: tuple(sorted(found[name])) for name in sorted(found)}
+
+    def listing(self, split: str, language: str, sort: str = HEADLINE) -> Listing:
+        """The standings of a split in a language, or BOTH, and the paper's lines beside them.
+
+        Raises:
+            NotFound, BadInput: as `standings`.
+        """
+        standings = self.standings(split, language, sort)
+        return Listing(split, language, sort, tuple(standings), self.reference(split, language))
 
     def standings(self, split: str, language: str, sort: str = HEADLINE) -> list[Standing]:
         """The standings of a split in a language, or, for BOTH, of `both`.

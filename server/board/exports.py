@@ -1,0 +1,160 @@
+"""The standings as files to download: CSV and JSON, described in docs/leaderboard.md."""
+
+import csv
+import io
+import json
+from typing import Any
+
+from server.board.board import Listing
+from server.board.standings import COLUMNS, TOTAL, Entry, Reference, Rows, Standing
+from server.scoring.aggregate import ROWS
+
+FORMAT, VERSION = "arramon-standings", 1
+
+_FORMULA = ("=", "+", "-", "@")
+"""A cell that begins so is a formula to a spreadsheet, whoever wrote it."""
+
+_TURNS = tuple(row for row in ROWS if row != TOTAL)
+
+CSV_COLUMNS = (
+    "kind",
+    "rank",
+    "tied",
+    "participant",
+    "agent",
+    "split",
+    "language",
+    "sensors",
+    "coverage",
+    "marks",
+    *(f"{metric}{end}" for metric in COLUMNS for end in ("", " low", " high")),
+    *(f"{metric} {turn}" for turn in _TURNS for metric in COLUMNS),
+    "published_at",
+    "run_id",
+    "signature",
+    "note",
+)
+"""The columns of the CSV file, in order. New ones come at the end."""
+
+
+def as_csv(listing: Listing) -> str:
+    """The listing as CSV (RFC 4180): a line a standing, and then a line a reference. Scores are in [0, 1]."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, CSV_COLUMNS, restval="")
+    writer.writeheader()
+    for standing in listing.standings:
+        writer.writerow(_guarded(_standing_cells(standing, listing)))
+    for reference in listing.references:
+        writer.writerow(_guarded(_reference_cells(reference)))
+    return text.getvalue()
+
+
+def as_json(listing: Listing) -> str:
+    """The listing as JSON: everything that a standing holds, all metrics of all rows."""
+    document = {
+        "format": FORMAT,
+        "version": VERSION,
+        "split": listing.split,
+        "language": listing.language,
+        "sort": listing.sort,
+        "standings": [_standing(standing) for standing in listing.standings],
+        "references": [_reference(reference) for reference in listing.references],
+    }
+    return json.dumps(document, ensure_ascii=False, indent=1) + "\n"
+
+
+def _standing_cells(standing: Standing, listing: Listing) -> dict[str, object]:
+    cells: dict[str, object] = {
+        "kind": "run",
+        "rank": standing.rank or "",
+        "tied": "yes" if standing.tied else "no",
+        "participant": standing.participant,
+        "agent": standing.agent,
+        "split": listing.split,
+        "language": listing.language,
+        "sensors": " ".join(standing.sensors),
+        "coverage": "" if standing.coverage is None else standing.coverage,
+        "marks": " ".join(standing.marks),
+        "published_at": " ".join(entry.published_at.isoformat(timespec="seconds") for entry in standing.entries),
+        "run_id": " ".join(entry.run.run_id for entry in standing.entries),
+        "signature": " ".join(entry.signature for entry in standing.entries),
+        "note": " / ".join(entry.note for entry in standing.entries if entry.note),
+    }
+    for metric in COLUMNS:
+        total = standing.rows[TOTAL][metric]
+        cells |= {metric: total.mean, f"{metric} low": total.low, f"{metric} high": total.high}
+        cells |= {f"{metric} {turn}": standing.rows[turn][metric].mean for turn in _TURNS}
+    return cells
+
+
+def _reference_cells(reference: Reference) -> dict[str, object]:
+    cells: dict[str, object] = {
+        "kind": "paper",
+        "agent": reference.name,
+        "split": reference.split,
+        "language": reference.language,
+        "note": f"{reference.source}. {reference.note}".strip(),
+    }
+    cells |= reference.rows[TOTAL]
+    for turn in _TURNS:
+        cells |= {f"{metric} {turn}": value for metric, value in reference.rows.get(turn, {}).items()}
+    return cells
+
+
+def _guarded(cells: dict[str, object]) -> dict[str, object]:
+    """The cells, with an apostrophe before every text that a spreadsheet would take for a formula."""
+    return {
+        name: f"'{cell}" if isinstance(cell, str) and cell.lstrip().startswith(_FORMULA) else cell
+        for name, cell in cells.items()
+    }
+
+
+def _standing(standing: Standing) -> dict[str, Any]:
+    return {
+        "rank": standing.rank or None,
+        "tied": standing.tied,
+        "participant": standing.participant,
+        "agent": standing.agent,
+        "languages": standing.languages,
+        "sensors": standing.sensors,
+        "coverage": standing.coverage,
+        "marks": standing.marks,
+        "rows": _rows(standing.rows),
+        "entries": [_entry(entry) for entry in standing.entries],
+    }
+
+
+def _entry(entry: Entry) -> dict[str, Any]:
+    run = entry.run
+    return {
+        "run_id": run.run_id,
+        "language": run.language,
+        "state": run.state,
+        "created_at": run.created_at.isoformat(timespec="seconds"),
+        "ended_at": run.ended_at.isoformat(timespec="seconds") if run.ended_at else None,
+        "published_at": entry.published_at.isoformat(timespec="seconds"),
+        "note": entry.note,
+        "signature": entry.signature,
+        "episodes": entry.progress.episodes,
+        "steps": entry.progress.steps,
+        "causes": dict(entry.causes),
+        "reoffers": entry.progress.reoffers,
+        "images": entry.progress.images,
+        "step_seconds": run.step_seconds,
+        "first_step_seconds": run.first_step_seconds,
+        "bank_seconds": run.bank_seconds,
+        "coverage": entry.coverage,
+        "marks": entry.marks,
+        "rows": _rows(entry.rows),
+    }
+
+
+def _rows(rows: Rows) -> dict[str, Any]:
+    return {
+        row: {metric: {"mean": i.mean, "low": i.low, "high": i.high} for metric, i in metrics.items()}
+        for row, metrics in rows.items()
+    }
+
+
+def _reference(reference: Reference) -> dict[str, Any]:
+    return {name: getattr(reference, name) for name in Reference.__slots__}
