@@ -3,6 +3,7 @@
 import signal
 import subprocess
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 
 from arramon.v1 import PROTOCOL, PROTOCOL_METADATA
@@ -11,10 +12,13 @@ METADATA = ((PROTOCOL_METADATA, str(PROTOCOL)),)
 
 
 class Server:
-    """`arramon-server serve` on a data folder. Without an address it takes a free port of the loopback."""
+    """`arramon-server serve` on a data folder. Without an address it takes a free port of the loopback.
 
-    def __init__(self, data: Path, listen: str = "127.0.0.1:0", *more: str) -> None:
-        self.data, self.listen, self.more = data, listen, more
+    What it writes to standard error is kept in a pipe, or goes to the file `log`, where it may be much.
+    """
+
+    def __init__(self, data: Path, listen: str = "127.0.0.1:0", *more: str, log: Path | None = None) -> None:
+        self.data, self.listen, self.more, self.log = data, listen, more, log
         self.start()
 
     def start(self) -> None:
@@ -29,7 +33,9 @@ class Server:
             self.listen,
             *self.more,
         ]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        with ExitStack() as stack:
+            stderr = subprocess.PIPE if self.log is None else stack.enter_context(self.log.open("a"))
+            self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=stderr, text=True)
         assert self.process.stdout is not None
         self.said = []
         for line in self.process.stdout:

@@ -1,5 +1,6 @@
 """One client's stream, as the engine sees it: what it plays, what it asked, and what it is still to be told."""
 
+import asyncio
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -11,6 +12,10 @@ from server.runs.session import Session
 
 IMAGES = frozenset(("rgb", "depth", "segmentation"))
 """Sensors for which a frame must be drawn."""
+
+
+MAX_ASKED = 16
+"""Batches of acts waiting to be played, from which on no more are read."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +69,18 @@ class Stream:
     told: deque[Event] = field(default_factory=deque)
     sessions: dict[str, Session] = field(default_factory=dict)
     ended: dict[str, EpisodeEnded] = field(default_factory=dict)
+    _taken: asyncio.Event = field(default_factory=asyncio.Event)
+
+    def take(self) -> Sequence[Act]:
+        """The batch of acts that came in first."""
+        self._taken.set()
+        return self.asked.popleft()
+
+    async def wait_for_room(self) -> None:
+        """Waits while too much that was asked lies here: a client that sends faster than it is played is held back."""
+        while len(self.asked) >= MAX_ASKED:
+            self._taken.clear()
+            await self._taken.wait()
 
     @property
     def sees(self) -> bool:

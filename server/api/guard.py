@@ -1,0 +1,98 @@
+"""Stands before every call: what cannot be read is refused, and what breaks inside tells nothing of the inside."""
+
+import logging
+from collections.abc import AsyncIterator, Awaitable, Callable
+from typing import Any, TypeAlias
+
+import grpc
+from google.protobuf.message import DecodeError
+
+from server.api.status import status_of
+from server.errors import ArraMonError, BadInput
+
+Handler: TypeAlias = "grpc.RpcMethodHandler[Any, Any] | None"
+Context: TypeAlias = "grpc.aio.ServicerContext[Any, Any]"
+
+BROKEN = "the server failed at this; it is a defect of the server, and its host can find it in the log"
+"""All that a caller is told of an error that nobody foresaw."""
+
+_log = logging.getLogger(__name__)
+
+
+class Unreadable(BadInput):
+    """The bytes that came are no message of the kind expected."""
+
+
+class Guard(grpc.aio.ServerInterceptor):
+    """Turns bytes that are no message into INVALID_ARGUMENT, and errors that nobody foresaw into INTERNAL.
+
+    Without it a caller would be shown the error's Python class and words, under UNKNOWN.
+    """
+
+    async def intercept_service(
+        self,
+        continuation: Callable[[grpc.HandlerCallDetails], Awaitable[Handler]],
+        handler_call_details: grpc.HandlerCallDetails,
+    ) -> Handler:
+        """Puts itself around the call's handler."""
+        handler = await continuation(handler_call_details)
+        if handler is None:
+            return None
+        read = _reader(handler.request_deserializer)
+        if handler.stream_stream is not None:
+            streaming: Any = handler.stream_stream  # an asynchronous generator, which gRPC's types do not know
+
+            async def stream(requests: AsyncIterator[Any], context: Context) -> AsyncIterator[Any]:
+                try:
+                    async for response in streaming(_readable(requests), context):
+                        yield response
+                except Exception as error:  # noqa: BLE001 - whatever it is, it is logged and answered
+                    await _refuse(error, context, handler_call_details.method)
+
+            return grpc.stream_stream_rpc_method_handler(stream, read, handler.response_serializer)
+        if handler.unary_unary is not None:
+            answering: Any = handler.unary_unary
+
+            async def unary(request: Any, context: Context) -> Any:
+                try:
+                    if isinstance(request, Unreadable):
+                        raise request
+                    return await answering(request, context)
+                except Exception as error:  # noqa: BLE001 - as above
+                    await _refuse(error, context, handler_call_details.method)
+
+            return grpc.unary_unary_rpc_method_handler(unary, read, handler.response_serializer)
+        return handler
+
+
+def _reader(deserialize: Callable[[bytes], Any] | None) -> Callable[[bytes], Any]:
+    """As `deserialize`, but what cannot be read becomes a value: an error there would reach the caller as it is."""
+
+    def read(data: bytes) -> Any:
+        try:
+            return data if deserialize is None else deserialize(data)
+        except DecodeError as error:
+            return Unreadable(f"the request cannot be read: {error}")
+
+    return read
+
+
+async def _readable(requests: AsyncIterator[Any]) -> AsyncIterator[Any]:
+    async for request in requests:
+        if isinstance(request, Unreadable):
+            raise request
+        yield request
+
+
+async def _refuse(error: Exception, context: Context, method: str) -> None:
+    """Ends a call with the status that an error stands for.
+
+    Raises:
+        AbortError: always, as gRPC ends calls by it.
+    """
+    if isinstance(error, grpc.aio.AbortError):
+        raise error
+    if isinstance(error, ArraMonError):
+        await context.abort(status_of(error), str(error))
+    _log.error("%s failed", method, exc_info=error)
+    await context.abort(grpc.StatusCode.INTERNAL, BROKEN)
