@@ -18,7 +18,8 @@ from arramon_client import (
     VersionMismatchError,
     connect,
 )
-from arramon_client.connection import call, explain, is_local
+from arramon_client.access import is_local
+from arramon_client.connection import call, explain
 from tests.client.fake import Servicer, World, serving
 
 
@@ -101,7 +102,8 @@ class Failure(grpc.RpcError):
      "a smaller --parallel"),
     (grpc.StatusCode.RESOURCE_EXHAUSTED, "ten runs a day", RefusedError, "ten runs a day"),
     (grpc.StatusCode.DEADLINE_EXCEEDED, "", ServerUnreachableError, "no server answers at here"),
-    (grpc.StatusCode.PERMISSION_DENIED, "", RefusedError, "no reason was given"),
+    (grpc.StatusCode.PERMISSION_DENIED, "", RefusedError, "gives no reason"),
+    (grpc.StatusCode.ALREADY_EXISTS, "", RefusedError, "no reason was given"),
 ])  # fmt: skip
 def test_statuses(code: grpc.StatusCode, details: str, kind: type[ArramonClientError], said: str) -> None:
     error = explain(Failure(code, details), "here")

@@ -7,6 +7,7 @@ from rich.console import Console
 from rich.table import Table
 
 from arramon.v1 import evaluation_pb2 as pb
+from arramon_client.access import access_of, add_access
 from arramon_client.commands import run
 from arramon_client.connection import call, connect
 
@@ -25,11 +26,12 @@ def main(argv: Sequence[str]) -> int:
         prog="arramon-client account", allow_abbrev=False, description="Shows your account on a server."
     )
     parser.add_argument("--server", required=True, metavar="ADDR", help="host:port or unix:/path")
+    add_access(parser)
     return run(parser, argv, _show)
 
 
 def _show(options: argparse.Namespace) -> None:
-    with connect(options.server) as server:
+    with connect(options.server, access_of(options)) as server:
         account = call(server.stub.GetAccount, pb.GetAccountRequest(), server.address)
     role = pb.Role.Name(account.role).removeprefix("ROLE_").lower()
     console = Console(width=max(Console().width, 80))

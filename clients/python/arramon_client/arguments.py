@@ -5,6 +5,7 @@ import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
+from arramon_client.access import add_access
 from arramon_client.choices import ENCODINGS
 
 SENSORS = ("rgb", "depth", "segmentation", "pose", "oracle")
@@ -41,6 +42,7 @@ def parser() -> argparse.ArgumentParser:
     add("--resume", metavar="RUN", help="go on with a run; its language, split, sensors and length are its own")
     add("--participant", default="", metavar="NAME", help="who plays (default: anonymous)")
     add("--quiet", action="store_true", help="show no progress")
+    add_access(made)
     return made
 
 
@@ -57,17 +59,20 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     for option, value in (("--data", arguments.data), ("--workers", arguments.workers)):
         if arguments.server is not None and value is not None:
             made.error(f"{option} is for the embedded server, and cannot be used together with --server")
+    for option in ("token", "token_file", "tls", "tls_ca"):
+        if arguments.server is None and getattr(arguments, option) is not None:
+            made.error(f"--{option.replace('_', '-')} is for a server of others: name it with --server")
     return arguments
 
 
 def resume_command(argv: Sequence[str], run_id: str) -> str:
-    """The command that goes on with a run that this one began."""
+    """The command that goes on with a run that this one began. It is shown, so that it leaves a token out."""
     kept = []
     skip = False
     for argument in argv:
-        if skip or argument.startswith("--resume="):
+        if skip or argument.startswith(("--resume=", "--token=")):
             skip = False
-        elif argument == "--resume":
+        elif argument in ("--resume", "--token"):
             skip = True
         else:
             kept.append(argument)

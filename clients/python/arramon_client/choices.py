@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Sequence
 
 from arramon.v1 import evaluation_pb2, types_pb2
+from arramon_client.access import is_local
 from arramon_client.agent import Agent
-from arramon_client.connection import is_local
 from arramon_client.errors import UsageError
 
 DEFAULT_SENSORS = ("rgb", "depth")

@@ -12,6 +12,7 @@ from rich.console import Console
 
 from arramon.v1 import evaluation_pb2
 from arramon_client import account, arguments, choices, results
+from arramon_client.access import Access, access_of
 from arramon_client.agent import Agent
 from arramon_client.commands import ERROR, FINE, INTERRUPTED, USAGE
 from arramon_client.connection import Server, call, connect
@@ -92,11 +93,13 @@ class _Client:
         results.check_output(options.output)
         with ExitStack() as stack:
             revive: Callable[[], None] = lambda: None  # noqa: E731 - a default for what an embedded server replaces
-            address = options.server
-            if address is None:
+            address, access = options.server, Access()
+            if address is not None:
+                access = access_of(options)
+            else:
                 embedded = stack.enter_context(self._embedded())
                 address, revive = embedded.address, embedded.revive
-            server = stack.enter_context(connect(address))
+            server = stack.enter_context(connect(address, access))
             run = self._resumed(server, agent) if options.resume else self._created(server, agent)
             outcome = None
             if run.state == evaluation_pb2.RUN_STATE_RUNNING:

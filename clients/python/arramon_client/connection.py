@@ -1,6 +1,5 @@
 """The way to a server: the channel, the protocol's number on every call, and errors that a participant understands."""
 
-import ipaddress
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import NamedTuple, TypeVar
@@ -8,6 +7,7 @@ from typing import NamedTuple, TypeVar
 import grpc
 
 from arramon.v1 import PROTOCOL, PROTOCOL_METADATA, evaluation_pb2, evaluation_pb2_grpc
+from arramon_client.access import VARIABLE, Access, open_channel
 from arramon_client.errors import (
     ArramonClientError,
     MessageTooLargeError,
@@ -22,6 +22,9 @@ Answer = TypeVar("Answer")
 
 METADATA = ((PROTOCOL_METADATA, str(PROTOCOL)),)
 """Goes with every call."""
+
+NOTHING = Access()
+"""What those show who have no token."""
 
 MAX_MESSAGE_BYTES = 64 * 1024 * 1024
 
@@ -50,6 +53,15 @@ BROKEN = frozenset({
 """Statuses with which a stream breaks when a connection or a server is lost: worth another try."""
 
 
+ADVICE = {
+    "WRONG_VERSION_NUMBER": "it does not encrypt, or what answers there is no server",
+    "Hostname Verification": "its certificate is for another name: connect to that name",
+    "CERTIFICATE_VERIFY_FAILED": "its certificate is not one to trust; if its host gave you one, use --tls-ca FILE",
+    "Socket closed": "if it encrypts, use --tls",
+}
+"""What helps where encryption fails, by what gRPC says then."""
+
+
 class Server(NamedTuple):
     """A server that answered.
 
@@ -57,30 +69,37 @@ class Server(NamedTuple):
         stub: to call it by.
         info: what it said of itself.
         address: as the participant wrote it.
+        channel: on which it did; for the stubs of further services.
+        access: that was shown to it.
     """
 
     stub: evaluation_pb2_grpc.EvaluationStub
     info: evaluation_pb2.ServerInfo
     address: str
+    channel: grpc.Channel
+    access: Access
 
 
 @contextmanager
-def connect(address: str, *, timeout: float = 15.0) -> Iterator[Server]:
+def connect(address: str, access: Access = NOTHING, *, timeout: float = 15.0) -> Iterator[Server]:
     """Opens a channel, asks the server who it is, and closes the channel at the end.
 
     Args:
         address: `host:port` or `unix:/path`.
+        access: the participant's token, and how the connection is encrypted.
         timeout: seconds to wait for the first answer.
 
     Raises:
+        UsageError: if the token would be readable on its way.
         ServerUnreachableError: if nothing answers.
         NotArramonError: if what answers is not an ArraMon server.
         VersionMismatchError: if it speaks another protocol.
+        RefusedError: if it does not take the token.
     """
-    channel = grpc.insecure_channel(address, options=CHANNEL_OPTIONS)
+    channel = open_channel(address, access, CHANNEL_OPTIONS)
     try:
         stub = evaluation_pb2_grpc.EvaluationStub(channel)
-        yield Server(stub, greet(stub, address, timeout), address)
+        yield Server(stub, greet(stub, address, timeout), address, channel, access)
     finally:
         channel.close()
 
@@ -89,7 +108,7 @@ def greet(stub: evaluation_pb2_grpc.EvaluationStub, address: str, timeout: float
     """The server's information, once it is certain that it speaks this client's protocol.
 
     Raises:
-        ServerUnreachableError, NotArramonError, VersionMismatchError: as `connect`.
+        ServerUnreachableError, NotArramonError, VersionMismatchError, RefusedError: as `connect`.
     """
     try:
         info = stub.GetServerInfo(evaluation_pb2.GetServerInfoRequest(), timeout=timeout, metadata=METADATA)
@@ -123,7 +142,7 @@ def explain(error: grpc.RpcError, address: str) -> ArramonClientError:
     code, details = error.code(), error.details() or ""
     match code:
         case grpc.StatusCode.UNAVAILABLE | grpc.StatusCode.DEADLINE_EXCEEDED:
-            return ServerUnreachableError(f"no server answers at {address}: {details}")
+            return ServerUnreachableError(f"no server answers at {address}: {details}{_advice(details)}")
         case grpc.StatusCode.UNIMPLEMENTED:
             return NotArramonError(f"what answers at {address} is not an ArraMon server of this protocol: {details}")
         case grpc.StatusCode.RESOURCE_EXHAUSTED if "message" in details and ("larger" in details or "max" in details):
@@ -132,20 +151,24 @@ def explain(error: grpc.RpcError, address: str) -> ArramonClientError:
                 "or --encoding zstd",
                 code,
             )
+        case grpc.StatusCode.UNAUTHENTICATED:
+            advice = f"the token is read from --token-file or ${VARIABLE}"
+            return RefusedError(f"the server at {address} does not let you in: {details} ({advice})", code)
+        case grpc.StatusCode.PERMISSION_DENIED:
+            return RefusedError(
+                f"the server at {address} does not permit that: {details or 'it gives no reason'}", code
+            )
+        case grpc.StatusCode.RESOURCE_EXHAUSTED:
+            return RefusedError(f"the server at {address} grants no more: {details}", code)
         case grpc.StatusCode.INTERNAL | grpc.StatusCode.UNKNOWN:
             return ProtocolError(f"the server at {address} failed: {details}")
         case _:
             return RefusedError(f"{details or 'no reason was given'} ({code.name})", code)
 
 
-def is_local(address: str) -> bool:
-    """Whether the server is on this machine: on a Unix socket, or at a loopback address."""
-    if address.startswith("unix:"):
-        return True
-    host = address.removeprefix("dns:").lstrip("/").rpartition(":")[0].strip("[]")
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
+def _advice(details: str) -> str:
+    """What to do about a connection that failed over its encryption; empty for any other."""
+    for sign, advice in ADVICE.items():
+        if sign in details:
+            return f" ({advice})"
+    return ""

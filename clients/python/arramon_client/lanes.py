@@ -11,6 +11,7 @@ from typing import Any, cast
 import grpc
 
 from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc
+from arramon_client.access import host_of, open_channel
 from arramon_client.agent import Agent, Episode, Observation
 from arramon_client.connection import CHANNEL_OPTIONS, Server
 from arramon_client.play import Outcome, Progress, Settings, play
@@ -44,12 +45,15 @@ def play_in_lanes(
             server.stub, run, agent, settings, address=server.address, notify=notify, progress=progress, revive=revive
         )
     shared, steps = _Shared(agent), _Sum(progress)
+    access = replace(
+        server.access, name=host_of(server.address)
+    )  # They all have the certificate of the common address.
     with ExitStack() as stack:
         pool = stack.enter_context(ThreadPoolExecutor(len(addresses), "lane"))
 
         def start(number: int, address: str) -> Future[Outcome]:
             # Closed before the pool is waited for: whatever went wrong, no lane goes on.
-            channel = stack.enter_context(grpc.insecure_channel(address, options=CHANNEL_OPTIONS))
+            channel = stack.enter_context(open_channel(address, access, CHANNEL_OPTIONS))
             stub = cast(evaluation_pb2_grpc.EvaluationStub, _Fallback(channel, server))
             own, told = _share(settings, number, len(addresses)), steps.of(number)
             return pool.submit(
