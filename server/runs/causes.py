@@ -6,8 +6,11 @@ AGENT_FINISHED = "AGENT_FINISHED"
 STEP_LIMIT = "STEP_LIMIT"
 """At least one phase was ended by the step limit."""
 
+TIME_LIMIT = "TIME_LIMIT"
+"""A clock ran out; the phases that were left ended as at the step limit."""
+
 FORFEITED = "FORFEITED"
-"""The participant gave the episode up, or cancelled the run."""
+"""The participant gave the episode up, cancelled the run, or never came back."""
 
 SERVER_FAULT = "SERVER_FAULT"
 """The server could not go on; never charged to the participant."""

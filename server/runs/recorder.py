@@ -15,14 +15,14 @@ class Recorder:
     episode: Episode
     _turns: list[TurnRecord] = field(init=False)
     forced: bool = field(default=False, init=False)
-    """Whether the step limit has ended any phase."""
+    """Whether the step limit or a clock has ended any phase."""
 
     def __post_init__(self) -> None:
         self._turns = [TurnRecord(turn.path, turn.target.position, turn.target_cell) for turn in self.episode.turns]
         self._visit(0, self.episode.start.x, self.episode.start.z)
 
     def record(self, after: State, events: tuple[Event, ...]) -> None:
-        """Writes down what a step did, and the state that it left."""
+        """Writes down what a step did, or the end of the time, and the state that it left."""
         picked: PickedUp | None = None
         placed: Placed | None = None
         for event in events:

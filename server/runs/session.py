@@ -45,6 +45,18 @@ class Session:
         self._recorder.record(self.state, events)
         return [event for event in events if isinstance(event, PhaseEnded)]
 
+    def run_out(self) -> list[PhaseEnded]:
+        """The time is up: every phase that is left ends as at the step limit, and none of it counts as a step.
+
+        The journal keeps no action for it: an episode that ended by TIME_LIMIT is its recorded actions, and then this.
+
+        Raises:
+            ValueError: if the episode is finished.
+        """
+        self.state, events = rules.time_out(self.state, self._layout)
+        self._recorder.record(self.state, events)
+        return [event for event in events if isinstance(event, PhaseEnded)]
+
     def replay(self, actions: Iterable[int]) -> Iterator[tuple[State, Action]]:
         """Applies recorded actions, one with each turn of the iterator: gives the state before, and the action."""
         for number in actions:
@@ -58,7 +70,7 @@ class Session:
 
     @property
     def was_forced(self) -> bool:
-        """Whether the step limit ended any phase."""
+        """Whether the step limit or a clock ended any phase."""
         return self._recorder.forced
 
     def record(self) -> EpisodeRecord:

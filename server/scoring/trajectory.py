@@ -22,15 +22,15 @@ class TurnRecord:
         target_cell: where the target belongs in the room.
         path: the agent's visited positions, in order, the start included; a turn or a blocked move may repeat a
             position. Empty where the turn was never begun.
-        navigation_ended: whether the navigation phase ended, by a pick-up or at the step limit. False where the episode
+        navigation_ended: whether the navigation phase ended, by a pick-up, at the step limit or by a clock. False where the episode
             was cut short before: such a turn scores zero.
         final_position: the agent's position when the navigation phase ended, at its recorded height (0.525 in the
             release); None where the phase did not end.
         picked_target: whether the object carried away is the target itself, however it came to be picked up.
-        pickup_forced: whether the step limit, not the agent, picked the object up. Recorded for whoever reads the
+        pickup_forced: whether a limit, not the agent, picked the object up. Recorded for whoever reads the
             results; no score depends on it (see `episode.score_turn`).
         placed_cell: where the carried object was placed; None where the assembly phase did not end.
-        placement_forced: whether the step limit, not the agent, placed it.
+        placement_forced: whether a limit, not the agent, placed it.
     """
 
     reference_path: tuple[Point2, ...]

@@ -148,7 +148,7 @@ class Placed:
 
 @dataclass(frozen=True, slots=True)
 class PhaseEnded:
-    """A phase is over; `forced` if the step limit ended it."""
+    """A phase is over; `forced` if the step limit or a clock ended it."""
 
     turn: int
     phase: Phase
@@ -190,6 +190,23 @@ def step(state: State, action: Action, layout: Layout, ground: Ground, limits: L
         state, forced = _force(state, layout)
         events += forced
     return state, events
+
+
+def time_out(state: State, layout: Layout) -> Outcome:
+    """Ends an episode whose time is up: the present phase as at its step limit, and so the phases after it.
+
+    No step is counted for it.
+
+    Raises:
+        ValueError: if the episode is finished.
+    """
+    if state.finished:
+        raise ValueError("the episode is finished; its time cannot run out")
+    happened: tuple[Event, ...] = ()
+    while not state.finished:
+        state, events = _force(state, layout)
+        happened += events
+    return state, happened
 
 
 def reachable(pose: Pose, street: Sequence[Collectible]) -> int | None:
@@ -248,7 +265,7 @@ def _square_ahead(state: State) -> Square | None:
 
 
 def _force(state: State, layout: Layout) -> Outcome:
-    """Ends a phase at its step limit (paper, appendix D.1)."""
+    """Ends a phase by force, as at its step limit (paper, appendix D.1)."""
     if state.phase is Phase.ASSEMBLY:
         return _place(state, _square_ahead(state) or state.square, forced=True)
 

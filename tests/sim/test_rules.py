@@ -26,6 +26,7 @@ from server.sim.rules import (
     height_at,
     reachable,
     step,
+    time_out,
 )
 
 F, L, R, P = Action.FORWARD, Action.LEFT, Action.RIGHT, Action.INTERACT
@@ -243,3 +244,44 @@ def test_four_phases_of_steps_always_finish(layout: Layout, seed: int) -> None:
         if not state.finished:
             state, _ = step(state, Action((seed * 7 + number * number) % 3), layout, Fence(), Limits(5))
     assert state.finished
+
+
+def test_the_end_of_the_time_ends_all_phases_that_are_left() -> None:
+    state, events = time_out(play([F])[0], LAYOUT)
+    assert events == (
+        PickedUp(0),
+        PhaseEnded(1, Phase.NAVIGATION, forced=True),
+        Placed(Placement(2, 1, 1)),
+        PhaseEnded(1, Phase.ASSEMBLY, forced=True),
+        PickedUp(0),
+        PhaseEnded(2, Phase.NAVIGATION, forced=True),
+        Placed(Placement(2, 2, 1)),
+        PhaseEnded(2, Phase.ASSEMBLY, forced=True),
+    )
+    assert state.finished
+    assert (state.step, state.pose) == (1, Pose(0.0, 1.0, 0.0))
+    with pytest.raises(ValueError, match="the episode is finished; its time cannot run out"):
+        time_out(state, LAYOUT)
+
+
+def test_in_the_room_the_end_of_the_time_puts_down_what_is_carried() -> None:
+    state, events = time_out(play([P, F, R])[0], LAYOUT)  # oblique: onto the agent's own cell
+    assert events[:2] == (Placed(Placement(2, 1, 1)), PhaseEnded(1, Phase.ASSEMBLY, forced=True))
+    assert [event.turn for event in events if isinstance(event, PhaseEnded)] == [1, 2, 2]
+    assert state.step == 3
+
+
+@given(st.lists(st.sampled_from(Action), max_size=30))
+def test_the_end_of_the_time_finishes_any_episode_where_it_stands(actions: list[Action]) -> None:
+    state, ended = begin(LAYOUT), 0
+    for action in actions:
+        if not state.finished:
+            state, events = step(state, action, LAYOUT, Fence(), Limits())
+            ended += sum(isinstance(event, PhaseEnded) for event in events)
+    if not state.finished:
+        after, events = time_out(state, LAYOUT)
+        assert after.finished
+        assert (after.step, after.pose) == (state.step, state.pose)
+        assert len(after.room) == len(LAYOUT.decoys) + 2
+        forced = [event.forced for event in events if isinstance(event, PhaseEnded)]
+        assert forced == [True] * (4 - ended)

@@ -1,0 +1,180 @@
+"""The two clocks of play: a time for each step, and a bank for each run of what its steps may take longer.
+
+An observation's time begins when it has left the server: drawing, commits and replays cost a player nothing. What is
+overdue is charged once for a stream, however many of its episodes are overdue together. Reading is a step too: a client
+that does not take what waits for it is overdue after the same time, so that not reading stops no clock.
+"""
+
+import time
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from heapq import heappop, heappush
+from math import inf
+
+STALL_SECONDS = 3.0
+"""The server looks at its clock once a second; what it missed beyond this it was held up for itself."""
+
+
+class Stopwatch:
+    """Seconds that pass for players: the machine's monotonic ones, without those for which the server stood still."""
+
+    def __init__(self, source: Callable[[], float] = time.monotonic) -> None:
+        self._source = source
+        self._seen = source()
+        self._stood_still = 0.0
+
+    def __call__(self) -> float:
+        """The time, in seconds since some moment."""
+        now = self._source()
+        if now - self._seen > STALL_SECONDS:
+            self._stood_still += now - self._seen
+        self._seen = now
+        return now - self._stood_still
+
+
+@dataclass(frozen=True, slots=True)
+class Clocks:
+    """What a run grants, in seconds.
+
+    Attributes:
+        step_seconds: for each step; 0 for no clocks at all.
+        first_step_seconds: for each step that is begun before the run's first answer.
+        bank_seconds: for all that steps take longer.
+    """
+
+    step_seconds: float = 0.0
+    first_step_seconds: float = 0.0
+    bank_seconds: float = 0.0
+
+    def __bool__(self) -> bool:
+        """Whether there are clocks."""
+        return self.step_seconds > 0.0
+
+
+@dataclass(slots=True)
+class Bank:
+    """A run's bank, as this process knows it.
+
+    Attributes:
+        left: seconds.
+        answered: whether the run has had an answer.
+    """
+
+    left: float
+    answered: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class TimeLeft:
+    """What is left for an answer, in seconds: of its own time, and of the bank."""
+
+    step_seconds: float
+    bank_seconds: float
+
+
+@dataclass(slots=True)
+class _Step:
+    """An open episode's present step: how long it has waited on other streams, and since when it does on this one."""
+
+    waited: float = 0.0
+    answered: int = -1
+    began: float = inf
+    due: float = inf
+
+
+class StreamClock:
+    """The clocks of one stream.
+
+    Args:
+        clocks: what its run grants.
+        bank: of its run.
+        now: the time.
+    """
+
+    def __init__(self, clocks: Clocks, bank: Bank, now: Callable[[], float]) -> None:
+        self.bank = bank
+        self._clocks = clocks
+        self._now = now
+        self._steps: dict[str, _Step] = {}
+        self._dues: list[tuple[float, str]] = []
+        self._queue: deque[tuple[tuple[str, int], ...]] = deque()
+        self._head_since = inf
+        self._charged = -inf
+
+    def open(self, episode_id: str, waited: float) -> None:
+        """An episode is the stream's now; its present step has waited so many seconds on other streams."""
+        self._steps[episode_id] = _Step(waited)
+
+    def close(self, episode_id: str) -> None:
+        """An episode is not the stream's any more. What it was overdue is to be charged before."""
+        self._steps.pop(episode_id, None)
+
+    def send(self, observations: Iterable[tuple[str, int]]) -> None:
+        """Observations, by episode and step, wait together to leave the server."""
+        if not self._queue:
+            self._head_since = self._now()
+        self._queue.append(tuple(observations))
+
+    def leave(self) -> float:
+        """What waited longest has left; returns what is to be charged."""
+        now = self._now()
+        charge = self.charge(now)
+        for episode_id, number in self._queue.popleft() if self._queue else ():
+            step = self._steps.get(episode_id)
+            if step is not None and step.began == inf and number > step.answered:
+                step.began, step.due = now, now + self._granted(step)
+                heappush(self._dues, (step.due, episode_id))
+        self._head_since = now
+        return charge
+
+    def answer(self, episode_id: str, number: int) -> None:
+        """A step was answered. What was overdue by then is to be charged before."""
+        self._steps[episode_id] = _Step(answered=number)
+        self.bank.answered = True
+
+    def charge(self, at: float) -> float:
+        """Takes from the bank what is overdue at a time and was not charged yet; returns it, in seconds."""
+        start = max(self._first_due(), self._charged)
+        if at <= start:
+            return 0.0
+        self._charged = at
+        self.bank.left = max(0.0, self.bank.left - (at - start))
+        return at - start
+
+    def out_of_time(self, at: float) -> list[str]:
+        """Episodes that are overdue at a time, where the bank is empty. To be asked after `charge`."""
+        if self.bank.left > 0.0 or at <= self._first_due():
+            return []
+        out = [episode_id for episode_id, step in self._steps.items() if step.due < at]
+        if self._queue and self._head_since + self._clocks.step_seconds < at:
+            out += [episode_id for episode_id, step in self._steps.items() if step.began == inf]
+            self._head_since = at  # what takes their place has its own time
+        return out
+
+    def time_left(self, episode_id: str) -> TimeLeft:
+        """What is left for an episode's present step."""
+        step = self._steps[episode_id]
+        running = self._granted(step) if step.began == inf else step.due - self._now()
+        return TimeLeft(max(0.0, running), self.bank.left)
+
+    def waited(self) -> dict[str, float]:
+        """For each episode how long its present step has waited, in seconds, over all streams."""
+        now = self._now()
+        return {
+            episode_id: step.waited + (0.0 if step.began == inf else now - step.began)
+            for episode_id, step in self._steps.items()
+        }
+
+    def _granted(self, step: _Step) -> float:
+        first = not self.bank.answered
+        return (self._clocks.first_step_seconds if first else self._clocks.step_seconds) - step.waited
+
+    def _first_due(self) -> float:
+        """When the first of what the client is to do was or will be due; never where it has nothing to do."""
+        while self._dues and (
+            self._dues[0][1] not in self._steps or self._steps[self._dues[0][1]].due != self._dues[0][0]
+        ):
+            heappop(self._dues)
+        reading = self._head_since + self._clocks.step_seconds if self._queue else inf
+        return min(self._dues[0][0] if self._dues else inf, reading)
