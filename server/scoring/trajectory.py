@@ -22,8 +22,8 @@ class TurnRecord:
         target_cell: where the target belongs in the room.
         path: the agent's visited positions, in order, the start included; a turn or a blocked move may repeat a
             position. Empty where the turn was never begun.
-        navigation_ended: whether the navigation phase ended, by a pick-up, at the step limit or by a clock. False where the episode
-            was cut short before: such a turn scores zero.
+        navigation_ended: whether the navigation phase ended, by a pick-up, at the step limit or by a clock. False where
+            the episode was cut short before: such a turn scores zero.
         final_position: the agent's position when the navigation phase ended, at its recorded height (0.525 in the
             release); None where the phase did not end.
         picked_target: whether the object carried away is the target itself, however it came to be picked up.
