@@ -1,24 +1,26 @@
 """The command line of the server: `arramon-server serve`, `generate` and the others in `server.commands`."""
 
 import argparse
-import logging
 import os
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
-from server import __version__
-from server.commands import data, looking, serving
+from server import __version__, logs
+from server.commands import data, looking, serving, settings, token
+from server.configuring import add_common_flags, configured
 from server.errors import ArraMonError
 
-FAMILIES = (serving, data, looking)
+FAMILIES = (serving, data, looking, settings, token)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs a command; returns the exit status: 0 fine, 1 something was wrong and was said, 2 usage, 130 interrupted."""
     arguments = _parser().parse_args(argv)
-    logging.basicConfig(level=arguments.log.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     try:
+        arguments.configured = configured(vars(arguments), os.environ)
+        arguments.settings = arguments.configured.config
+        arguments.data = arguments.settings.data
+        logs.configure(arguments.settings.log, arguments.settings.log_format)
         status: int | None = arguments.command(arguments)
     except ArraMonError as error:
         print(f"arramon-server: {error}", file=sys.stderr)
@@ -33,17 +35,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="arramon-server", description="The ArraMon evaluation server.")
     parser.add_argument("--version", action="version", version=f"arramon-server {__version__}")
     common = argparse.ArgumentParser(add_help=False)
-    common.add_argument(
-        "--data",
-        type=Path,
-        default=Path(os.environ.get("ARRAMON_DATA", "arramon-data")),
-        help="folder with episodes and journal (default: $ARRAMON_DATA or ./arramon-data)",
-    )
-    common.add_argument(
-        "--log", default="warning", choices=("debug", "info", "warning", "error"), help="how much to log"
-    )
+    add_common_flags(common)
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-
     for family in FAMILIES:
         family.add(commands, common)
     return parser

@@ -1,80 +1,142 @@
 """What a host can set."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
+from server.addresses import FORM, TCP_FORM, is_address, is_loopback, is_public, is_tcp_address
 from server.errors import BadInput
+from server.setting import setting, settings_of
 from server.sim.cameras import CAMERAS
-from server.sim.rules import Limits
-
-MAX_WORKERS = 256
-"""Processes of one server on one machine."""
+from server.sim.rules import STEPS_PER_PHASE, Limits
 
 LISTEN = "127.0.0.1:50551"
 """Loopback: what others may reach, a host says."""
 
+DAY = 86_400.0
+
+
+class Contradiction(BadInput):
+    """Settings that do not go together.
+
+    Args:
+        names: of the settings.
+    """
+
+    def __init__(self, problem: str, *names: str) -> None:
+        super().__init__(problem)
+        self.names = names
+
 
 @dataclass(frozen=True, slots=True)
 class Config:
-    """The server's settings.
-
-    Attributes:
-        data: folder with the episodes and, unless `journal` says otherwise, the journal.
-        listen: address, `host:port` or `unix:/path`; port 0 takes a free one.
-        shared_port: whether other processes may listen on the same port.
-        own_address: a second address, of this process alone; empty for none.
-        journal: database URL; empty for SQLite in the data folder.
-        fsync: whether a step outlives a loss of power too, not only the end of a process (SQLite).
-        camera: what draws the frames, one of `server.sim.cameras.CAMERAS`.
-        limits: given to runs that are created.
-        image_sizes: side lengths in pixels that a stream may ask for; the first is the default.
-        max_episodes_per_stream: that a stream may have open at once.
-        max_message_bytes: the largest message accepted.
-        tls_certificate, tls_key: PEM files; None for no encryption.
-        trust_proxy: whether tokens are taken from unencrypted connections, as a proxy in front encrypts them.
-        anonymous: whether those without a token may play; None for on this machine's loopback and Unix sockets only.
-        runs_per_day, runs_in_all, runs_at_once, streams_at_once: of one participant on one split; 0 for no limit.
-        idle_seconds: for which a run may lie idle before it is closed with what it has; 0 for ever.
-        web: address of the pages, probes and metrics, `host:port`; empty for none.
-        log_format: "text" or "json".
+    """The server's settings. Each is described where it stands; `docs/configuration.md` has them all.
 
     Raises:
-        BadInput: for a setting out of range.
+        Contradiction: for settings that do not go together.
     """
 
-    data: Path
-    listen: str = LISTEN
-    shared_port: bool = False
-    own_address: str = ""
-    journal: str = ""
-    fsync: bool = True
-    camera: str = CAMERAS[0]
-    limits: Limits = field(default_factory=Limits)
-    image_sizes: tuple[int, ...] = (224, 128)
-    max_episodes_per_stream: int = 1024
-    max_message_bytes: int = 1 << 20
-    tls_certificate: Path | None = None
-    tls_key: Path | None = None
-    trust_proxy: bool = False
-    anonymous: bool | None = None
-    runs_per_day: int = 0
-    runs_in_all: int = 0
-    runs_at_once: int = 0
-    streams_at_once: int = 0
-    idle_seconds: float = 7 * 86_400.0
-    web: str = ""
-    log_format: str = "text"
+    data: Path = setting(
+        Path("arramon-data"), "folder with the episodes and, unless `journal` says otherwise, the journal"
+    )
+    listen: str = setting(LISTEN, "address to serve on; port 0 takes a free one", form=FORM, check=is_address)
+    journal: str = setting("", "database URL; empty for SQLite in the data folder", secret=True)
+    fsync: bool = setting(True, "whether a step outlives a loss of power too, not only the end of a process (SQLite)")
+    workers: int = setting(1, "processes that serve", least=1, most=256)
+    camera: str = setting(CAMERAS[0], "what draws: the fast camera, or pybullet's", choices=CAMERAS)
+    image_sizes: tuple[int, ...] = setting(
+        (224, 128),
+        "side lengths that a stream may ask for; the first is the default",
+        unit="pixels",
+        least=16,
+        most=1024,
+    )
+    steps: int = setting(STEPS_PER_PHASE, "limit of a phase", unit="steps", least=1, most=10_000)
+    step_seconds: float = setting(0.0, "time of each step; 0 for no clocks", unit="seconds", least=0.0, most=DAY)
+    first_step_seconds: float = setting(
+        0.0, "time of a run's first step, while models load", unit="seconds", least=0.0, most=DAY
+    )
+    bank_seconds: float = setting(
+        0.0, "time that all steps of a run may take beyond `step_seconds`", unit="seconds", least=0.0, most=365 * DAY
+    )
+    idle_seconds: float = setting(
+        7 * DAY,
+        "how long a run may lie idle before it is closed with what it has; 0 for ever",
+        unit="seconds",
+        least=0.0,
+    )
+    max_episodes_per_stream: int = setting(1024, "that a stream may have open at once", unit="episodes", least=1)
+    max_message_bytes: int = setting(1 << 20, "the largest message accepted", unit="bytes", least=4096, most=64 << 20)
+    anonymous: bool | None = setting(
+        None,
+        "whether those without a token may play; not set: where `listen` is a Unix socket or of the loopback. "
+        "True is refused for an address that anybody might reach",
+    )
+    runs_per_day: int = setting(
+        0, "that a participant may create on a split in 24 hours; 0 for any", unit="runs", least=0
+    )
+    runs_in_all: int = setting(0, "that a participant may create on a split; 0 for any", unit="runs", least=0)
+    runs_at_once: int = setting(0, "that a participant may have unfinished on a split; 0 for any", unit="runs", least=0)
+    streams_at_once: int = setting(0, "that a participant may have open on a split; 0 for any", unit="streams", least=0)
+    tls_certificate: Path | None = setting(None, "PEM file with the certificate chain; not set: no encryption")
+    tls_key: Path | None = setting(None, "PEM file with the certificate's private key")
+    trust_proxy: bool = setting(
+        False, "whether tokens are taken from unencrypted connections, as a proxy in front encrypts them"
+    )
+    signing_key: Path | None = setting(
+        None, "PEM file with the Ed25519 key that signs receipts; not set: one in the data folder, made on first use"
+    )
+    web: str = setting("", "address of the pages and probes; empty for none", form=TCP_FORM, check=is_tcp_address)
+    metrics: str = setting(
+        "",
+        "address of the metrics, which may be that of `web`; empty: with `web` if that is of the loopback, or none",
+        form=TCP_FORM,
+        check=is_tcp_address,
+    )
+    drain_seconds: float = setting(
+        10.0,
+        "how long open calls may take to end when the server is told to stop",
+        unit="seconds",
+        least=0.0,
+        most=3600.0,
+    )
+    log: str = setting("warning", "how much to log", choices=("debug", "info", "warning", "error"))
+    log_format: str = setting("text", "a line of text or a JSON object for each event", choices=("text", "json"))
+    shared_port: bool = setting(False, "whether other processes may listen on the same ports", internal=True)
+    own_address: str = setting(
+        "", "a second address, of this process alone", form=FORM, check=is_address, internal=True
+    )
 
     def __post_init__(self) -> None:
-        if not 1 <= self.limits.steps_per_phase <= 10_000:
-            raise BadInput(f"the step limit is {self.limits.steps_per_phase}, expected 1 to 10000")
-        if self.camera not in CAMERAS:
-            raise BadInput(f"there is no camera {self.camera!r}; there are {', '.join(CAMERAS)}")
-        host, _, port = self.listen.rpartition(":")
-        if not (self.listen.startswith("unix:") or (host and port.isdecimal() and int(port) <= 65535)):
-            raise BadInput(f"cannot listen on {self.listen!r}: expected host:port or unix:/path")
+        for present, absent in (("tls_certificate", "tls_key"), ("tls_key", "tls_certificate")):
+            if getattr(self, present) is not None and getattr(self, absent) is None:
+                raise Contradiction(f"{present} is set and {absent} is not, expected both or neither", present, absent)
+        if self.anonymous and is_public(self.listen):
+            raise Contradiction(
+                f"anonymous is true and listen is {self.listen}, which anybody might reach: "
+                "expected an address of the loopback or of a private network",
+                "anonymous",
+                "listen",
+            )
+        for one, other in (("web", "listen"), ("metrics", "listen")):
+            address = getattr(self, one)
+            if address and address == getattr(self, other) and not address.endswith(":0"):
+                raise Contradiction(f"{one} and {other} are both {address}, expected two addresses", one, other)
+
+    @property
+    def limits(self) -> Limits:
+        """Given to runs that are created."""
+        return Limits(self.steps)
 
     @property
     def journal_url(self) -> str:
         """The database's URL."""
         return self.journal or f"sqlite:///{self.data.absolute() / 'journal.db'}"
+
+    @property
+    def metrics_address(self) -> str:
+        """Where the metrics are; empty where they are not."""
+        return self.metrics or (self.web if self.web and is_loopback(self.web) else "")
+
+
+SETTINGS = settings_of(Config)
+"""The settings by name, in order."""

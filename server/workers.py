@@ -6,15 +6,19 @@ own are in `ServerInfo.addresses`, so that a client can spread its streams.
 """
 
 import logging
+import os
 import signal
 import socket
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 
+from server.config import Config
+from server.configuring import environment_of, without_settings
 from server.errors import BadInput, Unavailable
 
 START_SECONDS = 120.0
@@ -37,13 +41,11 @@ def own_address(listen: str, number: int) -> str:
     return f"{host}:0" if host in ("127.0.0.1", "localhost", "[::1]") else ""
 
 
-def serve_with_workers(count: int, listen: str, arguments: Sequence[str], announce: Callable[[str], None]) -> None:
-    """Serves with `count` processes until SIGTERM or SIGINT.
+def serve_with_workers(config: Config, announce: Callable[[str], None]) -> None:
+    """Serves with several processes until SIGTERM or SIGINT.
 
     Args:
-        count: of the processes, at least 2.
-        listen: address that they share.
-        arguments: of `serve` for each, but for addresses and the number of workers.
+        config: the host's settings; each process gets the very same, but for addresses of its own.
         announce: told where the server listens, once all do.
 
     Raises:
@@ -53,8 +55,12 @@ def serve_with_workers(count: int, listen: str, arguments: Sequence[str], announ
     stopping = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: stopping.set())
-    with _reserved(listen) as address:
-        workers = [_Worker(number, address, arguments) for number in range(count)]
+    with ExitStack() as stack:
+        address = stack.enter_context(_reserved(config.listen))
+        web = stack.enter_context(_reserved(config.web))
+        metrics = web if config.metrics == config.web else stack.enter_context(_reserved(config.metrics))
+        environment = environment_of(replace(config, workers=1, listen=address, web=web, metrics=metrics))
+        workers = [_Worker(number, address, environment) for number in range(config.workers)]
         try:
             for worker in workers:
                 worker.start()
@@ -74,7 +80,7 @@ def serve_with_workers(count: int, listen: str, arguments: Sequence[str], announ
 @contextmanager
 def _reserved(listen: str) -> Iterator[str]:
     """Holds the shared port, so that nobody else takes it while workers come and go; port 0 becomes a real one."""
-    if listen.startswith("unix:"):
+    if not listen or listen.startswith("unix:"):
         yield listen
         return
     host, _, port = listen.rpartition(":")
@@ -93,16 +99,17 @@ class _Worker:
 
     process: "subprocess.Popen[str]"
 
-    def __init__(self, number: int, listen: str, arguments: Sequence[str]) -> None:
+    def __init__(self, number: int, listen: str, environment: Mapping[str, str]) -> None:
         # A Unix socket belongs to the first worker; the others have only their own.
         own = own_address(listen, number)
         shared = own if listen.startswith("unix:") and number else listen
         self._number = number
         # The client's lifeline ends a process whose parent is gone, however it went.
-        program = [sys.executable, "-m", "arramon_client.lifeline", "server", "serve", *arguments]
+        program = [sys.executable, "-m", "arramon_client.lifeline", "server", "serve"]
         self._command = [*program, "--listen", shared, "--shared-port"]
         if own and own != shared:
             self._command += ["--own-address", own]
+        self._environment = {**without_settings(os.environ), **environment}
         self._deaths = 0
 
     def start(self) -> None:
@@ -110,7 +117,9 @@ class _Worker:
         self._started = time.monotonic()
         # A session of its own: an interrupt at the keyboard is for the parent, which then stops the workers.
         pipe = subprocess.PIPE
-        self.process = subprocess.Popen(self._command, stdin=pipe, stdout=pipe, text=True, start_new_session=True)  # noqa: S603
+        self.process = subprocess.Popen(  # noqa: S603 - the interpreter that runs this very program
+            self._command, env=self._environment, stdin=pipe, stdout=pipe, text=True, start_new_session=True
+        )
         threading.Thread(target=self._listen, args=(self.process, self._ready), daemon=True).start()
 
     def wait_until_ready(self) -> None:
