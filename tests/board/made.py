@@ -1,0 +1,111 @@
+"""Runs that were never played, with scores as a test wants them, and lines made of numbers alone."""
+
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import sqlalchemy as sa
+
+from server.board.board import Board
+from server.board.entries import Entries
+from server.board.publishing import Publishing
+from server.board.standings import COLUMNS, Entry, Mark, Standing
+from server.episodes.splits import Split
+from server.runs import tables
+from server.runs.callers import HOST, Caller
+from server.runs.database import Database
+from server.runs.journal import Journal
+from server.runs.receipts import Receipts
+from server.runs.records import COMPLETE, RUNNING, Batch, Ending, Progress, Run
+from server.runs.signing import SigningKey
+from server.scoring.aggregate import ROWS, Interval
+from server.scoring.episode import METRICS
+from tests import tiny
+
+NOON = datetime(2030, 1, 1, 12, tzinfo=UTC)
+STEPS = 150
+
+
+class House:
+    """A database with everything of the leaderboard on it, and two splits, of which one is hidden."""
+
+    def __init__(self, folder: Path) -> None:
+        self.splits: dict[str, Split] = {
+            "secret": tiny.write(folder, "secret", 3, hidden=True),
+            "tiny": tiny.write(folder),
+        }
+        self.database = Database(f"sqlite:///{folder / 'journal.db'}")
+        self.journal = Journal(self.database)
+        self.entries = Entries(self.database)
+        receipts = Receipts(self.database, self.splits, SigningKey(folder / "key.pem"))
+        self.publishing = Publishing(self.journal, self.splits, self.entries, receipts)
+        self.board = Board(self.entries, self.splits, steps_per_phase=STEPS)
+
+    def participant(self, *names: str) -> None:
+        """Participants of these names."""
+        rows = [{"participant": name, "role": "participant", "created_at": NOON} for name in names]
+        with self.database.write() as connection:
+            connection.execute(sa.insert(tables.participants), rows)
+
+    def run(
+        self,
+        run_id: str,
+        scores: Sequence[float] | float = 1.0,
+        *,
+        split: str = "tiny",
+        language: str = "en",
+        agent: str = "walker",
+        participant: str = "lab",
+        account: str | None = None,
+        sensors: tuple[str, ...] = ("rgb", "depth"),
+        steps: int = STEPS,
+        cause: str = "AGENT_FINISHED",
+        over: bool = True,
+    ) -> str:
+        """A run whose episodes have these scores, in all metrics of both turns; one number stands for all episodes."""
+        order = [episode.episode_id for episode in self.splits[split].in_playing_order(language)]
+        values = [scores] * len(order) if isinstance(scores, float) else list(scores)
+        run = Run(
+            run_id=run_id, participant=participant, agent=agent, split=split, language=language, sensors=sensors,
+            steps_per_phase=steps, data_hash=self.splits[split].data_hash, server_version="9", state=RUNNING,
+            created_at=NOON, account=account,
+        )  # fmt: skip
+        self.journal.create(run, order[: len(values)])
+        if over:
+            endings = [
+                Ending(run_id, episode, cause, 7, [dict.fromkeys(METRICS, value)] * 2)
+                for episode, value in zip(order, values, strict=False)
+            ]
+            self.journal.commit(Batch(endings=endings))
+            self.journal.set_state(run_id, COMPLETE)
+        return run_id
+
+    def publish(self, run_id: str, note: str = "", caller: Caller = HOST) -> str:
+        """Publishes a run."""
+        self.publishing.publish(caller, run_id, note)
+        return run_id
+
+
+def interval(mean: float, half: float = 0.0) -> Interval:
+    """An interval of a mean and what lies to both sides of it."""
+    return Interval(mean, mean - half, mean + half)
+
+
+def standing(
+    name: str,
+    totals: Mapping[str, Interval],
+    *,
+    marks: tuple[Mark, ...] = (),
+    published: int = 0,
+    coverage: float | None = 1.0,
+) -> Standing:
+    """A line of an agent called `name` with these totals, and zeros elsewhere; published so many minutes after noon."""
+    run = Run(
+        run_id=name, participant="lab", agent=name, split="tiny", language="en", sensors=("rgb",),
+        steps_per_phase=STEPS, data_hash="0", server_version="9", state=COMPLETE, created_at=NOON, ended_at=NOON,
+    )  # fmt: skip
+    rows = {row: dict.fromkeys(COLUMNS, interval(0.0)) for row in ROWS}
+    rows["total"] = {**rows["total"], **totals}
+    published_at = NOON + timedelta(minutes=published)
+    progress = Progress(episodes=6, ended=6, steps=42, causes={"AGENT_FINISHED": 6})
+    return Standing((Entry(run, progress, rows, f"agent:{name}", published_at, "", coverage, marks),), rows)

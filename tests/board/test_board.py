@@ -1,0 +1,171 @@
+"""Standings from published runs: scores, marks, coverage, several languages."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from server.board.board import Board
+from server.board.standings import BOTH, Mark
+from server.errors import BadInput, NotFound
+from server.runs.callers import HOST
+from server.scoring.aggregate import Interval
+from tests import tiny
+from tests.board.made import STEPS, House
+
+
+def test_a_board_without_runs(house: House) -> None:
+    assert house.board.languages() == {"secret": ("en", "hi"), "tiny": ("en", "hi")}
+    assert house.board.standings("tiny", "en") == []
+    assert house.board.both("tiny") == []
+
+
+def test_an_entry_holds_what_the_run_came_to(house: House) -> None:
+    house.publish(house.run("r1", [1.0, 1.0, 0.0, 0.0, 0.0, 0.0], agent="walker"), "code: example.org")
+    (line,) = house.board.standings("tiny", "en")
+    (entry,) = line.entries
+    assert (line.rank, line.tied, line.agent, line.participant) == (1, False, "walker", "lab")
+    assert line.rows["total"]["PTC@CTC-3"].mean == pytest.approx(2 / 6)
+    assert line.rows["total"]["PTC@CTC-3"].low < 2 / 6 < line.rows["total"]["PTC@CTC-3"].high
+    assert set(line.rows) == {"turn 1", "turn 2", "total"}
+    assert (entry.progress.episodes, entry.causes, entry.note) == (6, {"AGENT_FINISHED": 6}, "code: example.org")
+    assert entry.signature.startswith("split:tiny|lang:en|episodes:6|steps:150|sensors:depth+rgb|")
+    assert (line.coverage, line.marks) == (1.0, ())
+
+
+def test_scores_are_the_same_when_they_are_read_from_the_database(house: House) -> None:
+    run = house.run("r1", [0.1, 0.2, 0.3, 1 / 3, 0.7, 0.0])
+    house.publish(run)
+    first = house.entries.scores(run)
+    again = Board(type(house.entries)(house.database), house.splits, steps_per_phase=STEPS)
+    assert again.entry(run).rows == first.rows
+    assert again.entry(run).progress == first.progress
+
+
+def test_only_the_split_and_language_asked_for(house: House) -> None:
+    house.publish(house.run("en", agent="e"))
+    house.publish(house.run("hi", agent="h", language="hi"))
+    house.publish(house.run("hidden", agent="s", split="secret"))
+    house.run("unpublished", agent="u")
+    assert [line.agent for line in house.board.standings("tiny", "en")] == ["e"]
+    assert [line.agent for line in house.board.standings("tiny", "hi")] == ["h"]
+    assert [line.agent for line in house.board.standings("secret", "en")] == ["s"]
+
+
+@pytest.mark.parametrize(
+    ("fields", "marks", "coverage", "rank"),
+    [
+        ({}, (), 1.0, 1),
+        ({"scores": [1.0, 1.0, 1.0]}, (Mark.PARTIAL,), 0.5, 0),
+        ({"sensors": ("rgb", "segmentation")}, (), 1.0, 1),
+        ({"sensors": ("rgb", "pose")}, (Mark.PRIVILEGED,), 1.0, 0),
+        ({"sensors": ("oracle",)}, (Mark.PRIVILEGED,), 1.0, 0),
+        ({"steps": STEPS + 1}, (Mark.OTHER_LIMITS,), 1.0, 0),
+        ({"cause": "SERVER_FAULT"}, (Mark.SERVER_FAULT,), 1.0, 1),
+        ({"scores": [1.0], "sensors": ("oracle",)}, (Mark.PARTIAL, Mark.PRIVILEGED), 1 / 6, 0),
+    ],
+)
+def test_marks(house: House, fields: dict[str, Any], marks: tuple[Mark, ...], coverage: float, rank: int) -> None:
+    house.publish(house.run("r1", **fields))
+    (line,) = house.board.standings("tiny", "en")
+    assert (line.marks, line.coverage, line.rank) == (marks, coverage, rank)
+
+
+def test_runs_on_data_that_is_gone_stay_listed_and_are_marked(house: House, tmp_path: Path) -> None:
+    house.publish(house.run("r1", [0.5] * 6))
+    changed = Board(house.entries, {"tiny": tiny.write(tmp_path / "other", "tiny", 4)}, steps_per_phase=STEPS)
+    gone = Board(house.entries, {}, steps_per_phase=STEPS)
+    for board in (changed, gone):
+        (line,) = board.standings("tiny", "en")
+        assert (line.marks, line.coverage, line.rank) == ((Mark.OTHER_DATA,), None, 0)
+        assert line.rows["total"]["nDTW"] == Interval(0.5, 0.5, 0.5)
+    assert gone.languages() == {"tiny": ("en",)}
+
+
+@pytest.mark.parametrize(
+    ("split", "language", "sort", "error", "message"),
+    [
+        ("moon", "en", "nDTW", NotFound, "there is no split 'moon'; the leaderboard has secret, tiny"),
+        ("moon", BOTH, "nDTW", NotFound, "there is no split 'moon'; the leaderboard has secret, tiny"),
+        ("tiny", "fr", "nDTW", NotFound, "split 'tiny' has no language 'fr'; it has en, hi, both"),
+        (
+            "tiny", "en", "PTC", BadInput,
+            "cannot sort by 'PTC'; expected one of nDTW, CTC-0, CTC-3, CTC-5, CTC-7, rPOD@CTC-3, PTC@CTC-3",
+        ),
+    ],
+)  # fmt: skip
+def test_lists_that_cannot_be(
+    house: House, split: str, language: str, sort: str, error: type[Exception], message: str
+) -> None:
+    with pytest.raises(error) as caught:
+        house.board.standings(split, language, sort)
+    assert str(caught.value) == message
+
+
+def test_both_languages_are_a_systems_mean(house: House) -> None:
+    house.publish(house.run("en", [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]))
+    house.publish(house.run("hi", 1.0, language="hi"))
+    (line,) = house.board.both("tiny")
+    english = house.board.entry("en").rows["total"]["nDTW"]
+    assert (line.languages, line.agent, line.rank) == (("en", "hi"), "walker", 1)
+    assert line.rows["total"]["nDTW"] == Interval(0.75, (english.low + 1) / 2, (english.high + 1) / 2)
+    assert line.causes == {"AGENT_FINISHED": 10}
+    assert house.board.standings("tiny", BOTH) == [line]
+
+
+def test_only_systems_with_every_language_stand_there(house: House) -> None:
+    house.participant("ann", "bob")
+    house.publish(house.run("1", agent="lone"))
+    house.publish(house.run("2", agent="shared", account="ann", participant="ann"))
+    house.publish(house.run("3", agent="shared", account="bob", participant="bob", language="hi"))
+    house.publish(house.run("4", agent="whole", account="ann", participant="ann"))
+    house.publish(house.run("5", agent="whole", account="ann", participant="ann", language="hi"))
+    assert [(line.participant, line.agent) for line in house.board.both("tiny")] == [("ann", "whole")]
+
+
+def test_of_several_runs_the_latest_that_is_ranked_counts(house: House) -> None:
+    house.publish(house.run("hi", 0.5, language="hi"))
+    house.publish(house.run("best", 0.9))
+    house.publish(house.run("latest", 0.1))
+    house.publish(house.run("told", 1.0, sensors=("oracle",)))
+    (line,) = house.board.both("tiny")
+    assert [entry.run.run_id for entry in line.entries] == ["latest", "hi"]
+
+
+def test_marks_of_both_are_those_of_either(house: House) -> None:
+    house.publish(house.run("en", 1.0))
+    house.publish(house.run("hi", [1.0], language="hi", sensors=("oracle",)))
+    (line,) = house.board.both("tiny")
+    assert (line.marks, line.rank) == ((Mark.PARTIAL, Mark.PRIVILEGED), 0)
+    assert (line.coverage, line.sensors) == (0.25, ("rgb", "depth", "oracle"))
+
+
+def test_an_entry_of_a_published_run_names_its_receipt(house: House) -> None:
+    house.publish(house.run("r1"))
+    seal = house.board.entry("r1").seal
+    assert seal is not None
+    assert (len(seal.digest), len(seal.public_key)) == (32, 32)
+    (line,) = house.board.standings("tiny", "en")
+    assert line.entries[0].seal is None
+
+
+def test_an_entry_that_there_is_not(house: House) -> None:
+    house.run("r1")
+    house.publish(house.run("r2"))
+    house.publishing.withdraw(HOST, "r2")
+    for run_id in ("r1", "r2", "r3"):
+        with pytest.raises(NotFound, match=f"there is no run '{run_id}' on the leaderboard"):
+            house.board.entry(run_id)
+
+
+def test_names_that_would_move_the_writing_are_made_harmless(house: House) -> None:
+    house.publish(house.run("r1", agent="a\x1b[2J\u202eb", participant="क्‍ष\r"))
+    (line,) = house.board.standings("tiny", "en")
+    assert (line.agent, line.participant) == ("a\ufffd[2J\ufffdb", "क्‍ष\ufffd")
+
+
+@pytest.mark.parametrize(
+    ("split", "language", "lines"), [("val_seen", "en", 6), ("val_seen", "hi", 0), ("tiny", "en", 0)]
+)
+def test_the_papers_lines(house: House, split: str, language: str, lines: int) -> None:
+    assert len(house.board.reference(split, language)) == lines

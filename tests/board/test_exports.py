@@ -1,0 +1,91 @@
+"""The files to download, read back by what reads such files."""
+
+import csv
+import io
+import json
+from typing import Any
+
+import pytest
+
+from server.board.board import Listing
+from server.board.exports import CSV_COLUMNS, as_csv, as_json
+from server.board.reference import read_references
+from server.board.standings import BOTH
+from tests.board.made import House
+
+
+def read(text: str) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(text, newline="")))
+
+
+def test_the_columns_stay() -> None:
+    assert CSV_COLUMNS[:13] == (
+        "kind", "rank", "tied", "participant", "agent", "split", "language", "sensors", "coverage", "marks",
+        "nDTW", "nDTW low", "nDTW high",
+    )  # fmt: skip
+    assert CSV_COLUMNS[31:34] == ("nDTW turn 1", "CTC-0 turn 1", "CTC-3 turn 1")
+    assert CSV_COLUMNS[45:] == ("published_at", "run_id", "signature", "note")
+
+
+def test_csv_gives_the_numbers_back(house: House) -> None:
+    house.publish(house.run("r1", [0.1, 0.2, 0.3, 1 / 3, 0.7, 0.0], agent="walker, mine"), 'says "hello"')
+    house.publish(house.run("r2", [1.0], sensors=("oracle",)))
+    whole, part = read(as_csv(house.board.listing("tiny", "en")))
+    score = house.board.entry("r1").rows["total"]["PTC@CTC-3"]
+    assert (float(whole["PTC@CTC-3"]), float(whole["PTC@CTC-3 low"]), float(whole["PTC@CTC-3 high"])) == (
+        score.mean, score.low, score.high,
+    )  # fmt: skip
+    assert float(whole["PTC@CTC-3 turn 2"]) == score.mean
+    assert (whole["kind"], whole["rank"], whole["tied"], whole["agent"]) == ("run", "1", "no", "walker, mine")
+    assert (whole["note"], whole["run_id"], whole["coverage"], whole["marks"]) == ('says "hello"', "r1", "1.0", "")
+    assert (part["rank"], part["marks"], part["sensors"]) == ("", "partial privileged", "oracle")
+
+
+def test_csv_of_both_languages_names_both_runs(house: House) -> None:
+    house.publish(house.run("e", 0.5))
+    house.publish(house.run("h", 1.0, language="hi"))
+    (line,) = read(as_csv(house.board.listing("tiny", BOTH)))
+    assert (line["language"], line["run_id"], line["nDTW"]) == ("both", "e h", "0.75")
+
+
+@pytest.mark.parametrize("name", ["=1+1", "+1", "-1", "@SUM(A1)", " =1", "=cmd|' /C calc'!A0"])
+def test_no_name_is_a_formula(house: House, name: str) -> None:
+    house.publish(house.run("r1", agent=name, participant=name), name)
+    (line,) = read(as_csv(house.board.listing("tiny", "en")))
+    assert (line["agent"], line["participant"]) == (f"'{name}", f"'{name}")
+    assert line["note"] == f"'{name.strip()}"
+
+
+def test_the_papers_lines_stand_at_the_end() -> None:
+    references = tuple(line for line in read_references() if line.split == "val_seen")
+    lines = read(as_csv(Listing("val_seen", "en", "nDTW", (), references)))
+    assert [(line["kind"], line["agent"]) for line in lines][:2] == [
+        ("paper", "Vision-and-Language"), ("paper", "Vision-Only"),
+    ]  # fmt: skip
+    assert (lines[0]["nDTW"], lines[0]["nDTW low"], lines[0]["nDTW turn 1"]) == ("0.135", "", "0.222")
+    assert lines[4]["PTC@CTC-3"] == ""  # the shortest path, which the paper gives no placement for
+    assert lines[0]["note"] == "Tables 2 and 5."
+
+
+def test_json_holds_everything(house: House) -> None:
+    house.publish(house.run("e", [0.1, 0.2, 0.3, 1 / 3, 0.7, 0.0]), "नोट")
+    house.publish(house.run("h", 1.0, language="hi"))
+    text = as_json(house.board.listing("tiny", BOTH, "nDTW"))
+    document: dict[str, Any] = json.loads(text)
+    assert (document["format"], document["version"]) == ("arramon-standings", 1)
+    assert (document["split"], document["language"], document["sort"]) == ("tiny", "both", "nDTW")
+    assert document["references"] == []
+    (line,) = document["standings"]
+    assert (line["rank"], line["tied"], line["coverage"], line["marks"]) == (1, False, 1.0, [])
+    english, hindi = line["entries"]
+    score = house.board.entry("e").rows["turn 2"]["rPOD"]
+    assert english["rows"]["turn 2"]["rPOD"] == {"mean": score.mean, "low": score.low, "high": score.high}
+    assert (english["run_id"], english["note"], hindi["causes"]) == ("e", "नोट", {"AGENT_FINISHED": 4})
+    assert "नोट" in text
+
+
+def test_json_of_the_papers_lines() -> None:
+    references = tuple(line for line in read_references() if line.short == "H/E")
+    document = json.loads(as_json(Listing("test_unseen", "en", "nDTW", (), references)))
+    assert document["references"][0]["rows"]["total"]["nDTW"] == 0.806
+    assert document["references"][0]["note"] == "On 50 episodes, drawn at random."

@@ -1,0 +1,142 @@
+"""Who may publish and withdraw what."""
+
+import pytest
+
+from server.errors import ArraMonError, BadInput, Conflict, Forbidden, NotFound
+from server.runs.callers import ANONYMOUS, HOST, STRANGER, Caller, Role
+from tests.board.made import House
+
+ANN, BOB = Caller(Role.PARTICIPANT, "ann"), Caller(Role.PARTICIPANT, "bob")
+
+
+@pytest.fixture
+def runs(house: House) -> House:
+    """A run of ann's, and one of nobody's."""
+    house.participant("ann", "bob")
+    house.run("anns", account="ann", participant="ann")
+    house.run("nobodys")
+    return house
+
+
+def listed(house: House) -> list[str]:
+    return sorted(line.entries[0].run.run_id for line in house.board.standings("tiny", "en"))
+
+
+@pytest.mark.parametrize(
+    ("caller", "run_id", "error"),
+    [
+        (ANN, "anns", None),
+        (HOST, "anns", None),
+        (BOB, "anns", NotFound),
+        (ANONYMOUS, "anns", NotFound),
+        (STRANGER, "anns", Forbidden),
+        (ANONYMOUS, "nobodys", None),
+        (HOST, "nobodys", None),
+        (ANN, "nobodys", NotFound),
+        (STRANGER, "nobodys", Forbidden),
+        (HOST, "missing", NotFound),
+        (ANN, "missing", NotFound),
+    ],
+)
+def test_who_may(runs: House, caller: Caller, run_id: str, error: type[ArraMonError] | None) -> None:
+    if error is None:
+        runs.publish(run_id, caller=caller)
+        assert listed(runs) == [run_id]
+        runs.publishing.withdraw(caller, run_id)
+        assert listed(runs) == []
+        return
+    with pytest.raises(error):
+        runs.publish(run_id, caller=caller)
+    assert listed(runs) == []
+    if run_id != "missing":
+        runs.publish(run_id)
+    with pytest.raises(error):
+        runs.publishing.withdraw(caller, run_id)
+    assert listed(runs) == ([run_id] if run_id != "missing" else [])
+
+
+def test_anothers_run_and_none_are_told_apart_by_nobody(runs: House) -> None:
+    said = []
+    for run_id in ("anns", "missing"):
+        with pytest.raises(NotFound) as caught:
+            runs.publish(run_id, caller=BOB)
+        said.append(str(caught.value).replace(run_id, "X"))
+    assert said == ["there is no run 'X'"] * 2
+
+
+def test_a_withdrawn_run_can_be_published_again(runs: House) -> None:
+    runs.publish("anns", "first", ANN)
+    first = runs.board.entry("anns").published_at
+    runs.publishing.withdraw(ANN, "anns")
+    entry = runs.entries.find("anns")
+    assert entry is not None
+    assert entry.withdrawn_at is not None
+    runs.publish("anns", "second", ANN)
+    assert runs.board.entry("anns").note == "second"
+    assert runs.board.entry("anns").published_at > first
+
+
+def test_publishing_again_renews_the_note_alone(runs: House) -> None:
+    runs.publish("anns", "first", ANN)
+    before = runs.board.entry("anns")
+    runs.publish("anns", " second ", ANN)
+    after = runs.board.entry("anns")
+    assert (after.note, after.published_at) == ("second", before.published_at)
+
+
+def test_what_the_host_withdrew_only_the_host_publishes_again(runs: House) -> None:
+    runs.publish("anns", caller=ANN)
+    runs.publishing.withdraw(HOST, "anns")
+    with pytest.raises(Forbidden, match="the host has withdrawn run 'anns'; only the host can publish it again"):
+        runs.publish("anns", caller=ANN)
+    runs.publish("anns", caller=HOST)
+    runs.publishing.withdraw(ANN, "anns")
+    runs.publish("anns", caller=ANN)
+    assert listed(runs) == ["anns"]
+
+
+def test_what_is_not_listed_cannot_be_withdrawn(runs: House) -> None:
+    for _ in range(2):
+        with pytest.raises(NotFound, match="run 'anns' is not on the leaderboard"):
+            runs.publishing.withdraw(ANN, "anns")
+        runs.publish("anns", caller=ANN)
+        runs.publishing.withdraw(ANN, "anns")
+
+
+def test_a_run_that_is_being_played_is_not_published(house: House) -> None:
+    house.run("r1", over=False)
+    with pytest.raises(Conflict, match="run 'r1' is still being played: 0 of 6 episodes have ended"):
+        house.publish("r1")
+
+
+def test_a_part_of_a_hidden_split_is_not_published(house: House) -> None:
+    house.run("part", [1.0, 1.0], split="secret")
+    with pytest.raises(Conflict) as caught:
+        house.publish("part")
+    assert str(caught.value) == (
+        "run 'part' has 2 of 3 episodes; the split 'secret' is hidden, "
+        "and only runs of all its episodes can be published"
+    )
+    house.publish(house.run("whole", split="secret"))
+
+
+@pytest.mark.parametrize(
+    ("note", "message"),
+    [
+        ("x" * 501, "the note has 501 characters; at most 500 are allowed"),
+        ("one\ntwo", "the note holds a line break or a control character; expected one line of text"),
+        ("\u202eback", "the note holds a line break or a control character; expected one line of text"),
+    ],
+)
+def test_notes_that_cannot_be(house: House, note: str, message: str) -> None:
+    house.run("r1")
+    with pytest.raises(BadInput) as caught:
+        house.publish("r1", note)
+    assert str(caught.value) == message
+
+
+def test_notes_that_can_be(house: House) -> None:
+    house.run("r1")
+    for note in ("", "x" * 500, "क्‍षेत्र, https://example.org/?a=b&c=<d>"):
+        house.publish("r1", note)
+        assert house.board.entry("r1").note == note
