@@ -11,13 +11,13 @@ from dataclasses import dataclass
 from rich.console import Console
 
 from arramon.v1 import evaluation_pb2
-from arramon_client import account, arguments, choices, results
+from arramon_client import account, arguments, choices, receipts, results, verify
 from arramon_client.access import Access, access_of
 from arramon_client.agent import Agent
 from arramon_client.commands import ERROR, FINE, INTERRUPTED, USAGE
 from arramon_client.connection import Server, call, connect
 from arramon_client.embedded import EmbeddedServer, default_data, embedded_server
-from arramon_client.errors import AgentLoadError, ArramonClientError, UsageError
+from arramon_client.errors import AgentLoadError, ArramonClientError, ReceiptError, UsageError
 from arramon_client.lanes import play_in_lanes
 from arramon_client.loading import load_agent
 from arramon_client.making import SPLIT, holds_episodes, make_episodes
@@ -26,11 +26,8 @@ from arramon_client.progress import shown
 
 AGENT_FAILED = 3
 
-COMMANDS = {"account": account.main}
+COMMANDS = {"account": account.main, "verify": verify.main}
 """What the client does where its first argument is one of these words: each is given the arguments behind it."""
-
-TABLE_WIDTH = 100
-"""Characters that the score table is given at least: a line that is broken says more than one that is cut."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -106,7 +103,12 @@ class _Client:
                 outcome = self._play(server, run, agent, revive)
             request = evaluation_pb2.GetReportRequest(run_id=run.run_id)
             report = call(server.stub.GetReport, request, server.address)
-        return self._show(report, outcome)
+            receipt = self._receipt(server, run.run_id)
+            public_key = server.info.public_key
+        status = self._show(report, outcome)
+        if receipt is not None:
+            self._keep(receipt, run.run_id, public_key, outcome)
+        return status
 
     def _embedded(self) -> AbstractContextManager[EmbeddedServer]:
         # Nobody else relies on this server: a step need not outlive a loss of power, only the end of the process.
@@ -177,13 +179,32 @@ class _Client:
         self.say(f"{outcome.steps} steps in {seconds:.1f} s, {outcome.steps / max(seconds, 1e-9):.0f} steps/s")
         return outcome
 
+    def _receipt(self, server: Server, run_id: str) -> evaluation_pb2.Receipt | None:
+        try:
+            return call(server.stub.GetReceipt, evaluation_pb2.GetReceiptRequest(run_id=run_id), server.address)
+        except ArramonClientError as error:  # The scores are worth showing all the same.
+            self.say(f"there is no receipt: {error}")
+            return None
+
+    def _keep(self, receipt: evaluation_pb2.Receipt, run_id: str, key: bytes, outcome: Outcome | None) -> None:
+        """Keeps a receipt, and checks it while the server's key is known and what was sent is at hand."""
+        path = receipts.write_receipt(receipt, run_id, self.options.output)
+        try:
+            kept = receipts.read_receipt(path)
+            receipts.check_key(kept, key, "the server's key")
+            receipts.check_actions(kept, outcome.actions if outcome is not None else {})
+        except ReceiptError as error:
+            self.say(f"warning: {error}")
+        Console().print(f"receipt: {path}", markup=False, highlight=False, soft_wrap=True)
+
     def _show(self, report: evaluation_pb2.Report, outcome: Outcome | None) -> int:
         failures = outcome.failures if outcome is not None else ()
         scores = Console()
-        scores.width = max(scores.width, TABLE_WIDTH)
+        scores.width = max(scores.width, results.TABLE_WIDTH)
         scores.print(results.score_table(report))
         scores.print(report.signature, markup=False, highlight=False, soft_wrap=True)
-        path = results.write_results(report, failures, self.options.output)
+        sent = outcome.actions if outcome is not None else {}
+        path = results.write_results(report, failures, self.options.output, sent)
         scores.print(f"results: {path}", markup=False, highlight=False, soft_wrap=True)
         self.unfinished = ""
         if not failures:

@@ -3,6 +3,7 @@
 ArramonClientError
 ├── UsageError            an argument names what does not exist, or contradicts another
 ├── OutputError           the results cannot be written
+├── ReceiptError          a receipt was altered, is signed with another key, or is not about what was played
 ├── ServerUnreachableError    no server answers there, or it was lost for too long
 │   └── EmbeddedServerError   the server that this client started itself
 ├── NotArramonError       something answers there, but it is not an ArraMon server
@@ -27,6 +28,10 @@ class UsageError(ArramonClientError):
 
 class OutputError(ArramonClientError):
     """The results cannot be written where they should go."""
+
+
+class ReceiptError(ArramonClientError):
+    """A receipt cannot be read, was altered, is signed with another key, or is not about what this client played."""
 
 
 class ServerUnreachableError(ArramonClientError):

@@ -68,6 +68,7 @@ def play_in_lanes(
         failures=tuple(failure for outcome in outcomes for failure in outcome.failures),
         problems=tuple(problem for outcome in outcomes for problem in outcome.problems),
         reconnections=sum(outcome.reconnections for outcome in outcomes),
+        actions={episode_id: sent for outcome in outcomes for episode_id, sent in outcome.actions.items()},
     )
 
 

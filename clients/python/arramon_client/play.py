@@ -3,8 +3,8 @@
 import random
 import time
 import uuid
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import grpc
 
@@ -69,6 +69,7 @@ class Outcome:
         failures: each time that the agent failed.
         problems: what the server reported, in words.
         reconnections: how often the stream was opened again.
+        actions: that were sent, by episode, as in `Session.actions`.
     """
 
     run: evaluation_pb2.Run
@@ -76,6 +77,7 @@ class Outcome:
     failures: tuple[AgentFailure, ...]
     problems: tuple[str, ...]
     reconnections: int
+    actions: Mapping[str, Sequence[int]] = field(default_factory=dict)
 
 
 def play(
@@ -141,7 +143,7 @@ def play(
             stream.close()
         if session.ended:
             failures, problems = tuple(session.failures), tuple(session.problems)
-            return Outcome(session.run, session.steps, failures, problems, reconnections)
+            return Outcome(session.run, session.steps, failures, problems, reconnections, session.actions)
         adopt = adopt and session.advances == before
         reconnections += 1
         if broken:

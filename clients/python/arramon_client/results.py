@@ -1,10 +1,10 @@
 """What a run came to: the score table, laid out as the paper's, and the file that holds everything."""
 
 import json
-import os
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from google.protobuf.json_format import MessageToDict
@@ -13,6 +13,7 @@ from rich.table import Table
 
 from arramon.v1 import evaluation_pb2, types_pb2
 from arramon_client.errors import OutputError
+from arramon_client.files import write_whole
 from arramon_client.session import AgentFailure
 
 COLUMNS = (
@@ -25,6 +26,9 @@ COLUMNS = (
     ("PTC", "PTC@CTC-3"),
 )
 """Heading and metric of each column of the paper's table 2, whose assembly columns are gated by CTC-3."""
+
+TABLE_WIDTH = 100
+"""Characters that the score table is given at least: a line that is broken says more than one that is cut."""
 
 FORMAT = 1
 """The results file's version."""
@@ -64,13 +68,19 @@ def check_output(folder: Path) -> None:
         raise OutputError(f"results cannot be written to {folder}: {error.strerror or error}") from error
 
 
-def write_results(report: evaluation_pb2.Report, failures: Sequence[AgentFailure], folder: Path) -> Path:
-    """Writes `<folder>/<run id>.json`, whole or not at all.
+def write_results(
+    report: evaluation_pb2.Report,
+    failures: Sequence[AgentFailure],
+    folder: Path,
+    actions: Mapping[str, Sequence[int]] = MappingProxyType({}),
+) -> Path:
+    """Writes `<folder>/<run id>.json`, whole or not at all. Actions that an earlier file of the run has are kept.
 
     Args:
         report: of a complete run.
         failures: of the agent, in this player.
         folder: where to.
+        actions: that this player sent, by episode.
 
     Returns:
         The file.
@@ -79,22 +89,23 @@ def write_results(report: evaluation_pb2.Report, failures: Sequence[AgentFailure
         OutputError: if it cannot be written.
     """
     path = folder / f"{report.run.run_id}.json"
-    text = json.dumps(results(report, failures), indent=2, ensure_ascii=False) + "\n"
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with part.open("w", encoding="utf-8") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise OutputError(f"{path} cannot be written: {error.strerror or error}") from error
+    sent = {episode_id: "".join(map(str, taken)) for episode_id, taken in actions.items()}
+    content = {**results(report, failures), "actions": {**_earlier_actions(path), **sent}}
+    write_whole(path, json.dumps(content, indent=2, ensure_ascii=False) + "\n")
     return path
 
 
+def _earlier_actions(path: Path) -> dict[str, str]:
+    try:
+        content = json.loads(path.read_bytes())
+    except (OSError, ValueError):
+        return {}
+    actions = content.get("actions") if isinstance(content, dict) else None
+    return actions if isinstance(actions, dict) else {}
+
+
 def results(report: evaluation_pb2.Report, failures: Sequence[AgentFailure]) -> dict[str, Any]:
-    """The content of the results file, as plain data."""
+    """The content of the results file but for the actions, as plain data."""
     run = MessageToDict(report.run, preserving_proto_field_name=True, always_print_fields_with_no_presence=True)
     run["steps"] = report.run.steps  # The protocol's own JSON writes 64-bit numbers as text.
     metrics = {row.name: {score.metric: _numbers(score) for score in row.scores} for row in report.rows}

@@ -56,6 +56,8 @@ class Session:
         advances: grows with everything new that the server said; a stream on which it does not grow got nowhere.
         failures: each time that the agent failed.
         problems: what the server reported, in words.
+        actions: of episodes that ended here, as they were sent, from the first step on. What came last may have been
+            taken by nobody, as an episode may end while an action is on its way.
     """
 
     def __init__(self, run: evaluation_pb2.Run, agent: Agent, notify: Callable[[str], None]) -> None:
@@ -66,6 +68,7 @@ class Session:
         self.advances = 0
         self.failures: list[AgentFailure] = []
         self.problems: list[str] = []
+        self.actions: dict[str, tuple[int, ...]] = {}
         self._agent = agent
         self._notify = notify
         self._open: dict[str, _Open] = {}
@@ -113,6 +116,7 @@ class Session:
             case "observation":
                 self._take_observation(event.observation)
             case "episode_ended":
+                self._remember(event.episode_ended.episode_id)
                 self._forget(event.episode_ended.episode_id)
                 self.episodes_ended = max(self.episodes_ended, event.episode_ended.episodes_ended)
                 self.advances += 1
@@ -236,6 +240,12 @@ class Session:
         if problem.code != Problem.CODE_NOT_YOUR_EPISODE:
             raise ProtocolError(f"the server reports {text}: a defect of this client or of the server")
         self._forget(problem.episode_id)
+
+    def _remember(self, episode_id: str) -> None:
+        answers = self._open[episode_id].answers if episode_id in self._open else {}
+        acts = [answers[step] for step in sorted(answers) if answers[step].HasField("action")]
+        if [act.step for act in acts] == list(range(len(acts))):  # or somebody else has played a part of it
+            self.actions[episode_id] = tuple(act.action for act in acts)
 
     def _forget(self, episode_id: str) -> None:
         self._open.pop(episode_id, None)
