@@ -1,0 +1,59 @@
+"""From templates and texts to the bytes of a page; and the files that pages load, by names that tell their content."""
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import jinja2
+
+from server import __version__
+from server.web.texts import Texts, all_texts
+
+_HERE = Path(__file__).parent
+
+TYPES = {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
+"""Of static files, whatever the machine's own list says."""
+
+
+class Renderer:
+    """All templates, and all static files, read once.
+
+    Attributes:
+        files: name with a digest, such as `style.0a1b2c3d4e.css` -> content and its type.
+    """
+
+    def __init__(self) -> None:
+        self.files: dict[str, tuple[bytes, str]] = {}
+        named = {}
+        for path in sorted((_HERE / "static").iterdir()):
+            if path.suffix in TYPES:
+                content = path.read_bytes()
+                name = f"{path.stem}.{hashlib.sha256(content).hexdigest()[:10]}{path.suffix}"
+                self.files[name] = (content, TYPES[path.suffix])
+                named[path.name] = f"/static/{name}"
+        self._environment = jinja2.Environment(
+            loader=jinja2.FileSystemLoader(_HERE / "templates"),
+            autoescape=True,
+            undefined=jinja2.StrictUndefined,
+            trim_blocks=True,
+            lstrip_blocks=True,
+            auto_reload=False,
+        )
+        self._environment.globals |= {
+            "static": named.__getitem__,
+            "languages": list(all_texts().values()),
+            "version": __version__,
+            "per_cent": lambda share: f"{100 * share:.1f}".removesuffix(".0"),
+        }
+
+    def page(self, template: str, texts: Texts, here: str, context: Mapping[str, Any]) -> bytes:
+        """A page.
+
+        Args:
+            template: its file.
+            texts: of the page's language.
+            here: its address behind the language, from a slash on.
+            context: the names that the template knows.
+        """
+        return self._environment.get_template(template).render(t=texts, here=here, **context).encode()

@@ -1,0 +1,68 @@
+"""What every answer of the pages carries: strict headers, a tag by which browsers ask again, compression."""
+
+import gzip
+import hashlib
+
+from aiohttp import web
+
+HEADERS = {
+    "Content-Security-Policy": (
+        "default-src 'none'; style-src 'self'; script-src 'self'; img-src 'self'; connect-src 'self'; "
+        "form-action 'self'; base-uri 'none'; frame-ancestors 'none'"
+    ),
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Permissions-Policy": "camera=(), geolocation=(), microphone=()",
+}
+
+SHORT, FOR_EVER = "public, max-age=15", "public, max-age=31536000, immutable"
+
+_SMALL = 600
+"""Bytes up to which compression gains nothing."""
+
+
+def answer(
+    request: web.BaseRequest,
+    body: bytes,
+    kind: str,
+    *,
+    status: int = 200,
+    cache: str = SHORT,
+    varies: str = "Accept-Encoding",
+    name: str = "",
+) -> web.Response:
+    """An answer with a body, or with none where the browser has it already.
+
+    Args:
+        request: that is answered.
+        body: uncompressed.
+        kind: its content type, without the character set, which is UTF-8.
+        status: of HTTP.
+        cache: its `Cache-Control`.
+        varies: the request's headers that it depends on.
+        name: of the file that it is to be kept as; empty for what is shown.
+    """
+    tag = f'W/"{hashlib.sha256(body).hexdigest()[:24]}"'
+    headers = {**HEADERS, "Cache-Control": cache, "Vary": varies, "ETag": tag}
+    if name:
+        headers["Content-Disposition"] = f'attachment; filename="{name}"'
+    if status == 200 and tag in (part.strip() for part in request.headers.get("If-None-Match", "").split(",")):
+        return web.Response(status=304, headers=headers)
+    if len(body) > _SMALL and _takes_gzip(request.headers.get("Accept-Encoding", "")):
+        headers["Content-Encoding"] = "gzip"
+        body = gzip.compress(body, 6, mtime=0)
+    return web.Response(status=status, body=body, headers=headers, content_type=kind, charset="utf-8")
+
+
+def moved(address: str, *, varies: str = "") -> web.Response:
+    """Sends the browser on to another page of this server."""
+    headers = {**HEADERS, "Location": address, "Cache-Control": "no-cache"}
+    if varies:
+        headers["Vary"] = varies
+    return web.Response(status=303, headers=headers)
+
+
+def _takes_gzip(accepted: str) -> bool:
+    codings = [part.strip().replace(" ", "") for part in accepted.split(",")]
+    return any(coding.partition(";")[0] == "gzip" and not coding.endswith((";q=0", ";q=0.0")) for coding in codings)

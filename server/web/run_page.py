@@ -1,0 +1,133 @@
+"""The page of a run, and of one of its episodes: what their templates are given. Of a hidden split only totals."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from server.board.board import Board
+from server.board.standings import Entry
+from server.episodes.splits import Split
+from server.runs.records import CANCELLED, Run
+from server.scoring.episode import GATES, PLACEMENT
+from server.web import drawing
+from server.web.choices import METRICS, TURNS, Choice
+from server.web.paths import Paths
+from server.web.standings_page import columns
+from server.web.texts import Texts
+
+_FRAME = {
+    "width": drawing.WIDTH,
+    "height": drawing.HEIGHT,
+    "left": drawing.LEFT,
+    "right": drawing.WIDTH - drawing.RIGHT,
+    "bottom": drawing.HEIGHT - drawing.BOTTOM,
+}
+
+_MOST_VALUES = 24
+"""Rows of the table that says a curve in numbers."""
+
+
+class RunPage:
+    """Makes both pages.
+
+    Args:
+        board: knows the published runs.
+        splits: what is served, by name.
+        paths: draws episodes.
+    """
+
+    def __init__(self, board: Board, splits: Mapping[str, Split], paths: Paths) -> None:
+        self._board = board
+        self._splits = splits
+        self._paths = paths
+
+    def context(self, t: Texts, run_id: str) -> dict[str, Any]:
+        """The names that a run's template knows.
+
+        Raises:
+            NotFound: if it is not published.
+        """
+        entry = self._board.entry(run_id)
+        run = entry.run
+        split = self._splits.get(run.split)
+        is_open = self._paths.split(entry) is not None
+        return {
+            "entry": entry,
+            "hidden": split is not None and split.hidden,
+            "marks": [*entry.marks, *(["cancelled"] if run.state == CANCELLED else [])],
+            "rows": [(t(f"turns.{name}"), row) for name, row in reversed(TURNS.items())],
+            "gated": [(_gate(t, metric), metric) for metric in _placements()],
+            "causes": drawing.parts(dict(sorted(entry.causes.items()))),
+            "ctc": drawing.ctc_chart(entry.rows),
+            "open": self._open(run_id) if is_open else None,
+            "frame": _FRAME,
+            "facts": self._facts(t, entry),
+            "back": f"/{t.language}/{Choice(run.split, run.language).link()}",
+            "verify": _verify(entry),
+            "episodes": self._paths.examples(entry),
+            "metrics": METRICS,
+            "columns": columns(t),
+        }
+
+    def episode_context(self, t: Texts, run_id: str, episode_id: str) -> dict[str, Any]:
+        """The names that an episode's template knows.
+
+        Raises:
+            NotFound: if the run is not published, or has no such episode to show.
+        """
+        entry = self._board.entry(run_id)
+        played = self._paths.played(entry, episode_id)
+        return {"entry": entry, "played": played, "metrics": METRICS, "columns": columns(t)}
+
+    def _open(self, run_id: str) -> dict[str, Any]:
+        shares = drawing.open_shares([ending.steps for ending in self._paths.endings(run_id)])
+        every = -(-len(shares) // _MOST_VALUES)
+        return {"chart": drawing.open_chart(shares), "shares": [*shares[:-1:every], shares[-1]]}
+
+    def _facts(self, t: Texts, entry: Entry) -> list[tuple[str, str]]:
+        run, progress = entry.run, entry.progress
+        split = self._splits.get(run.split)
+        episodes = t.whole(progress.episodes)
+        if split is not None and entry.coverage is not None:
+            everything = t.whole(split.languages[run.language])
+            episodes = t("run.episodes_of", number=episodes, all=everything)
+        sensors = ", ".join(t.named("sensors", name) for name in run.sensors) or t("sensors.none")
+        told = {
+            "split": run.split,
+            "language": t.named("languages", run.language),
+            "episodes": episodes,
+            "sensors": sensors,
+            "images": ", ".join(progress.images) or "–",
+            "steps": t.whole(run.steps_per_phase),
+            "clocks": _clocks(t, run),
+            "steps_played": t.whole(progress.steps),
+            "state": t.named("states", run.state),
+            "started": t.moment(run.created_at),
+            "ended": t.moment(run.ended_at) if run.ended_at else "–",
+            "published": t.moment(entry.published_at),
+            "version": run.server_version,
+            "data": run.data_hash,
+            "identity": run.run_id,
+        }
+        return [(t(f"run.{name}"), value) for name, value in told.items()]
+
+
+def _verify(entry: Entry) -> str:
+    key = entry.seal.public_key.hex() if entry.seal is not None else ""
+    return f"arramon-client verify {entry.run.run_id}.receipt.json --key {key}"
+
+
+def _clocks(t: Texts, run: Run) -> str:
+    clocks = {"step": run.step_seconds, "first": run.first_step_seconds, "bank": run.bank_seconds}
+    if not any(clocks.values()):
+        return t("run.no_clocks")
+    return t("run.clock_values", **{name: t("format.seconds", number=t.decimal(v)) for name, v in clocks.items()})
+
+
+def _placements() -> list[str]:
+    """The placement metrics: not gated, and under every gate."""
+    return [*PLACEMENT, *(f"{name}@{gate}" for gate in GATES for name in PLACEMENT)]
+
+
+def _gate(t: Texts, metric: str) -> str:
+    name, _, gate = metric.partition("@")
+    return f"{name}, {gate or t('run.not_gated')}"

@@ -1,0 +1,117 @@
+"""The page of standings: what its template is given."""
+
+from collections.abc import Mapping
+from datetime import datetime
+from typing import Any
+
+from server.board.board import Board
+from server.board.standings import BOTH, Mark, Standing
+from server.episodes.splits import Split
+from server.runs.records import CANCELLED
+from server.web.choices import COVERAGES, METRICS, SENSORS, TURNS, Choice
+from server.web.texts import Texts
+
+PAGE_SIZE = 100
+"""Standings on one page."""
+
+REFERENCE_LANGUAGE = "en"
+"""Of the instructions that the paper's lines were measured with."""
+
+COMMANDS = """\
+arramon-client --agent agents.random_walk --split {split} --lang {language} --server host.example:50551
+arramon-client publish RUN --server host.example:50551
+"""
+
+
+class StandingsPage:
+    """Makes the page.
+
+    Args:
+        board: how the runs stand.
+        splits: what is served, by name.
+    """
+
+    def __init__(self, board: Board, splits: Mapping[str, Split]) -> None:
+        self._board = board
+        self._splits = splits
+
+    def usual(self, language: str) -> Choice:
+        """What is shown to readers of a language who have not chosen: hidden splits first, and one that has runs."""
+        languages = self._board.languages()
+        ordered = sorted(languages, key=lambda name: (not self._is_hidden(name), name))
+        choices = [
+            Choice(name, language if language in languages[name] else next(iter(languages[name]), language))
+            for name in ordered
+            if languages[name]
+        ]
+        listed = (choice for choice in choices if self._board.standings(choice.split, choice.language))
+        return next(listed, choices[0] if choices else Choice("", language))
+
+    def context(self, t: Texts, choice: Choice, usual: Choice) -> dict[str, Any]:
+        """The names that the template knows."""
+        ranked = self._board.standings(choice.split, choice.language, choice.metric)
+        fitting = choice.sorted([one for one in ranked if choice.fits(one)])
+        first = (choice.page - 1) * PAGE_SIZE
+        row = TURNS[choice.turns]
+        references = self._board.reference(choice.split, REFERENCE_LANGUAGE)
+        language = choice.language if choice.language != BOTH else REFERENCE_LANGUAGE
+        return {
+            "choice": choice,
+            "usual": usual,
+            "row": row,
+            "standings": fitting[first : first + PAGE_SIZE],
+            "pages": -(-len(fitting) // PAGE_SIZE),
+            "references": [line for line in references if row in line.rows],
+            "shown": len(fitting),
+            "all": len(ranked),
+            "about": self._about(t, choice),
+            "commands": COMMANDS.format(split=choice.split, language=language),
+            "everything": choice.link(sensors="all", coverage="all"),
+            "files": choice.link(turns="total", sensors="all", coverage="all", order="desc"),
+            "all_marks": [*(mark.value for mark in Mark), "cancelled", "reference"],
+            "coverage": lambda one: _coverage(t, one),
+            "published": _published,
+            "cancelled": lambda one: any(entry.run.state == CANCELLED for entry in one.entries),
+            "metrics": METRICS,
+            "columns": columns(t),
+            **self._choices(t, choice),
+        }
+
+    def _choices(self, t: Texts, choice: Choice) -> dict[str, list[tuple[str, str]]]:
+        languages = self._board.languages()
+        spoken = sorted({language for codes in languages.values() for language in codes})
+        return {
+            "splits": [(name, name) for name in languages],
+            "instruction_languages": [(code, t.named("languages", code)) for code in (*spoken, BOTH)],
+            "turns": [(name, t(f"turns.{name}")) for name in TURNS],
+            "sensors_choices": [(name, t(f"choices.{name}")) for name in SENSORS],
+            "coverages": [(name, t(f"choices.{name}")) for name in COVERAGES],
+        }
+
+    def _about(self, t: Texts, choice: Choice) -> str:
+        split = self._splits.get(choice.split)
+        if split is None:
+            return t("standings.gone")
+        kind = t("standings.hidden_split") if split.hidden else t("standings.open_split")
+        numbers = split.languages
+        episodes = numbers.get(choice.language, min(numbers.values(), default=0))
+        return t("standings.about_split", kind=kind, episodes=t.whole(episodes))
+
+    def _is_hidden(self, name: str) -> bool:
+        return name in self._splits and self._splits[name].hidden
+
+
+def columns(t: Texts) -> list[tuple[str, str, str]]:
+    """The columns of scores: their names in addresses, their headings and what they mean."""
+    names = [(name, metric.partition("@")[0]) for name, metric in METRICS.items()]
+    return [(name, heading, t(f"metrics.{heading}")) for name, heading in names]
+
+
+def _coverage(t: Texts, standing: Standing) -> str:
+    if standing.coverage is None:
+        return "–"
+    return t("standings.coverage_full") if standing.coverage == 1.0 else t.percent(standing.coverage)
+
+
+def _published(standing: Standing) -> datetime:
+    return max(entry.published_at for entry in standing.entries)

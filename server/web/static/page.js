@@ -1,0 +1,58 @@
+// Sorts and filters without losing the reader's place, and copies. Without it, every link and form loads a page.
+"use strict";
+(() => {
+  const say = (text) => { document.getElementById("said").textContent = text; };
+
+  async function show(address, remember) {
+    const focused = document.activeElement?.closest("[data-swap]")?.dataset.swap;
+    const place = document.querySelector(".scroll")?.scrollLeft ?? 0;
+    const response = await fetch(address);
+    if (!response.ok) { location.assign(address); return; }
+    const page = new DOMParser().parseFromString(await response.text(), "text/html");
+    if (remember) history.pushState(null, "", address);
+    for (const part of ["header", "main"]) {
+      document.querySelector(part).replaceWith(page.querySelector(part));
+    }
+    document.title = page.title;
+    prepare();
+    const box = document.querySelector(".scroll");
+    if (box) box.scrollLeft = place;
+    if (focused) document.querySelector(`[data-swap="${CSS.escape(focused)}"]`)?.focus({ preventScroll: true });
+    say(document.querySelector("caption")?.textContent ?? document.title);
+  }
+
+  const follow = (address) => show(address, true).catch(() => location.assign(address));
+
+  document.addEventListener("click", (event) => {
+    const link = event.target.closest("a[data-swap]");
+    if (!link || event.ctrlKey || event.metaKey || event.shiftKey || event.altKey || event.button) return;
+    event.preventDefault();
+    follow(link.href);
+  });
+
+  document.addEventListener("submit", (event) => {
+    const form = event.target.closest("form[data-swap]");
+    if (!form) return;
+    event.preventDefault();
+    const address = new URL(form.action);
+    address.search = new URLSearchParams(new FormData(form));
+    follow(address.href);
+  });
+
+  addEventListener("popstate", () => show(location.href, false).catch(() => location.reload()));
+
+  function prepare() {
+    for (const line of document.querySelectorAll("[data-copy]")) {
+      if (!navigator.clipboard) return;
+      const button = document.createElement("button");
+      button.type = "button";
+      button.textContent = line.dataset.copy;
+      button.addEventListener("click", async () => {
+        await navigator.clipboard.writeText(line.textContent);
+        say(button.textContent = line.dataset.copied);
+      });
+      line.after(button);
+    }
+  }
+  prepare();
+})();
