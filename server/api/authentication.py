@@ -17,7 +17,12 @@ from server.errors import ArraMonError, Forbidden, Unauthenticated
 from server.runs.accounts import Accounts
 from server.runs.callers import ANONYMOUS, STRANGER, Caller
 
-OPEN = frozenset({"/arramon.v1.Evaluation/GetServerInfo"})
+OPEN = frozenset({
+    "/arramon.v1.Evaluation/GetServerInfo",
+    "/arramon.v1.Leaderboard/List",
+    "/arramon.v1.Leaderboard/GetEntry",
+    "/arramon.v1.Leaderboard/Export",
+})  # fmt: skip
 """Methods for everyone, also where nobody plays without a token. Their callers may be anonymous."""
 
 KNOWN_SECONDS, KNOWN_TOKENS = 2.0, 10_000
