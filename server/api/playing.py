@@ -39,6 +39,7 @@ class Playing:
 
     def __init__(self, open_: pb.Open, caller: Caller, runs: Runs, engine: Engine, config: Config) -> None:
         self._outbox: asyncio.Queue[pb.PlayResponse | ArraMonError | None] = asyncio.Queue()
+        self._waiting = 0  # Bytes in the outbox.
         self._engine = engine
         self._encoder = Encoder(open_.encoding, open_.jpeg_quality, offered(config.listen))
         if open_.image_size and open_.image_size not in config.image_sizes:
@@ -59,11 +60,14 @@ class Playing:
             adopt=open_.adopt,
             deliver=self._deliver,
             close=self._outbox.put_nowait,
-            backlog=self._outbox.qsize,
+            backlog=lambda: self._waiting,
         )
         self._shared: Shared | None = None
-        if self._encoder.encoding == types_pb2.ENCODING_SHARED:
-            self._shared = Shared(open_.max_episodes, self._stream.run.sensors, self._stream.image_size)
+
+    @property
+    def stream(self) -> Stream:
+        """As the engine sees it."""
+        return self._stream
 
     async def serve(self, requests: AsyncIterator[pb.PlayRequest]) -> AsyncIterator[pb.PlayResponse]:
         """Answers until the run ends, the client leaves, or an error closes the stream.
@@ -71,6 +75,8 @@ class Playing:
         Raises:
             ArraMonError: that closed the stream.
         """
+        if self._encoder.encoding == types_pb2.ENCODING_SHARED:
+            self._shared = Shared(self._stream.max_episodes, self._stream.run.sensors, self._stream.image_size)
         reader = asyncio.create_task(self._read(requests))
         self._engine.join(self._stream)
         try:
@@ -78,6 +84,7 @@ class Playing:
                 if isinstance(item, ArraMonError):
                     raise item
                 yield item
+                self._waiting -= item.ByteSize()
                 self._engine.wake()  # a slow reader may have taken what held it back
         finally:
             self._engine.leave(self._stream)
@@ -100,6 +107,7 @@ class Playing:
         response = pb.PlayResponse()
         for event in events:
             self._write(event, response.events.add())
+        self._waiting += response.ByteSize()
         self._outbox.put_nowait(response)
 
     def _write(self, event: Event, message: pb.Event) -> None:

@@ -34,8 +34,8 @@ TURN_SECONDS, TURN_EVENTS = 0.004, 16
 SWEEP_SECONDS = 1.0
 """Between two looks at what nobody asked for: signs of life, and episodes whose players did not come back."""
 
-MAX_BACKLOG = 8
-"""Deliveries waiting to leave, from which on a slow reader gets nothing more drawn."""
+MAX_BACKLOG = 2 << 20
+"""Bytes waiting to leave, from which on a slow reader gets nothing more drawn: eight raw observations or so."""
 
 _log = logging.getLogger(__name__)
 
@@ -70,6 +70,11 @@ class Engine:
         self._streams: list[Stream] = []
         self._to_release: list[tuple[str, dict[str, int], float]] = []
         self._next_sweep = 0.0
+
+    @property
+    def worker(self) -> str:
+        """This process, as the journal knows it."""
+        return self._worker
 
     def join(self, stream: Stream) -> None:
         """A stream comes in."""
@@ -153,7 +158,7 @@ class Engine:
         self.wake()
 
     def _is_busy(self) -> bool:
-        return any(stream.asked or (stream.told and stream.backlog() < MAX_BACKLOG) for stream in self._streams)
+        return any(stream.is_asking or (stream.told and stream.backlog() < MAX_BACKLOG) for stream in self._streams)
 
     def _sweep(self) -> None:
         """Now and then: says that this worker lives, and looks for what its idle streams could do."""
@@ -176,7 +181,7 @@ class Engine:
             self._to_release.pop(0)
 
     def _apply(self) -> None:
-        asking = [stream for stream in self._streams if stream.asked]
+        asking = [stream for stream in self._streams if stream.is_asking]
         batch = Batch()
         with self._guard(*asking):
             told = [(stream, self._answers(stream, batch)) for stream in asking]

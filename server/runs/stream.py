@@ -4,10 +4,12 @@ import asyncio
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from server.errors import ArraMonError
+from server.runs.clocks import StreamClock
 from server.runs.events import EpisodeEnded, Event
-from server.runs.records import Run
+from server.runs.records import OPEN, Claim, Run
 from server.runs.session import Session
 
 IMAGES = frozenset(("rgb", "depth", "segmentation"))
@@ -16,6 +18,10 @@ IMAGES = frozenset(("rgb", "depth", "segmentation"))
 
 MAX_ASKED = 16
 """Batches of acts waiting to be played, from which on no more are read."""
+
+
+MAX_TOLD = 8192
+"""Events to be told, from which on nothing more that was asked is played. A stream's open episodes ask far fewer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +40,13 @@ class Act:
     forfeit: str | None = None
 
 
+class Asked(NamedTuple):
+    """A batch of acts, and when it came in."""
+
+    at: float
+    acts: Sequence[Act]
+
+
 @dataclass(eq=False)
 class Stream:
     """A stream that joined a run.
@@ -48,7 +61,8 @@ class Stream:
         adopt: whether it takes over what other players left open at once.
         deliver: takes events to the client.
         close: ends the stream, with an error or without.
-        backlog: how many deliveries have not left yet.
+        backlog: how many bytes of deliveries have not left yet.
+        clock: of its episodes; None where its run has none.
         asked: batches of acts that came in.
         told: events to deliver, observations among them not drawn yet.
         sessions: its open episodes.
@@ -65,13 +79,29 @@ class Stream:
     deliver: Callable[[Sequence[Event]], None]
     close: Callable[[ArraMonError | None], None]
     backlog: Callable[[], int]
-    asked: deque[Sequence[Act]] = field(default_factory=deque)
+    clock: StreamClock | None = None
+    asked: deque[Asked] = field(default_factory=deque)
     told: deque[Event] = field(default_factory=deque)
     sessions: dict[str, Session] = field(default_factory=dict)
     ended: dict[str, EpisodeEnded] = field(default_factory=dict)
     _taken: asyncio.Event = field(default_factory=asyncio.Event)
 
-    def take(self) -> Sequence[Act]:
+    @property
+    def is_asking(self) -> bool:
+        """Whether there is something to answer, and room for the answers: who does not read is not answered further."""
+        return bool(self.asked) and len(self.told) < MAX_TOLD
+
+    def claim(self, session: Session) -> Claim:
+        """Under which an episode is open here."""
+        return Claim(session.episode.episode_id, OPEN, self.player, session.epoch)
+
+    def drop(self, episode_id: str) -> None:
+        """An episode is not the stream's any more."""
+        self.sessions.pop(episode_id, None)
+        if self.clock is not None:
+            self.clock.close(episode_id)
+
+    def take(self) -> Asked:
         """The batch of acts that came in first."""
         self._taken.set()
         return self.asked.popleft()

@@ -48,6 +48,7 @@ class Attacker:
         self.random = random.Random(seed)
         self.statuses: Counter[grpc.StatusCode] = Counter()
         self.details: set[str] = set()
+        self.streams_unread = 0
         # A connection of its own: channels of one process share one otherwise.
         self._channel = grpc.insecure_channel(address, options=[("grpc.use_local_subchannel_pool", 1)])
 
