@@ -1,49 +1,85 @@
 """The database behind the journal: opens it, brings it up to date, and turns its errors into the server's."""
 
-from collections.abc import Iterator, Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from functools import partial
-from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
 import sqlalchemy as sa
-from alembic import command
-from alembic.config import Config
-from alembic.runtime.migration import MigrationContext
-from alembic.script import ScriptDirectory
+from alembic.util import CommandError
 from sqlalchemy import event
-from sqlalchemy.engine import Connection, Engine, Row
-from sqlalchemy.exc import DBAPIError, IntegrityError
+from sqlalchemy.engine import URL, Connection, Engine, Row, make_url
+from sqlalchemy.exc import ArgumentError, DataError, DBAPIError, IntegrityError, OperationalError
+from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 
-from server.errors import StorageError, TakenOver
+from server.errors import BadInput, StorageError, TakenOver
+from server.runs import postgres
+from server.runs.migrations import migrate, newest_revision, revision_of
+
+REST, MAX_REST_SECONDS = 4.0, 10.0
+"""A database that took some seconds to fail is not asked again for so many times as long: the streams need the loop."""
 
 
 class Database:
-    """SQLite, or another database by URL. Safe to use from several threads, but for `commit`, which belongs to one.
+    """SQLite or PostgreSQL, by URL. Safe to use from several threads, but for `commit`, which belongs to one.
 
     Args:
-        url: such as `sqlite:////var/lib/arramon/journal.db`.
-        fsync: whether SQLite waits for the disk with every commit. Without, a commit outlives the end of any process,
-            but the last ones may be gone after a loss of power; the client then plays those steps again.
-        read_only: whether it is only looked at: it must be there, and up to date, and stays as it is.
+        url: `sqlite:////var/lib/arramon/journal.db` or `postgresql://user:password@host/name`.
+        fsync: whether a commit waits for the disk (PostgreSQL: as it is set up to). Without, a commit outlives the end
+            of any process, but the last ones may be gone after a loss of power; the client plays those steps again.
+        clock: this machine's, in seconds since 1970. PostgreSQL has its own, which all hosts share.
+        patient: whether statements may take minutes, as when all is carried to another host; a server has no time.
+        read_only: whether it is only looked at, with patience: it must be up to date, and stays as it is.
 
     Raises:
-        StorageError: if the database cannot be opened or written.
+        BadInput: if the URL is of neither.
+        StorageError: if the database cannot be opened or written, or a newer server has made it.
     """
 
-    def __init__(self, url: str, *, fsync: bool = True, read_only: bool = False) -> None:
-        self._engine = _engine(url, fsync, read_only)
+    def __init__(
+        self,
+        url: str,
+        *,
+        fsync: bool = True,
+        clock: Callable[[], float] = time.time,
+        patient: bool = False,
+        read_only: bool = False,
+    ) -> None:
+        parsed = _parsed(url)
+        self._clock = clock
+        self._is_sqlite = parsed.get_backend_name() == "sqlite"
         self._committer: Connection | None = None
-        config = Config()
-        config.set_main_option("script_location", str(Path(__file__).parent / "migrations"))
+        self._resting, self._reason = 0.0, ""
         if read_only:
-            self._check_revision(ScriptDirectory.from_config(config).get_current_head())
+            self._connect(_engine(_read_only(parsed), fsync=fsync, patient=True, read_only=True))
+            self._check_revision()
             return
-        with self.write() as connection:
-            config.attributes["connection"] = connection
-            command.upgrade(config, "head")
+        migrating = _engine(parsed, fsync=fsync, migrating=True)
+        try:
+            with self._errors(), migrating.begin() as connection:
+                if not self._is_sqlite:
+                    postgres.lock_migrations(connection)
+                migrate(connection)
+        except CommandError as error:
+            raise StorageError(f"the journal was made by another version of this server: {error}") from error
+        finally:
+            migrating.dispose()
+        self._connect(_engine(parsed, fsync=fsync, patient=patient))
+
+    def _connect(self, engine: Engine) -> None:
+        self._engine = engine
+        reading: dict[str, Any] = {"reading": True} if self._is_sqlite else {"isolation_level": "AUTOCOMMIT"}
+        self._reader = self._engine.execution_options(**reading)
+
+    @property
+    def now(self) -> sa.ColumnElement[float]:
+        """The time in seconds since 1970, for use in a statement: by one clock for all that share the database."""
+        if self._is_sqlite:
+            return sa.literal(self._clock(), sa.Float)
+        return sa.cast(sa.extract("epoch", sa.func.clock_timestamp()), sa.Float)
 
     def close(self) -> None:
         """Lets the database go."""
@@ -54,10 +90,11 @@ class Database:
         """The rows that a query finds.
 
         Raises:
+            BadInput: if it asks for what no database can hold.
             StorageError: if the database cannot be read.
         """
-        with _storage_errors(), self._engine.connect() as connection:
-            return connection.execution_options(reading=True).execute(query).all()
+        with self._errors(), self._reader.connect() as connection:
+            return connection.execute(query).all()
 
     @contextmanager
     def snapshot(self) -> Iterator[Connection]:
@@ -66,10 +103,10 @@ class Database:
         Raises:
             StorageError: if the database cannot be read.
         """
-        postgresql = self._engine.dialect.name == "postgresql"
-        options = {"isolation_level": "REPEATABLE READ", "postgresql_readonly": True} if postgresql else {}
-        with _storage_errors(), self._engine.connect() as connection:
-            yield connection.execution_options(reading=True, **options)
+        isolated: dict[str, Any] = {"isolation_level": "REPEATABLE READ", "postgresql_readonly": True}
+        options: dict[str, Any] = {"reading": True} if self._is_sqlite else isolated
+        with self._errors(), self._engine.connect() as connection:
+            yield connection.execution_options(**options)
 
     @contextmanager
     def write(self) -> Iterator[Connection]:
@@ -77,15 +114,20 @@ class Database:
 
         Raises:
             TakenOver: if a row is there already.
+            BadInput: if the database cannot hold what is written.
             StorageError: if the database cannot be written.
         """
-        with _storage_errors(), self._engine.begin() as connection:
+        with self._errors(), self._engine.begin() as connection:
             yield connection
 
     @contextmanager
     def commit(self) -> Iterator[Connection]:
-        """As `write`, on a connection that is kept: this is done with every step."""
-        with _storage_errors():
+        """As `write`; with SQLite on a connection that is kept, as this is done with every step."""
+        if not self._is_sqlite:  # its pool looks whether a connection still stands
+            with self.write() as connection:
+                yield connection
+            return
+        with self._errors():
             if self._committer is None:
                 self._committer = self._engine.connect()
             try:
@@ -95,12 +137,12 @@ class Database:
                 self._drop_committer()
                 raise
 
-    def _check_revision(self, expected: str | None) -> None:
+    def _check_revision(self) -> None:
         with self.snapshot() as connection:
-            found = MigrationContext.configure(connection).get_current_revision()
-        if found != expected:
+            found = revision_of(connection)
+        if found != newest_revision():
             raise StorageError(
-                f"the journal has the tables of version {found or 'none'}, expected {expected}; "
+                f"the journal has the tables of version {found or 'none'}, expected {newest_revision()}; "
                 "`arramon-server serve` brings an older one up to date"
             )
 
@@ -109,44 +151,75 @@ class Database:
         if committer is not None:
             committer.close()
 
+    @contextmanager
+    def _errors(self) -> Iterator[None]:
+        started = time.monotonic()
+        if started < self._resting:
+            raise StorageError(self._reason)
+        try:
+            yield
+        except IntegrityError as error:
+            raise TakenOver(f"the journal holds this already: {error.orig}") from error
+        except DataError as error:
+            raise BadInput(f"the journal cannot hold this: {error.orig}") from error
+        except (DBAPIError, PoolTimeoutError) as error:
+            reason = error.orig if isinstance(error, DBAPIError) else error
+            self._reason = f"the journal cannot be used: {reason}"
+            if isinstance(error, OperationalError):
+                failed = time.monotonic()
+                self._resting = failed + min(REST * (failed - started), MAX_REST_SECONDS)
+            raise StorageError(self._reason) from error
+
 
 def utc(time: datetime | None) -> datetime | None:
     """A time as it was written: SQLite drops its zone."""
     return time.replace(tzinfo=UTC) if time is not None and time.tzinfo is None else time
 
 
-def _engine(url: str, fsync: bool, read_only: bool) -> Engine:
-    parsed = sa.make_url(url)
-    if read_only and parsed.get_backend_name() == "sqlite":
-        parsed = parsed.set(database=f"file:{quote(parsed.database or '')}").update_query_dict(
-            {"mode": "ro", "uri": "1"}
-        )
-    engine = sa.create_engine(parsed)
-    if engine.dialect.name == "sqlite":
-        writing = ("journal_mode=WAL", f"synchronous={'FULL' if fsync else 'NORMAL'}", "foreign_keys=ON")
-        pragmas = ("busy_timeout=10000", *(() if read_only else writing))
-        event.listen(engine, "connect", partial(_prepare_sqlite, pragmas))
-        event.listen(engine, "begin", _begin_sqlite)
+def _parsed(url: str) -> URL:
+    expected = "expected sqlite:///PATH or postgresql://USER:PASSWORD@HOST/NAME"
+    try:
+        parsed = make_url(url)
+    except (ArgumentError, ValueError):  # its message might hold a password
+        raise BadInput(f"the journal's URL cannot be read; {expected}") from None
+    kind = parsed.drivername.partition("+")[0]
+    if kind == "sqlite":
+        return parsed
+    if kind in ("postgresql", "postgres"):
+        return parsed.set(drivername="postgresql+psycopg")
+    raise BadInput(f"the journal cannot be kept in {kind!r}; {expected}")
+
+
+def _read_only(url: URL) -> URL:
+    """SQLite's own way to say that a file is to be there, and to be left alone."""
+    if url.get_backend_name() != "sqlite":
+        return url
+    return url.set(database=f"file:{quote(url.database or '')}").update_query_dict({"mode": "ro", "uri": "true"})
+
+
+def _engine(
+    url: URL, *, fsync: bool, migrating: bool = False, patient: bool = False, read_only: bool = False
+) -> Engine:
+    if url.get_backend_name() != "sqlite":
+        return postgres.engine(url, fsync=fsync, migrating=migrating or patient)
+    engine = sa.create_engine(url)
+    # A migration may make a table anew, and what refers to it must not go with the old one.
+    pragmas = {"busy_timeout": "10000", "journal_mode": "WAL", "synchronous": "FULL" if fsync else "NORMAL"}
+    pragmas["foreign_keys"] = "OFF" if migrating else "ON"
+    if read_only:
+        pragmas = {"busy_timeout": "10000"}
+    event.listen(engine, "connect", partial(_prepare_sqlite, pragmas))
+    event.listen(engine, "begin", _begin_sqlite)
     return engine
 
 
-def _prepare_sqlite(pragmas: Sequence[str], connection: Any, _record: object) -> None:
+def _prepare_sqlite(pragmas: dict[str, str], connection: Any, _record: object) -> None:
     connection.isolation_level = None  # or the driver commits and begins behind SQLAlchemy's back
-    for pragma in pragmas:
-        connection.execute(f"PRAGMA {pragma}")
+    for name, value in pragmas.items():
+        connection.execute(f"PRAGMA {name}={value}")
 
 
 def _begin_sqlite(connection: Connection) -> None:
     # A writer takes its lock at once: two that first read and then write would be turned away instead of waiting.
     reading = connection.get_execution_options().get("reading", False)
     connection.exec_driver_sql("BEGIN" if reading else "BEGIN IMMEDIATE")
-
-
-@contextmanager
-def _storage_errors() -> Iterator[None]:
-    try:
-        yield
-    except IntegrityError as error:
-        raise TakenOver(f"the journal holds this already: {error.orig}") from error
-    except DBAPIError as error:
-        raise StorageError(f"the journal cannot be used: {error.orig}") from error

@@ -3,20 +3,25 @@
 Steps are append-only and unique by (run, episode, step). Whatever is in memory elsewhere can be rebuilt from here.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from datetime import UTC, datetime
+from operator import itemgetter
 from typing import Any
 
 import sqlalchemy as sa
-from sqlalchemy.engine import Row
+from sqlalchemy.engine import Connection, Row
 
 from server.errors import NotFound, TakenOver
 from server.runs import tables
 from server.runs.callers import HOST, Caller, Role
 from server.runs.database import Database, utc
-from server.runs.records import ENDED, OPEN, PENDING, Batch, Claim, Ending, Progress, Run
+from server.runs.here import here
+from server.runs.records import ENDED, OPEN, PENDING, RUNNING, Batch, Claim, Ending, Progress, Run
+
+FORGET_SECONDS = 86_400.0
+"""After its last sign of life, in which a worker that was killed is not listed any more."""
 
 
 class Journal:
@@ -24,14 +29,23 @@ class Journal:
 
     Args:
         database: where they are kept.
+        host: which one this process is on: what a host's own addresses are told to.
     """
 
-    def __init__(self, database: Database) -> None:
+    def __init__(self, database: Database, *, host: str | None = None) -> None:
         self._database = database
+        self._host = here() if host is None else host
 
-    def create(self, run: Run, episode_ids: Sequence[str]) -> None:
-        """Writes a new run and its episodes, in the order in which they are to be played."""
+    def create(
+        self, run: Run, episode_ids: Sequence[str], admit: Callable[[Connection], None] = lambda _: None
+    ) -> None:
+        """Writes a new run and its episodes, in the order in which they are to be played.
+
+        Args:
+            admit: asked first, in the same transaction; what it raises keeps the run out.
+        """
         with self._database.write() as connection:
+            admit(connection)
             row = {**{name: getattr(run, name) for name in Run.__slots__}, "sensors": list(run.sensors)}
             connection.execute(tables.runs.insert(), [row])
             rows = [
@@ -56,22 +70,27 @@ class Journal:
         table = tables.runs
         query = sa.select(table).order_by(table.c.created_at.desc(), table.c.run_id.desc()).limit(limit)
         if caller.role is not Role.HOST:
-            query = query.where(table.c.account.is_not_distinct_from(caller.account))
+            query = query.where(table.c.account == caller.account)
         if last is not None:
             query = query.where(sa.tuple_(table.c.created_at, table.c.run_id) < (last.created_at, last.run_id))
         return [run_of(row) for row in self._database.read(query)]
 
     def set_state(self, run_id: str, state: str) -> None:
-        """A run is over: complete or cancelled."""
-        values = {"state": state, "ended_at": datetime.now(UTC)}
+        """A run is over: complete or cancelled. What it became first, it stays."""
+        table, values = tables.runs, {"state": state, "ended_at": datetime.now(UTC)}
         with self._database.write() as connection:
-            connection.execute(tables.runs.update().where(tables.runs.c.run_id == run_id).values(values))
+            connection.execute(table.update().where(table.c.run_id == run_id, table.c.state == RUNNING).values(values))
 
     def progress(self, run_id: str) -> Progress:
         """Counts of a run's episodes and steps."""
         table = tables.episodes
         query = (
-            sa.select(table.c.state, table.c.cause, sa.func.count().label("number"))
+            sa.select(
+                table.c.state,
+                table.c.cause,
+                sa.func.count().label("number"),
+                sa.func.sum(table.c.reoffers).label("reoffers"),
+            )
             .where(table.c.run_id == run_id)
             .group_by(table.c.state, table.c.cause)
         )
@@ -83,7 +102,14 @@ class Journal:
         table = tables.images
         seen = self._database.read(sa.select(table.c.images).where(table.c.run_id == run_id).order_by(table.c.images))
         images = tuple(row.images for row in seen)
-        return Progress(sum(row.number for row in rows), sum(causes.values()), counted[0][0], causes, images)
+        return Progress(
+            episodes=sum(row.number for row in rows),
+            ended=sum(causes.values()),
+            steps=counted[0][0],
+            causes=causes,
+            images=images,
+            reoffers=sum(int(row.reoffers) for row in rows),
+        )
 
     def note_images(self, run_id: str, images: str) -> None:
         """A run's images travel in this form, too."""
@@ -111,14 +137,15 @@ class Journal:
                 episodes.c.player,
                 episodes.c.epoch,
                 workers.c.worker_id,
-                sa.func.coalesce(episodes.c.left, workers.c.seen, 0.0).label("left"),
+                # A clock that jumped back leaves times in the future: they are as old as they are far away.
+                sa.func.abs(self._database.now - sa.func.coalesce(episodes.c.left, workers.c.seen, 0.0)).label("idle"),
             )
             .outerjoin_from(episodes, workers, episodes.c.worker == workers.c.worker_id)
             .where(episodes.c.run_id == run_id, episodes.c.state == OPEN)
             .order_by(episodes.c.ordinal)
         )
         return [
-            Claim(row.episode_id, row.state, row.player, row.epoch, row.worker_id, row.left)
+            Claim(row.episode_id, row.state, row.player, row.epoch, row.worker_id, row.idle)
             for row in self._database.read(query)
         ]
 
@@ -135,48 +162,49 @@ class Journal:
 
     def claim(self, run_id: str, claims: Sequence[Claim], player: str, worker: str) -> list[Claim]:
         """Makes episodes `player`'s at a worker, and returns those that were still as `claims` has them."""
-        table = tables.episodes
-        won = []
-        with self._database.write() as connection:
-            for claim in claims:
-                done = connection.execute(
-                    table.update()
-                    .where(
-                        table.c.run_id == run_id,
-                        table.c.episode_id == claim.episode_id,
-                        table.c.epoch == claim.epoch,
-                        table.c.state != ENDED,
-                    )
-                    .values(state=OPEN, player=player, epoch=claim.epoch + 1, worker=worker, left=None)
-                )
-                if done.rowcount:
-                    won.append(replace(claim, epoch=claim.epoch + 1))
-        return won
+        c = tables.episodes.c
 
-    def release(self, run_id: str, epochs: Mapping[str, int], now: float) -> None:
-        """Lets go of open episodes that are still held under these epochs."""
-        table = tables.episodes
+        def these(wanted: Iterable[Claim]) -> sa.ColumnElement[bool]:
+            return sa.and_(c.run_id == run_id, c.episode_id.in_([claim.episode_id for claim in wanted]))
+
+        with self._database.write() as connection:
+            # Locked before they are looked at: what another process is about to write to them is waited for, and seen.
+            query = sa.select(c.episode_id, c.epoch).where(these(claims), c.state != ENDED).order_by(c.episode_id)
+            rows = connection.execute(query.with_for_update(key_share=True))
+            epochs: dict[str, int] = {row.episode_id: row.epoch for row in rows}
+            won = [claim for claim in claims if epochs.get(claim.episode_id) == claim.epoch]
+            values = {"state": OPEN, "player": player, "epoch": c.epoch + 1, "worker": worker, "left": None}
+            if won:
+                connection.execute(tables.episodes.update().where(these(won)).values(values))
+        return [replace(claim, epoch=claim.epoch + 1) for claim in won]
+
+    def release(self, run_id: str, epochs: Mapping[str, int], *, ago: float = 0.0) -> None:
+        """Lets go of open episodes that are still held under these epochs; their stream left `ago` seconds ago."""
+        table, left = tables.episodes, self._database.now - ago
         with self._database.write() as connection:
             for episode_id, epoch in epochs.items():
                 connection.execute(
                     table.update()
                     .where(table.c.run_id == run_id, table.c.episode_id == episode_id, table.c.epoch == epoch)
-                    .values(worker=None, left=now)
+                    .values(worker=None, left=left)
                 )
 
-    def beat(self, worker: str, now: float, address: str = "") -> None:
-        """A worker is alive, and can be reached at an address of its own, if it has one."""
-        table = tables.workers
+    def beat(self, worker: str, address: str = "") -> None:
+        """A worker is alive, and can be reached on this host at an address of its own, if it has one."""
+        table, now = tables.workers, self._database.now
         with self._database.write() as connection:
             done = connection.execute(table.update().where(table.c.worker_id == worker).values(seen=now))
             if not done.rowcount:
-                connection.execute(table.insert().values(worker_id=worker, seen=now, address=address))
+                row = {"worker_id": worker, "seen": now, "address": address, "host": self._host}
+                connection.execute(table.insert().values(row))
+                connection.execute(table.delete().where(table.c.seen < now - FORGET_SECONDS))
 
-    def addresses(self, since: float) -> list[str]:
-        """The own addresses of the workers seen alive since then."""
-        table = tables.workers
-        query = sa.select(table.c.address).where(table.c.seen >= since, table.c.address != "")
-        return [row.address for row in self._database.read(query.order_by(table.c.address))]
+    def addresses(self, within: float) -> list[str]:
+        """The own addresses of this host's workers that were seen alive in the last `within` seconds."""
+        c = tables.workers.c
+        alive = sa.func.abs(self._database.now - c.seen) <= within
+        query = sa.select(c.address).where(alive, c.host == self._host, c.address != "").order_by(c.address)
+        return [row.address for row in self._database.read(query)]
 
     def retire(self, worker: str) -> None:
         """A worker is gone for good; what it still held is free."""
@@ -213,7 +241,9 @@ class Journal:
         if not (batch.steps or batch.endings):
             return
         with self._database.commit() as connection:
-            if batch.steps and connection.execute(_INSERT_STEP, batch.steps).rowcount != len(batch.steps):
+            # In one order everywhere: who locks episodes in another waits for whoever waits for them.
+            steps = sorted(batch.steps, key=itemgetter("run", "episode", "number"))
+            if steps and connection.execute(_INSERT_STEP, steps).rowcount != len(steps):
                 raise TakenOver("another process of this server has taken over an episode, or it has ended")
             for ending in batch.endings:
                 values = {name: getattr(ending, name) for name in ("cause", "steps", "scores", "note")}
@@ -242,16 +272,26 @@ def _is_held(run_id: Any, episode_id: Any, epoch: Any) -> sa.ColumnElement[bool]
     return sa.and_(c.run_id == run_id, c.episode_id == episode_id, c.epoch == epoch, c.state != ENDED)
 
 
-_INSERT_STEP = tables.steps.insert().from_select(
-    ["run_id", "episode_id", "step", "action"],
-    sa.select(
-        tables.episodes.c.run_id,
-        tables.episodes.c.episode_id,
-        sa.bindparam("number", type_=sa.Integer),
-        sa.bindparam("taken", type_=sa.Integer),
-    ).where(_is_held(sa.bindparam("run"), sa.bindparam("episode"), sa.bindparam("epoch"))),
+_INSERT_STEP = (
+    tables.steps.insert()
+    .from_select(
+        ["run_id", "episode_id", "step", "action"],
+        sa.select(
+            tables.episodes.c.run_id,
+            tables.episodes.c.episode_id,
+            sa.bindparam("number", type_=sa.Integer),
+            sa.bindparam("taken", type_=sa.Integer),
+        )
+        .where(_is_held(sa.bindparam("run"), sa.bindparam("episode"), sa.bindparam("epoch")))
+        .with_for_update(key_share=True),
+    )
+    .execution_options(preserve_rowcount=True)
 )
-"""Writes a step under the claim of an epoch, and nothing where that is not held any more."""
+"""Writes a step under the claim of an epoch, and nothing where that is not held any more.
+
+The episode's row is locked (on PostgreSQL; SQLite has one writer at a time): a claim that is made at the same moment
+either waits until the step is written, or is waited for and then found to have taken the episode.
+"""
 
 
 def run_of(row: Row[Any]) -> Run:

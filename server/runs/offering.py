@@ -1,38 +1,36 @@
 """Which episodes a stream is offered: finds them, claims them, and opens them from the journal."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 
-from server.episodes.splits import Split
 from server.runs.answering import observed
 from server.runs.events import EpisodeStarted, Event, Observed, Opened
+from server.runs.faults import EpisodeFault, Faults, contained
 from server.runs.journal import Journal
-from server.runs.records import OPEN, Claim, Run
-from server.runs.session import Session
+from server.runs.opening import Opening
+from server.runs.records import OPEN, Claim
 from server.runs.stream import Stream
-from server.runs.worlds import Worlds
-from server.sim.rules import Limits
-
 LEASE = 5.0
 """Seconds after its last sign of life from which on a worker counts as dead, and what it held as left."""
+
+SILENT = 2.0
+"""Seconds without the sign of life that a worker gives each second: if its own player comes to another, it has died."""
 
 
 class Offering:
     """Offers episodes.
 
     Args:
-        splits: by name.
         journal: says who holds what.
-        worlds: in which they are played.
+        opening: opens them.
+        faults: takes those that cannot be opened.
         worker: this process.
         grace: seconds for which an orphaned episode waits for its player.
     """
 
-    def __init__(
-        self, splits: Mapping[str, Split], journal: Journal, worlds: Worlds, worker: str, grace: float
-    ) -> None:
-        self._splits = splits
+    def __init__(self, journal: Journal, opening: Opening, faults: Faults, worker: str, grace: float) -> None:
         self._journal = journal
-        self._worlds = worlds
+        self._opening = opening
+        self._faults = faults
         self._worker = worker
         self._grace = grace
 
@@ -49,18 +47,17 @@ class Offering:
         wanted = self._orphans(stream, held)[:room]
         if room > len(wanted):
             wanted += self._journal.pending(run_id, room - len(wanted))
-        won = self._journal.claim(run_id, wanted, stream.player, self._worker) if wanted else []
+        lost = {claim.episode_id for claim in wanted if self._has_lost(claim)}
+        won = self._journal.claim(run_id, wanted, stream.player, self._worker, reoffered=lost) if wanted else []
         if first:
             back = tuple(claim.episode_id for claim in won if claim.state == OPEN)
             stream.told.append(Opened(stream.run, self._journal.progress(run_id), back))
         for claim in won:
-            stream.told.extend(self._start(stream, claim, first))
-
-    def session(self, run: Run, claim: Claim) -> Session:
-        """A session of an episode, at its beginning."""
-        episode = self._splits[run.split].episodes[claim.episode_id]
-        ground = self._worlds.ground(run.split, episode.section)
-        return Session(episode, ground, Limits(run.steps_per_phase), claim.epoch)
+            try:
+                with contained(stream.run, claim, "opening"):
+                    stream.told.extend(self._start(stream, claim, first))
+            except EpisodeFault:
+                self._faults.take(stream, claim)
 
     def _orphans(self, stream: Stream, held: Collection[str]) -> list[Claim]:
         """Open episodes of the stream's run that it may take: its player's own, and those that others left long ago."""
@@ -75,16 +72,22 @@ class Offering:
 
         return [claim for claim in self._journal.open_claims(stream.run.run_id) if may_take(claim)]
 
+    def _has_lost(self, claim: Claim) -> bool:
+        """Whether a process died that had the episode: what is offered again by that is the server's fault."""
+        return claim.worker not in (None, self._worker) and claim.idle > SILENT
+
     def _start(self, stream: Stream, claim: Claim, first: bool) -> list[Event]:
         """Opens an episode for a stream, rebuilt from the journal where it was played before."""
-        session = self.session(stream.run, claim)
-        actions = self._journal.actions(stream.run.run_id, claim.episode_id)
-        scene = self._worlds.scene(stream.run.split, session.episode.section)
-        started = EpisodeStarted(stream.run, session.episode, scene, len(actions))
+        run = stream.run
+        session = self._opening.begun(run, claim)
+        actions = self._opening.actions(run, claim)
+        started = EpisodeStarted(run, session.episode, self._opening.scene(run, session.episode), len(actions))
         remembers = claim.player == stream.player and not (first and stream.history)
         past = [
-            Observed(stream.run, session.episode, state, session.steps_left(state), taken=taken)
+            Observed(run, session.episode, state, session.steps_left(state), taken=taken)
             for state, taken in session.replay(actions)
         ]
         stream.sessions[claim.episode_id] = session
+        if stream.clock is not None:
+            stream.clock.open(claim.episode_id, claim.waited)
         return [started, *([] if remembers else past), observed(stream, session)]

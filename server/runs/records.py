@@ -51,6 +51,7 @@ class Progress:
 
     Attributes:
         images: in which forms its images have travelled, sorted, such as "lossless-224" and "jpeg90-128".
+        reoffers: how often the server offered an episode anew by its own fault.
     """
 
     episodes: int
@@ -58,6 +59,7 @@ class Progress:
     steps: int
     causes: dict[str, int]
     images: tuple[str, ...] = ()
+    reoffers: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +71,7 @@ class Claim:
         player: the stream's own name; None where nobody has begun it.
         epoch: grows with every claim; whoever writes names the one that they hold.
         worker: the server process that holds it; None where its stream has left.
-        left: when its stream left, or when its worker was last seen alive; seconds since 1970.
+        idle: seconds since its stream left, or since its worker was last seen alive.
     """
 
     episode_id: str
@@ -77,7 +79,7 @@ class Claim:
     player: str | None
     epoch: int = 0
     worker: str | None = None
-    left: float = 0.0
+    idle: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

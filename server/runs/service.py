@@ -1,6 +1,5 @@
 """What can be done with runs, short of playing them: create, look, cancel, report."""
 
-import time
 import uuid
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -10,10 +9,12 @@ from arramon.v1 import PROTOCOL
 from server import __version__
 from server.episodes.splits import Split
 from server.errors import BadInput, Conflict, NotFound
+from server.runs.accounts import NOBODY, Accounts, check_name
 from server.runs.callers import Caller
 from server.runs.engine import Engine
 from server.runs.journal import Journal, no_run
 from server.runs.offering import LEASE
+from server.runs.quotas import Quotas
 from server.runs.records import RUNNING, Ending, Progress, Run
 from server.scoring.aggregate import ScoreTable, aggregate
 from server.scoring.episode import EpisodeScores
@@ -22,6 +23,9 @@ from server.sim.rules import Limits
 
 MAX_PAGE = 1000
 """Runs in one page of a listing."""
+
+LONGEST_AGENT = 200
+"""Characters in an agent's name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,17 +53,29 @@ class Runs:
         journal: where they are kept.
         engine: plays them.
         limits: given to a run that is created now.
+        accounts: whose names nobody else may play under.
+        quotas: how much each may.
     """
 
-    def __init__(self, splits: Mapping[str, Split], journal: Journal, engine: Engine, limits: Limits) -> None:
+    def __init__(
+        self,
+        splits: Mapping[str, Split],
+        journal: Journal,
+        engine: Engine,
+        limits: Limits,
+        accounts: Accounts,
+        quotas: Quotas,
+    ) -> None:
         self.splits = splits
         self.limits = limits
+        self.quotas = quotas
         self._journal = journal
         self._engine = engine
+        self._accounts = accounts
 
     def addresses(self) -> list[str]:
         """Where the server's processes can be reached one by one; empty where they cannot, or where there is one."""
-        found = self._journal.addresses(time.time() - LEASE)
+        found = self._journal.addresses(LEASE)
         return found if len(found) > 1 else []
 
     def create(
@@ -86,6 +102,7 @@ class Runs:
 
         Raises:
             NotFound: for a split or a language that is not there.
+            OverQuota: if the caller may have no further run on the split now.
             BadInput: for anything else.
         """
         chosen = self._split(split)
@@ -94,18 +111,16 @@ class Runs:
             raise NotFound(
                 f"split {split!r} has no episodes in {language!r}; it has {', '.join(chosen.languages) or 'none'}"
             )
-        for name, text, longest in (("agent", agent, 200), ("participant", participant, 100)):
-            if len(text) > longest:
-                raise BadInput(f"the {name}'s name has {len(text)} characters; at most {longest} are allowed")
+        if len(agent) > LONGEST_AGENT:
+            raise BadInput(f"the agent's name has {len(agent)} characters; at most {LONGEST_AGENT} are allowed")
         if not agent.strip():
             raise BadInput("the agent has no name")
         if episodes > len(order):
             raise BadInput(f"{episodes} episodes were asked for; split {split!r} has {len(order)} in {language!r}")
-        if caller.account is not None and participant not in ("", caller.account):
-            raise BadInput(f"the token is {caller.account!r}'s, so that the participant cannot be {participant!r}")
+        self._check_participant(caller, participant)
         run = Run(
             run_id=uuid.uuid4().hex,
-            participant=caller.account or participant or "anonymous",
+            participant=caller.account or participant or NOBODY,
             account=caller.account,
             agent=agent,
             split=split,
@@ -117,7 +132,11 @@ class Runs:
             state=RUNNING,
             created_at=datetime.now(UTC),
         )
-        self._journal.create(run, [episode.episode_id for episode in order[: episodes or None]])
+        self._journal.create(
+            run,
+            [episode.episode_id for episode in order[: episodes or None]],
+            lambda connection: self.quotas.admit_run(connection, caller, split),
+        )
         return run
 
     def visible(self, caller: Caller, run_id: str) -> Run:
@@ -202,6 +221,17 @@ class Runs:
             data_hash=run.data_hash,
         )
         return Report(run, progress, table, str(signature), () if split.hidden else tuple(endings))
+
+    def _check_participant(self, caller: Caller, participant: str) -> None:
+        if participant in ("", caller.account or NOBODY):
+            return
+        if caller.account is not None:
+            raise BadInput(f"the token is {caller.account!r}'s, so that the participant cannot be {participant!r}")
+        check_name(participant)
+        if self._accounts.is_name_of_another(participant):
+            raise BadInput(
+                f"{participant!r} is, or can be taken for, a participant who has a token; use that, or no name"
+            )
 
     def _split(self, name: str) -> Split:
         if name not in self.splits:

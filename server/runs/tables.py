@@ -113,6 +113,12 @@ episodes = Table(
     Column("waited", Float, nullable=False, server_default="0"),
 )
 Index("run_episodes_by_state", episodes.c.run_id, episodes.c.state, episodes.c.ordinal)
+Index(
+    "run_episodes_by_fault",
+    episodes.c.run_id,
+    sqlite_where=episodes.c.cause == "SERVER_FAULT",
+    postgresql_where=episodes.c.cause == "SERVER_FAULT",
+)
 
 images = Table(
     "run_images",

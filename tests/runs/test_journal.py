@@ -7,15 +7,13 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
-from alembic.autogenerate import compare_metadata
-from alembic.migration import MigrationContext
-from sqlalchemy import create_engine
+import sqlalchemy as sa
 
-from server.errors import NotFound, StorageError, TakenOver
+from server.errors import BadInput, NotFound, StorageError, TakenOver
+from server.runs import tables
 from server.runs.database import Database
 from server.runs.journal import Journal
-from server.runs.records import COMPLETE, RUNNING, Batch, Ending, Progress, Run
-from server.runs.tables import metadata
+from server.runs.records import CANCELLED, COMPLETE, RUNNING, Batch, Ending, Progress, Run
 
 
 def a_run(run_id: str = "r", minutes: int = 0) -> Run:
@@ -24,8 +22,8 @@ def a_run(run_id: str = "r", minutes: int = 0) -> Run:
 
 
 @pytest.fixture
-def database(tmp_path: Path) -> Iterator[Database]:
-    with closing(Database(f"sqlite:///{tmp_path / 'journal.db'}")) as database:
+def database(database_url: str) -> Iterator[Database]:
+    with closing(Database(database_url)) as database:
         yield database
 
 
@@ -130,25 +128,69 @@ def test_no_step_after_the_end(journal: Journal) -> None:
         journal.commit(steps("r", "a", 0))
 
 
-def test_claims_tell_who_holds_an_episode_and_since_when_not(journal: Journal) -> None:
+def test_claims_tell_who_holds_an_episode_and_for_how_long_not(journal: Journal, database: Database) -> None:
     journal.create(a_run(), ["a"])
-    journal.beat("w", 100.0)
+    journal.beat("w")
     (claim,) = journal.claim("r", journal.pending("r"), "p", "w")
 
     def seen() -> tuple[str | None, float]:
         (now,) = journal.open_claims("r")
-        return now.worker, now.left
+        return now.worker, now.idle // 1000
 
-    assert seen() == ("w", 100.0)
-    journal.beat("w", 105.0)
-    assert seen() == ("w", 105.0)
-    journal.release("r", {"a": claim.epoch + 1}, 110.0)  # of another claim: nothing happens
-    assert seen() == ("w", 105.0)
-    journal.release("r", {"a": claim.epoch}, 110.0)
-    assert seen() == (None, 110.0)
-    journal.claim("r", journal.open_claims("r"), "p", "w")
+    def last_seen(seconds: float) -> None:
+        with database.write() as connection:
+            connection.execute(tables.workers.update().values(seen=database.now - seconds))
+
+    assert seen() == ("w", 0)
+    last_seen(5500.0)
+    assert seen() == ("w", 5)
+    journal.beat("w")
+    assert seen() == ("w", 0)
+    last_seen(-7500.0)  # the clock jumped back
+    assert seen() == ("w", 7)
+    journal.release("r", {"a": claim.epoch + 1})  # of another claim: nothing happens
+    assert seen() == ("w", 7)
+    journal.release("r", {"a": claim.epoch}, ago=2500.0)
+    assert seen() == (None, 2)
+    (again,) = journal.claim("r", journal.open_claims("r"), "p", "w")
     journal.retire("w")
-    assert seen() == (None, 0.0)
+    worker, idle = seen()
+    assert worker is None
+    assert idle > 1e6
+    journal.release("r", {"a": again.epoch})
+    assert seen() == (None, 0)
+
+
+def test_workers_that_were_killed_are_forgotten_in_the_end(journal: Journal, database: Database) -> None:
+    for worker in ("long gone", "killed"):
+        journal.beat(worker)
+        with database.write() as connection:
+            connection.execute(tables.workers.update().values(seen=tables.workers.c.seen - 80_000.0))
+    journal.beat("new")
+    assert {row.worker_id for row in database.read(sa.select(tables.workers))} == {"killed", "new"}
+
+
+def test_own_addresses_are_told_on_their_own_host_alone(database: Database) -> None:
+    here, there = Journal(database), Journal(database, host="another")
+    here.beat("1", "127.0.0.1:1")
+    here.beat("2", "127.0.0.1:2")
+    here.beat("3")
+    there.beat("4", "127.0.0.1:1")
+    assert here.addresses(5000.0) == ["127.0.0.1:1", "127.0.0.1:2"]
+    assert there.addresses(5000.0) == ["127.0.0.1:1"]
+    with database.write() as connection:
+        gone = tables.workers.c.worker_id == "1"
+        connection.execute(tables.workers.update().where(gone).values(seen=database.now - 9000.0))
+    assert here.addresses(5000.0) == ["127.0.0.1:2"]
+
+
+def test_a_run_stays_what_it_became_first(journal: Journal) -> None:
+    journal.create(a_run(), ["a"])
+    journal.set_state("r", COMPLETE)
+    ended = journal.run("r")
+    journal.set_state("r", CANCELLED)
+    assert journal.run("r") == ended
+    assert (ended.state, ended.ended_at is not None) == (COMPLETE, True)
 
 
 def test_runs_are_listed_latest_first(journal: Journal) -> None:
@@ -158,18 +200,11 @@ def test_runs_are_listed_latest_first(journal: Journal) -> None:
     assert [run.run_id for run in journal.runs(2, journal.run("r1"))] == ["r2"]
 
 
-def test_another_process_reads_what_was_committed(journal: Journal, tmp_path: Path) -> None:
+def test_another_process_reads_what_was_committed(journal: Journal, database_url: str) -> None:
     journal.create(a_run(), ["a"])
     journal.set_state("r", COMPLETE)
-    with closing(Database(f"sqlite:///{tmp_path / 'journal.db'}")) as other:
+    with closing(Database(database_url)) as other:
         assert Journal(other).run("r").state == COMPLETE
-
-
-def test_the_migrations_lead_to_the_tables(journal: Journal, tmp_path: Path) -> None:
-    engine = create_engine(f"sqlite:///{tmp_path / 'journal.db'}")
-    with engine.connect() as connection:
-        assert compare_metadata(MigrationContext.configure(connection), metadata) == []
-    engine.dispose()
 
 
 def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
@@ -177,22 +212,41 @@ def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
         Database(f"sqlite:///{tmp_path / 'nowhere' / 'journal.db'}")
 
 
-def test_a_full_disk_is_a_storage_error_and_loses_nothing(journal: Journal, tmp_path: Path) -> None:
-    journal.create(a_run(), ["a"])
-    journal.commit(steps("r", "a", 0))
-    limited = Database(f"sqlite:///{tmp_path / 'journal.db'}")
-    with limited._engine.connect() as connection:
-        connection.exec_driver_sql("PRAGMA max_page_count=1")
-    with pytest.raises(StorageError, match="full"):
-        Journal(limited).commit(steps("r", "a", *[1] * 50_000, first=1))
-    limited.close()
-    assert journal.actions("r", "a") == [0]
+def test_a_full_disk_is_a_storage_error_and_loses_nothing(tmp_path: Path) -> None:
+    url = f"sqlite:///{tmp_path / 'journal.db'}"
+    with closing(Database(url)) as database:
+        journal = Journal(database)
+        journal.create(a_run(), ["a"])
+        journal.commit(steps("r", "a", 0))
+        with closing(Database(url)) as limited:
+            with limited._engine.connect() as connection:
+                connection.exec_driver_sql("PRAGMA max_page_count=1")
+            with pytest.raises(StorageError, match="full"):
+                Journal(limited).commit(steps("r", "a", *[1] * 50_000, first=1))
+        assert journal.actions("r", "a") == [0]
 
 
-def test_steps_survive_in_the_file_itself(journal: Journal, tmp_path: Path) -> None:
-    journal.create(a_run(), ["a"])
-    journal.commit(steps("r", "a", 2, 3))
-    with sqlite3.connect(f"file:{tmp_path / 'journal.db'}?mode=ro", uri=True) as raw:
-        assert raw.execute("SELECT step, action FROM steps ORDER BY step").fetchall() == [(0, 2), (1, 3)]
-        assert raw.execute("PRAGMA journal_mode").fetchone() == ("wal",)
-    raw.close()
+def test_steps_survive_in_the_file_itself(tmp_path: Path) -> None:
+    with closing(Database(f"sqlite:///{tmp_path / 'journal.db'}")) as database:
+        journal = Journal(database)
+        journal.create(a_run(), ["a"])
+        journal.commit(steps("r", "a", 2, 3))
+        with sqlite3.connect(f"file:{tmp_path / 'journal.db'}?mode=ro", uri=True) as raw:
+            assert raw.execute("SELECT step, action FROM steps ORDER BY step").fetchall() == [(0, 2), (1, 3)]
+            assert raw.execute("PRAGMA journal_mode").fetchone() == ("wal",)
+        raw.close()
+
+
+@pytest.mark.parametrize("url", ["mysql://lab:hunter2@host/db", "hunter2", "postgresql://lab:hunter2@host:port/db"])
+def test_a_url_of_another_kind_is_refused_and_its_password_not_shown(url: str) -> None:
+    with pytest.raises(BadInput, match="expected sqlite:///PATH or postgresql://USER:PASSWORD@HOST/NAME") as refused:
+        Database(url)
+    assert "hunter2" not in str(refused.value)
+
+
+def test_what_a_database_cannot_hold_is_bad_input(postgres_url: str) -> None:
+    with closing(Database(postgres_url)) as database:
+        with pytest.raises(BadInput, match="the journal cannot hold this"):
+            Journal(database).run("a\0b")
+        with pytest.raises(BadInput, match="the journal cannot hold this"):
+            Journal(database).create(a_run("r" * 33), ["a"])

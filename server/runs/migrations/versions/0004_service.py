@@ -51,6 +51,10 @@ def upgrade() -> None:
         table.add_column(sa.Column("reoffers", sa.Integer, nullable=False, server_default="0"))
         table.add_column(sa.Column("faults", sa.Integer, nullable=False, server_default="0"))
         table.add_column(sa.Column("waited", sa.Float, nullable=False, server_default="0"))
+    by_fault = sa.text("cause = 'SERVER_FAULT'")
+    op.create_index(
+        "run_episodes_by_fault", "run_episodes", ["run_id"], sqlite_where=by_fault, postgresql_where=by_fault
+    )
     op.create_table(
         "streams",
         sa.Column("stream_id", sa.String(32), primary_key=True),
@@ -86,6 +90,7 @@ def downgrade() -> None:
     """Forgets all of it."""
     for name in ("leaderboard_entries", "receipts", "host_keys", "streams"):
         op.drop_table(name)
+    op.drop_index("run_episodes_by_fault", "run_episodes")
     with op.batch_alter_table("run_episodes") as table:
         for column in ("reoffers", "faults", "waited"):
             table.drop_column(column)

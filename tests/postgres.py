@@ -1,0 +1,135 @@
+"""A real PostgreSQL for tests: a cluster of their own in a temporary folder, on a port of the loopback."""
+
+import os
+import pwd
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+import uuid
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import psycopg
+import pytest
+
+from tests.programs import free_port, program
+
+SETTINGS = {"listen_addresses": "127.0.0.1", "unix_socket_directories": "", "fsync": "off", "shared_buffers": "32MB"}
+"""Without fsync: what these tests break are processes, not the machine."""
+
+_UNTIL_PARENT_ENDS = '"$@" < /dev/null & trap "" INT TERM; cat > /dev/null; kill -INT $! 2> /dev/null; wait $!'
+"""For a shell: runs a program until its own standard input ends, however its parent went."""
+
+
+class Cluster:
+    """One PostgreSQL server. It can be stopped, killed and started again on the same port."""
+
+    def __init__(self, binaries: Path, folder: Path) -> None:
+        self._binaries, self._data, self._log = binaries, folder / "data", folder / "log"
+        self._password = uuid.uuid4().hex
+        # PostgreSQL does not run as root.
+        self._user = next(n for n in ("postgres", "nobody") if _exists(n)) if os.geteuid() == 0 else None
+        password = folder / "password"
+        password.write_text(self._password)
+        if self._user:
+            for path in (folder, password):
+                shutil.chown(path, self._user)
+        command = [f"{binaries}/initdb", f"--pgdata={self._data}", "--username=arramon", f"--pwfile={password}"]
+        command += ["--auth=scram-sha-256", "--encoding=UTF8", "--no-locale", "--no-sync"]
+        subprocess.run(command, check=True, user=self._user, capture_output=True, cwd=folder)
+        self.port = free_port()
+        self.start()
+
+    def url(self, database: str) -> str:
+        return f"postgresql://arramon:{self._password}@127.0.0.1:{self.port}/{database}"
+
+    def create(self) -> str:
+        """The URL of a new, empty database."""
+        name = f"test_{uuid.uuid4().hex[:12]}"
+        self.run(f"CREATE DATABASE {name}")
+        return self.url(name)
+
+    def run(self, statement: str, **values: object) -> list[tuple[Any, ...]]:
+        """A statement as the administrator; the rows that it gives, if any."""
+        with psycopg.connect(self.url("postgres"), autocommit=True) as connection:
+            cursor = connection.execute(statement.encode(), values)
+            return cursor.fetchall() if cursor.description else []
+
+    def start(self) -> None:
+        settings = [part for name, value in SETTINGS.items() for part in ("-c", f"{name}={value}")]
+        command = [str(self._binaries / "postgres"), "-D", str(self._data), "-p", str(self.port), *settings]
+        with self._log.open("ab") as log:
+            self._process = subprocess.Popen(
+                ["sh", "-c", _UNTIL_PARENT_ENDS, "sh", *command],
+                user=self._user,
+                stdin=subprocess.PIPE,
+                stdout=log,
+                stderr=log,
+                cwd=self._data,
+                start_new_session=True,
+            )
+        for _ in range(600):
+            try:
+                self.run("SELECT 1")
+            except psycopg.OperationalError:
+                assert self._process.poll() is None, self._log.read_text()
+                time.sleep(0.05)
+            else:
+                return
+        raise AssertionError(f"PostgreSQL did not start: {self._log.read_text()}")
+
+    def signal(self, number: signal.Signals) -> None:
+        """To the server's first process: SIGQUIT ends all of them at once, as a crash does."""
+        os.kill(int((self._data / "postmaster.pid").read_text().split()[0]), number)
+
+    def crash(self) -> None:
+        """Ends it without a goodbye; what was committed is there at the next start."""
+        self.signal(signal.SIGQUIT)
+        self._end()
+
+    def stop(self) -> None:
+        self._end()
+
+    def _end(self) -> None:
+        assert self._process.stdin is not None
+        self._process.stdin.close()
+        self._process.wait(timeout=60)
+
+
+@pytest.fixture(scope="session")
+def cluster() -> Iterator[Cluster]:
+    """The tests' own PostgreSQL, one a session; whoever stops it starts it again."""
+    binaries = program("initdb", "postgresql", "/usr/lib/postgresql/*/bin").parent
+    folder = Path(tempfile.mkdtemp(prefix="arramon-pg-"))  # pytest's own folders are closed to other users
+    try:
+        cluster = Cluster(binaries, folder)
+        yield cluster
+        cluster.stop()
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+@pytest.fixture
+def postgres_url(cluster: Cluster) -> str:
+    """A new, empty database in it."""
+    return cluster.create()
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+    """A new, empty database of each kind."""
+    if request.param == "sqlite":
+        return f"sqlite:///{tmp_path / 'journal.db'}"
+    url: str = request.getfixturevalue("postgres_url")
+    return url
+
+
+def _exists(user: str) -> bool:
+    try:
+        pwd.getpwnam(user)
+    except KeyError:
+        return False
+    return True
