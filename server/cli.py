@@ -15,7 +15,7 @@ FAMILIES = (serving, data, looking, settings, token)
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs a command; returns the exit status: 0 fine, 1 something was wrong and was said, 2 usage, 130 interrupted."""
-    arguments = _parser().parse_args(argv)
+    arguments = parser().parse_args(argv)
     try:
         arguments.configured = configured(vars(arguments), os.environ)
         arguments.settings = arguments.configured.config
@@ -31,7 +31,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     return status or 0
 
 
-def _parser() -> argparse.ArgumentParser:
+def parser() -> argparse.ArgumentParser:
+    """The whole command line."""
     parser = argparse.ArgumentParser(prog="arramon-server", description="The ArraMon evaluation server.")
     parser.add_argument("--version", action="version", version=f"arramon-server {__version__}")
     common = argparse.ArgumentParser(add_help=False)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from server.addresses import FORM, TCP_FORM, is_address, is_loopback, is_public, is_tcp_address
+from server.addresses import FORM, TCP_FORM, is_address, is_loopback, is_tcp_address
 from server.errors import BadInput
 from server.setting import setting, settings_of
 from server.sim.cameras import CAMERAS
@@ -68,8 +68,7 @@ class Config:
     max_message_bytes: int = setting(1 << 20, "the largest message accepted", unit="bytes", least=4096, most=64 << 20)
     anonymous: bool | None = setting(
         None,
-        "whether those without a token may play; not set: where `listen` is a Unix socket or of the loopback. "
-        "True is refused for an address that anybody might reach",
+        "whether those without a token may play; not set: where `listen` is a Unix socket or of the loopback",
     )
     runs_per_day: int = setting(
         0, "that a participant may create on a split in 24 hours; 0 for any", unit="runs", least=0
@@ -110,17 +109,10 @@ class Config:
         for present, absent in (("tls_certificate", "tls_key"), ("tls_key", "tls_certificate")):
             if getattr(self, present) is not None and getattr(self, absent) is None:
                 raise Contradiction(f"{present} is set and {absent} is not, expected both or neither", present, absent)
-        if self.anonymous and is_public(self.listen):
-            raise Contradiction(
-                f"anonymous is true and listen is {self.listen}, which anybody might reach: "
-                "expected an address of the loopback or of a private network",
-                "anonymous",
-                "listen",
-            )
-        for one, other in (("web", "listen"), ("metrics", "listen")):
-            address = getattr(self, one)
-            if address and address == getattr(self, other) and not address.endswith(":0"):
-                raise Contradiction(f"{one} and {other} are both {address}, expected two addresses", one, other)
+        for name in ("web", "metrics"):
+            address = getattr(self, name)
+            if address and address == self.listen and not address.endswith(":0"):
+                raise Contradiction(f"{name} and listen are both {address}, expected two addresses", name, "listen")
 
     @property
     def limits(self) -> Limits:
