@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from rich.console import Console
 
 from arramon.v1 import evaluation_pb2
-from arramon_client import account, arguments, choices, receipts, results, verify
+from arramon_client import account, arguments, choices, leaderboard, receipts, results, verify
 from arramon_client.access import Access, access_of
 from arramon_client.agent import Agent
 from arramon_client.commands import ERROR, FINE, INTERRUPTED, USAGE
@@ -26,7 +26,13 @@ from arramon_client.progress import shown
 
 AGENT_FAILED = 3
 
-COMMANDS = {"account": account.main, "verify": verify.main}
+COMMANDS = {
+    "account": account.main,
+    "leaderboard": leaderboard.show,
+    "publish": leaderboard.publish,
+    "verify": verify.main,
+    "withdraw": leaderboard.withdraw,
+}
 """What the client does where its first argument is one of these words: each is given the arguments behind it."""
 
 

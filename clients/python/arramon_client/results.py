@@ -50,7 +50,7 @@ def score_table(report: evaluation_pb2.Report) -> Table:
         table.add_column(heading, justify="right", no_wrap=True)
     for row in report.rows:
         scores = {score.metric: score for score in row.scores}
-        table.add_row(row.name, *(_cell(scores.get(metric)) for _, metric in COLUMNS))
+        table.add_row(row.name, *(score_cell(scores.get(metric)) for _, metric in COLUMNS))
     return table
 
 
@@ -139,7 +139,7 @@ def _numbers(score: evaluation_pb2.Score) -> dict[str, float]:
     return {"mean": score.mean, "low": score.low, "high": score.high}
 
 
-def _cell(score: evaluation_pb2.Score | None) -> str:
+def score_cell(score: evaluation_pb2.Score | None) -> str:
     """The mean, and under it the interval, without leading zeros so that the table fits 80 columns."""
     if score is None:
         return "-"
