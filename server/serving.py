@@ -11,12 +11,17 @@ from grpc_health.v1 import health_pb2, health_pb2_grpc
 from grpc_health.v1.health import aio as health
 from grpc_reflection.v1alpha import reflection
 
-from arramon.v1 import evaluation_pb2
+from arramon.v1 import evaluation_pb2, leaderboard_pb2
 from arramon.v1.evaluation_pb2_grpc import add_EvaluationServicer_to_server
+from arramon.v1.leaderboard_pb2_grpc import add_LeaderboardServicer_to_server
 from server.api.authentication import Authentication
+from server.api.board import BoardServicer
 from server.api.guard import Guard
 from server.api.servicer import Servicer
 from server.api.versions import VersionCheck
+from server.board.board import Board
+from server.board.entries import Entries
+from server.board.publishing import Publishing
 from server.config import Config
 from server.episodes.splits import Split
 from server.errors import BadInput
@@ -24,11 +29,18 @@ from server.runs.accounts import Accounts
 from server.runs.database import Database
 from server.runs.engine import Engine
 from server.runs.journal import Journal
+from server.runs.quotas import LIMITS, Quota, Quotas
+from server.runs.receipts import Receipts
 from server.runs.service import Runs
+from server.runs.signing import SigningKey
 from server.sim.raster import compile_kernels, is_compiled
 from server.tls import credentials_of
 
-SERVICE = evaluation_pb2.DESCRIPTOR.services_by_name["Evaluation"].full_name
+SERVICES = (
+    evaluation_pb2.DESCRIPTOR.services_by_name["Evaluation"].full_name,
+    leaderboard_pb2.DESCRIPTOR.services_by_name["Leaderboard"].full_name,
+)
+"""This project's own."""
 
 DRAIN_SECONDS = 5.0
 """How long calls may take to end when the server stops."""
@@ -67,9 +79,10 @@ def compile_camera(config: Config, announce: Callable[[str], None]) -> None:
 async def _serve(
     config: Config, splits: Mapping[str, Split], database: Database, announce: Callable[[str], None]
 ) -> None:
-    journal = Journal(database)
+    journal, accounts = Journal(database), Accounts(database)
+    quotas = Quotas(database, Quota(**{name: getattr(config, name) for name in LIMITS}))
     server = grpc.aio.server(
-        interceptors=[Guard(), VersionCheck(), Authentication(Accounts(database), config)],
+        interceptors=[Guard(), VersionCheck(), Authentication(accounts, config)],
         options=[
             ("grpc.max_receive_message_length", config.max_message_bytes),
             ("grpc.so_reuseport", int(config.shared_port)),
@@ -83,11 +96,17 @@ async def _serve(
     address = _bind(server, config.listen, credentials)
     own_address = _bind(server, config.own_address, credentials) if config.own_address else address
     engine = Engine(splits, journal, camera=config.camera, address=own_address if config.shared_port else "")
-    add_EvaluationServicer_to_server(Servicer(Runs(splits, journal, engine, config.limits), engine, config), server)
+    runs = Runs(splits, journal, engine, config.limits, accounts, quotas)
+    add_EvaluationServicer_to_server(Servicer(runs, engine, config), server)
+    receipts = Receipts(database, splits, SigningKey(config.signing_key_path))
+    entries = Entries(database)
+    board = Board(entries, splits, steps_per_phase=config.limits.steps_per_phase)
+    publishing = Publishing(journal, splits, entries, receipts)
+    add_LeaderboardServicer_to_server(BoardServicer(board, publishing), server)
     health_servicer = health.HealthServicer()
     health_pb2_grpc.add_HealthServicer_to_server(health_servicer, server)
     reflection.enable_server_reflection(
-        [SERVICE, health_pb2.DESCRIPTOR.services_by_name["Health"].full_name, reflection.SERVICE_NAME], server
+        [*SERVICES, health_pb2.DESCRIPTOR.services_by_name["Health"].full_name, reflection.SERVICE_NAME], server
     )
     await server.start()
     stopping = asyncio.Event()
@@ -95,7 +114,7 @@ async def _serve(
         asyncio.get_running_loop().add_signal_handler(number, stopping.set)
     engine.start()
     playing = asyncio.create_task(engine.run())
-    for name in ("", SERVICE):
+    for name in ("", *SERVICES):
         await health_servicer.set(name, health_pb2.HealthCheckResponse.SERVING)
     announce(f"listening on {address}")
     stopped = asyncio.create_task(stopping.wait())

@@ -1,13 +1,16 @@
 """From what the runs know to messages on the wire, one function a noun."""
 
 from collections.abc import Mapping
+from dataclasses import asdict
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from server.episodes.episode import Episode
 from server.episodes.splits import Split
+from server.runs.callers import Caller
+from server.runs.quotas import Quota, Use
 from server.runs.records import Ending, Progress, Run
-from server.runs.service import Report
+from server.runs.reports import Report
 from server.scoring.aggregate import Interval
 from server.sim.geometry import AGENT_RADIUS, Pose
 from server.sim.labels import LABELS
@@ -57,6 +60,13 @@ def split_message(split: Split) -> pb.Split:
         sensors=split.sensors,
         data_hash=split.data_hash,
     )
+
+
+def account_message(caller: Caller, standings: Mapping[str, tuple[Quota, Use]]) -> pb.Account:
+    """Whom the server takes a caller for, with their limits on each split, and what counts against them."""
+    quotas = [pb.Quota(split=split, **asdict(quota), **asdict(use)) for split, (quota, use) in standings.items()]
+    role = pb.Role.Value(f"ROLE_{caller.role.name}")
+    return pb.Account(participant=caller.account or "", role=role, quotas=quotas)
 
 
 def report_message(report: Report) -> pb.Report:

@@ -11,7 +11,8 @@ from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationServicer
 from server import __version__
 from server.api.authentication import anonymous_caller, caller_of
-from server.api.messages import report_message, run_message, split_message
+from server.api.counting import Counting
+from server.api.messages import account_message, report_message, run_message, split_message
 from server.api.playing import Playing
 from server.api.sharing import offered
 from server.api.status import status_of
@@ -38,6 +39,7 @@ class Servicer(EvaluationServicer):
         self._runs = runs
         self._engine = engine
         self._config = config
+        self._counting = Counting(runs.quotas, engine.worker)
 
     async def GetServerInfo(self, request: pb.GetServerInfoRequest, context: _Context) -> pb.ServerInfo:
         addresses = await _answer(context, self._runs.addresses)
@@ -103,7 +105,13 @@ class Servicer(EvaluationServicer):
         raise AssertionError
 
     async def GetAccount(self, request: pb.GetAccountRequest, context: _Context) -> pb.Account:
-        return pb.Account(role=pb.Role.Value(f"ROLE_{caller_of(context).role.name}"))
+        caller = caller_of(context)
+
+        def account() -> pb.Account:
+            standings = {split: self._runs.quotas.standing(caller, split) for split in self._runs.splits}
+            return account_message(caller, standings)
+
+        return await _answer(context, account)
 
     async def Play(
         self, request_iterator: AsyncIterator[pb.PlayRequest], context: _Context
@@ -112,9 +120,11 @@ class Servicer(EvaluationServicer):
             first = await anext(request_iterator, None)
             if first is None or first.WhichOneof("message") != "open":
                 raise BadInput("a stream's first message is `open`")
-            playing = Playing(first.open, caller_of(context), self._runs, self._engine, self._config)
-            async for response in playing.serve(request_iterator):
-                yield response
+            caller = caller_of(context)
+            playing = Playing(first.open, caller, self._runs, self._engine, self._config)
+            async with self._counting.counted(caller, playing.stream.run, playing.stream.player):
+                async for response in playing.serve(request_iterator):
+                    yield response
         except ArraMonError as error:
             await context.abort(status_of(error), str(error))
 
