@@ -6,11 +6,11 @@ import sys
 from collections.abc import Sequence
 
 from server import __version__, logs
-from server.commands import data, looking, serving, settings, token
+from server.commands import data, looking, quota, receipts, serving, settings, token, transfer
 from server.configuring import add_common_flags, configured
 from server.errors import ArraMonError
 
-FAMILIES = (serving, data, looking, settings, token)
+FAMILIES = (serving, data, looking, settings, token, quota, receipts, transfer)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -125,6 +125,11 @@ class Config:
         return self.journal or f"sqlite:///{self.data.absolute() / 'journal.db'}"
 
     @property
+    def signing_key_path(self) -> Path:
+        """The file of the key that signs receipts."""
+        return self.signing_key or self.data / "signing-key.pem"
+
+    @property
     def metrics_address(self) -> str:
         """Where the metrics are; empty where they are not."""
         return self.metrics or (self.web if self.web and is_loopback(self.web) else "")

@@ -48,6 +48,11 @@ def add_common_flags(parser: argparse.ArgumentParser) -> None:
         _add_flag(parser, SETTINGS[name])
 
 
+def add_flag(parser: argparse.ArgumentParser, name: str) -> None:
+    """Adds the flag of one setting."""
+    _add_flag(parser, SETTINGS[name])
+
+
 def add_serving_flags(parser: argparse.ArgumentParser) -> None:
     """Adds the flags of all other settings."""
     for name in (name for name in SETTINGS if name not in COMMON):

@@ -32,7 +32,7 @@ from server.runs.journal import Journal
 from server.runs.quotas import LIMITS, Quota, Quotas
 from server.runs.receipts import Receipts
 from server.runs.service import Runs
-from server.runs.signing import SigningKey
+from server.runs.signing import KnownKeys, SigningKey
 from server.sim.raster import compile_kernels, is_compiled
 from server.tls import credentials_of
 
@@ -97,8 +97,10 @@ async def _serve(
     own_address = _bind(server, config.own_address, credentials) if config.own_address else address
     engine = Engine(splits, journal, camera=config.camera, address=own_address if config.shared_port else "")
     runs = Runs(splits, journal, engine, config.limits, accounts, quotas)
-    add_EvaluationServicer_to_server(Servicer(runs, engine, config), server)
-    receipts = Receipts(database, splits, SigningKey(config.signing_key_path))
+    key = SigningKey(config.signing_key_path)
+    KnownKeys(database).check(key.public)
+    receipts = Receipts(database, splits, key)
+    add_EvaluationServicer_to_server(Servicer(runs, engine, receipts, config), server)
     entries = Entries(database)
     board = Board(entries, splits, steps_per_phase=config.limits.steps_per_phase)
     publishing = Publishing(journal, splits, entries, receipts)

@@ -9,6 +9,7 @@ from server.episodes.episode import Episode
 from server.episodes.splits import Split
 from server.runs.callers import Caller
 from server.runs.quotas import Quota, Use
+from server.runs.receipts import Receipt
 from server.runs.records import Ending, Progress, Run
 from server.runs.reports import Report
 from server.scoring.aggregate import Interval
@@ -77,6 +78,11 @@ def report_message(report: Report) -> pb.Report:
         rows=[row_message(name, intervals) for name, intervals in report.table.rows.items()],
         episodes=[_episode_scores(ending) for ending in report.endings],
     )
+
+
+def receipt_message(receipt: Receipt) -> pb.Receipt:
+    """What the host vouches for."""
+    return pb.Receipt(payload=receipt.payload, signature=receipt.signature, public_key=receipt.public_key)
 
 
 def pose_message(pose: Pose) -> types_pb2.Pose:

@@ -12,13 +12,14 @@ from arramon.v1.evaluation_pb2_grpc import EvaluationServicer
 from server import __version__
 from server.api.authentication import anonymous_caller, caller_of
 from server.api.counting import Counting
-from server.api.messages import account_message, report_message, run_message, split_message
+from server.api.messages import account_message, receipt_message, report_message, run_message, split_message
 from server.api.playing import Playing
 from server.api.sharing import offered
 from server.api.status import status_of
 from server.config import Config
 from server.errors import ArraMonError, BadInput
 from server.runs.engine import Engine
+from server.runs.receipts import Receipts
 from server.runs.records import Run
 from server.runs.service import Runs
 
@@ -32,12 +33,14 @@ class Servicer(EvaluationServicer):
     Args:
         runs: all but playing.
         engine: playing.
+        receipts: of what was played.
         config: what the server allows.
     """
 
-    def __init__(self, runs: Runs, engine: Engine, config: Config) -> None:
+    def __init__(self, runs: Runs, engine: Engine, receipts: Receipts, config: Config) -> None:
         self._runs = runs
         self._engine = engine
+        self._receipts = receipts
         self._config = config
         self._counting = Counting(runs.quotas, engine.worker)
 
@@ -53,6 +56,7 @@ class Servicer(EvaluationServicer):
             max_episodes_per_stream=self._config.max_episodes_per_stream,
             max_message_bytes=self._config.max_message_bytes,
             addresses=addresses,
+            public_key=self._receipts.public_key,
             anonymous=anonymous_caller(self._config) is not None,
         )
 
@@ -101,8 +105,8 @@ class Servicer(EvaluationServicer):
         return await _answer(context, lambda: report_message(self._runs.report(caller, request.run_id)))
 
     async def GetReceipt(self, request: pb.GetReceiptRequest, context: _Context) -> pb.Receipt:
-        await context.abort(grpc.StatusCode.UNIMPLEMENTED, "this server gives no receipts yet")
-        raise AssertionError
+        caller = caller_of(context)
+        return await _answer(context, lambda: receipt_message(self._receipts.of(caller, request.run_id)))
 
     async def GetAccount(self, request: pb.GetAccountRequest, context: _Context) -> pb.Account:
         caller = caller_of(context)

@@ -2,23 +2,19 @@
 
 import uuid
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime
 
-from arramon.v1 import PROTOCOL
 from server import __version__
 from server.episodes.splits import Split
-from server.errors import BadInput, Conflict, NotFound
+from server.errors import BadInput, NotFound
 from server.runs.accounts import NOBODY, Accounts, check_name
 from server.runs.callers import Caller
 from server.runs.engine import Engine
 from server.runs.journal import Journal, no_run
 from server.runs.offering import LEASE
 from server.runs.quotas import Quotas
-from server.runs.records import RUNNING, Ending, Progress, Run
-from server.scoring.aggregate import ScoreTable, aggregate
-from server.scoring.episode import EpisodeScores
-from server.scoring.signature import Signature
+from server.runs.records import RUNNING, Progress, Run
+from server.runs.reports import Report, report_of, split_of
 from server.sim.rules import Limits
 
 MAX_PAGE = 1000
@@ -26,23 +22,6 @@ MAX_PAGE = 1000
 
 LONGEST_AGENT = 200
 """Characters in an agent's name."""
-
-
-@dataclass(frozen=True, slots=True)
-class Report:
-    """The scores of a run that is over.
-
-    Attributes:
-        table: means and intervals.
-        signature: what the scores were reached under, in one line.
-        endings: each episode's own scores and cause; empty on a hidden split.
-    """
-
-    run: Run
-    progress: Progress
-    table: ScoreTable
-    signature: str
-    endings: tuple[Ending, ...]
 
 
 class Runs:
@@ -176,12 +155,7 @@ class Runs:
             Conflict: if the split's data is not what the run began with.
         """
         run = self.visible(caller, run_id)
-        split = self.splits.get(run.split)
-        if split is None or split.data_hash != run.data_hash:
-            found = "is gone" if split is None else f"now has the data {split.data_hash[:12]}"
-            raise Conflict(
-                f"run {run_id!r} began on split {run.split!r} with the data {run.data_hash[:12]}, which {found}"
-            )
+        split_of(run, self.splits)
         return run
 
     def cancel(self, caller: Caller, run_id: str) -> Run:
@@ -199,28 +173,9 @@ class Runs:
 
         Raises:
             NotFound: if there is none of that id that the caller may see.
-            Conflict: while it is being played.
+            Conflict: while it is being played, or if the split's data is not what the run began with.
         """
-        run = self.playable(caller, run_id)
-        progress = self._journal.progress(run_id)
-        if run.state == RUNNING:
-            done = f"{progress.ended} of {progress.episodes} episodes have ended"
-            raise Conflict(f"run {run_id!r} is still being played: {done}")
-        split = self.splits[run.split]
-        endings = self._journal.endings(run_id)
-        table = aggregate([_scores(ending, split) for ending in endings])
-        signature = Signature(
-            version=run.server_version,
-            protocol=PROTOCOL,
-            split=run.split,
-            language=run.language,
-            episodes=progress.episodes,
-            steps_per_phase=run.steps_per_phase,
-            sensors=frozenset(run.sensors),
-            images=frozenset(progress.images),
-            data_hash=run.data_hash,
-        )
-        return Report(run, progress, table, str(signature), () if split.hidden else tuple(endings))
+        return report_of(self.visible(caller, run_id), self._journal, self.splits)
 
     def _check_participant(self, caller: Caller, participant: str) -> None:
         if participant in ("", caller.account or NOBODY):
@@ -244,8 +199,3 @@ def _check_sensors(sensors: Sequence[str], split: Split) -> tuple[str, ...]:
     if refused:
         raise BadInput(f"split {split.name!r} does not offer the sensor {refused[0]!r}, but {', '.join(split.sensors)}")
     return tuple(sensor for sensor in split.sensors if sensor in sensors)
-
-
-def _scores(ending: Ending, split: Split) -> EpisodeScores:
-    first, second = ending.scores
-    return EpisodeScores(ending.episode_id, split.episodes[ending.episode_id].section, (first, second))

@@ -1,0 +1,146 @@
+"""Plays a run that is over again from its journal, and says what comes out otherwise than what was written down."""
+
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice
+from typing import Any
+
+import rfc8785
+from cryptography.exceptions import InvalidSignature
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
+
+from server.episodes.splits import Split
+from server.errors import Conflict
+from server.runs import causes
+from server.runs.database import Database
+from server.runs.journal import Journal
+from server.runs.receipts import Receipt, document, kept_receipt
+from server.runs.records import RUNNING, Ending, Run
+from server.runs.reports import make_report, split_of
+from server.runs.session import Session
+from server.runs.worlds import Worlds
+from server.sim.rules import Limits
+
+TOLERANCE = 1e-9
+"""How far apart two scores may be that count as the same: exponentials differ in the last digits between machines."""
+
+MAX_DIFFERENCES = 20
+"""Of one run that are named."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rescored:
+    """What came of playing a run again.
+
+    Attributes:
+        episodes, steps: that were played.
+        has_receipt: whether there was one to compare with.
+        differences: in words; none where all is the same.
+    """
+
+    run_id: str
+    episodes: int
+    steps: int
+    has_receipt: bool
+    differences: tuple[str, ...]
+
+
+class Rescorer:
+    """Plays runs again. Nothing is written. To be closed at the end.
+
+    Args:
+        database: of the journal.
+        splits: by name.
+    """
+
+    def __init__(self, database: Database, splits: Mapping[str, Split]) -> None:
+        self._database = database
+        self._journal = Journal(database)
+        self._splits = splits
+        self._worlds = Worlds(splits)
+
+    def close(self) -> None:
+        """Lets the worlds go."""
+        self._worlds.close()
+
+    def rescore(self, run_id: str) -> Rescored:
+        """Plays a run again.
+
+        Raises:
+            NotFound: if there is no run of that id.
+            Conflict: while it is being played, or if its split's data is not here.
+            StorageError: if the journal cannot be read.
+        """
+        run = self._journal.run(run_id)
+        if run.state == RUNNING:
+            raise Conflict(f"run {run_id!r} is still being played")
+        split = split_of(run, self._splits)
+        endings = self._journal.endings(run_id)
+        receipt = kept_receipt(self._database, run_id)
+        found = islice(self._differences(run, split, endings, receipt), MAX_DIFFERENCES + 1)
+        steps = sum(ending.steps for ending in endings)
+        return Rescored(run_id, len(endings), steps, receipt is not None, tuple(found))
+
+    def _differences(self, run: Run, split: Split, endings: Sequence[Ending], receipt: Receipt | None) -> Iterator[str]:
+        progress = self._journal.progress(run.run_id)
+        if progress.ended != progress.episodes:
+            yield f"{progress.episodes - progress.ended} of {progress.episodes} episodes have not ended"
+        played: list[Ending] = []
+        for ending in endings:
+            try:
+                again = self._replayed(run, split, ending)
+            except (KeyError, ValueError) as error:
+                yield f"episode {ending.episode_id}: cannot be played again: {error}"
+                return
+            yield from _compare(f"episode {ending.episode_id}", _told(ending), _told(again))
+            played.append(again)
+        if receipt is None:
+            return
+        try:
+            Ed25519PublicKey.from_public_bytes(receipt.public_key).verify(receipt.signature, receipt.payload)
+        except (InvalidSignature, ValueError):
+            yield "receipt: its signature is wrong"
+        report = make_report(run, progress, played, split)
+        made = document(self._journal, report, played, hidden=split.hidden)
+        yield from _compare("receipt", json.loads(receipt.payload), json.loads(rfc8785.dumps(made)))
+
+    def _replayed(self, run: Run, split: Split, ending: Ending) -> Ending:
+        """How an episode ends when its recorded actions are played."""
+        episode = split.episodes[ending.episode_id]
+        session = Session(episode, self._worlds.ground(split.name, episode.section), Limits(run.steps_per_phase))
+        # What the server could not play to its end counts for nothing, whatever was recorded of it.
+        counted = ending.steps or ending.cause != causes.SERVER_FAULT
+        actions = self._journal.actions(run.run_id, ending.episode_id) if counted else []
+        for _ in session.replay(actions):
+            pass
+        cause = ending.cause
+        if session.state.finished:
+            cause = causes.STEP_LIMIT if session.was_forced else causes.AGENT_FINISHED
+        elif cause == causes.TIME_LIMIT:
+            session.run_out()
+        elif cause in (causes.STEP_LIMIT, causes.AGENT_FINISHED):
+            cause = "NOT_FINISHED"
+        scores = [dict(turn) for turn in session.scores().turns]
+        return replace(ending, cause=cause, steps=len(actions), scores=scores)
+
+
+def _told(ending: Ending) -> dict[str, Any]:
+    turns = {f"turn {number}": turn for number, turn in enumerate(ending.scores, start=1)}
+    return {"cause": ending.cause, "steps": ending.steps, **turns}
+
+
+def _compare(place: str, written: Any, played: Any) -> Iterator[str]:
+    """Where two pieces of plain data differ, in words."""
+    if isinstance(written, dict) and isinstance(played, dict):
+        for key in dict.fromkeys((*written, *played)):
+            yield from _compare(f"{place}: {key}", written.get(key), played.get(key))
+    elif isinstance(written, list) and isinstance(played, list) and len(written) == len(played):
+        for number, (one, other) in enumerate(zip(written, played, strict=True), start=1):
+            yield from _compare(f"{place} {number}", one, other)
+    elif isinstance(written, int | float) and isinstance(played, int | float):
+        if not math.isclose(written, played, rel_tol=0.0, abs_tol=TOLERANCE):
+            yield f"{place} was {written}, and is {played}"
+    elif written != played:
+        yield f"{place} was {written}, and is {played}"
