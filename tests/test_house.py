@@ -24,6 +24,7 @@ ALLOWED = {
         "server.private",
         "arramon",
     },
+    "server/board": {"server.board", "server.runs", "server.episodes", "server.scoring", "server.errors"},
     "agents": {"agents", "arramon_client", "lang", "arramon"},
     "clients/python/arramon_client": {"arramon_client", "arramon"},
     "lang": {"lang"},

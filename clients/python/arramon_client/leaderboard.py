@@ -137,8 +137,8 @@ def table(listing: Listing, split: str, language: str) -> Table:
     languages = "all languages together" if language == BOTH else language
     made = Table(
         title=f"{split}, {languages}",
-        caption="sorted and ranked by the column with *; = shares a rank: its interval overlaps with that of the best at "
-        "this rank; under each score its 95% interval; rPOD and PTC count where CTC-3 is 1",
+        caption="sorted and ranked by the column with *; = shares a rank: its interval overlaps with that of the best "
+        "at this rank; under each score its 95% interval; rPOD and PTC count where CTC-3 is 1",
         box=box.SIMPLE_HEAD,
         padding=(0, 1),
         show_edge=False,
