@@ -133,7 +133,7 @@ class Database:
             try:
                 with self._committer.begin():
                     yield self._committer
-            except DBAPIError:
+            except BaseException:  # whatever it was, no transaction stays open
                 self._drop_committer()
                 raise
 
