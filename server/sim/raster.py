@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, lru_cache
 from itertools import count
 
 import numpy as np
@@ -25,6 +25,9 @@ _FARTHEST = FAR / 1.001
 
 _ACTORS = 32
 """Actors that a camera has room for from the start."""
+
+_KEPT = 1024
+"""Groups of actors that a camera keeps as compiled code takes them: from frame to frame of an episode they stay."""
 
 
 class RasterCamera:
@@ -59,6 +62,7 @@ class RasterCamera:
             type_: (len(meshes) + KINDS.index(type_.kind), number, numbers[str(type_)])
             for number, type_ in enumerate(ALL_TYPES)
         }
+        self._posed = lru_cache(_KEPT)(self._pose)
         self._sizes: dict[int, tuple[Setting, Integers, Scratch, int]] = {}
 
     @property
@@ -72,18 +76,23 @@ class RasterCamera:
         The same arguments give the same bytes in every process, whatever was drawn before.
         """
         setting, background, work = self._prepared(size, len(actors))
-        posed = [
-            (*actor.position, *_turn(actor.heading), actor.scale, *self._actor_looks[actor.type], self._first + i)
-            for i, actor in zip(count(0, self._most), actors, strict=False)
-        ]
         words = np.empty(-(-size * size // 4) * 3, np.int32)
         depth, labels = np.empty((size, size), np.uint16), np.empty((size, size), np.uint16)
         view = float(viewpoint.x), float(viewpoint.y), float(viewpoint.z), *_turn(viewpoint.heading)
         places, actor_places = self._textures.places, self._actor_textures.places
-        cover(view, setting, self._geometry, places, self._bodies, actor_places, _bodies(posed), work)
+        cover(view, setting, self._geometry, places, self._bodies, actor_places, self._posed(tuple(actors)), work)
         paint(setting, self._textures, self._actor_textures, background, work, words, depth.ravel(), labels.ravel())
         rgb = words.view(np.uint8)[: 3 * size * size].reshape(size, size, 3)
         return Frame(rgb, depth, labels if segmentation else None)
+
+    def _pose(self, actors: tuple[Actor, ...]) -> Bodies:
+        """Actors as the compiled code takes them."""
+        return _bodies(
+            [
+                (*actor.position, *_turn(actor.heading), actor.scale, *self._actor_looks[actor.type], self._first + i)
+                for i, actor in zip(count(0, self._most), actors, strict=False)
+            ]
+        )
 
     def _prepared(self, size: int, actors: int) -> tuple[Setting, Integers, Scratch]:
         """What does not change from frame to frame, with room for so many actors."""

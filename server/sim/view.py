@@ -1,12 +1,16 @@
 """What there is to see in a state: which scene, from where, and with which objects in it."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 from server.sim.cameras import Actor, Viewpoint
 from server.sim.collectibles import height_of
 from server.sim.geometry import Pose
 from server.sim.room import CELL, OBJECT_SCALE
 from server.sim.rules import Collectible, Layout, Phase, PlacedObject, State
+
+KEPT = 4096
+"""Streets and rooms whose actors are kept, as they stay the same from step to step."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +36,7 @@ def view(state: State, layout: Layout) -> View:
         around = tuple(item for item in state.room if (item.placement.column, item.placement.row) != state.square)
         return View(indoors=True, viewpoint=viewpoint, actors=room_actors(around))
     viewpoint = Viewpoint(state.pose.x, state.pose.z, state.pose.heading)
-    return View(indoors=False, viewpoint=viewpoint, actors=tuple(map(street_actor, layout.streets[state.turn - 1])))
+    return View(indoors=False, viewpoint=viewpoint, actors=street_actors(layout.streets[state.turn - 1]))
 
 
 def visible_pose(state: State) -> Pose:
@@ -47,6 +51,13 @@ def street_actor(item: Collectible) -> Actor:
     return Actor(item.type, (item.position.x, item.position.z, 0.0), heading=(item.position.x * 97.0) % 360.0)
 
 
+@lru_cache(KEPT)
+def street_actors(street: tuple[Collectible, ...]) -> tuple[Actor, ...]:
+    """All that stands in the street in a turn."""
+    return tuple(map(street_actor, street))
+
+
+@lru_cache(KEPT)
 def room_actors(room: tuple[PlacedObject, ...]) -> tuple[Actor, ...]:
     """The room's objects, each on top of those that were placed on its cell before."""
     heights: dict[tuple[int, int], float] = {}
