@@ -118,9 +118,10 @@ def read_choice(query: Mapping[str, str], languages: Mapping[str, tuple[str, ...
     split = chosen.get("split", usual.split)
     if split not in languages:
         raise NotFound(f"there is no split {split!r}")
-    if "language" not in chosen and usual.language not in languages[split]:
-        chosen["language"] = languages[split][0] if languages[split] else usual.language
-    choices = {**_CHOICES, "language": (*languages[split], BOTH)}
+    spoken = {language for codes in languages.values() for language in codes}
+    if languages[split] and chosen.setdefault("language", usual.language) in spoken - set(languages[split]):
+        chosen["language"] = languages[split][0]  # a reader who changes the split alone comes to what it has
+    choices = {**_CHOICES, "language": (*spoken, BOTH)}
     for name, value in chosen.items():
         if name != "split" and value not in choices[name]:
             raise NotFound(f"there is no {name} {value!r}")

@@ -116,7 +116,7 @@ def _points(places: Sequence[tuple[float, float]]) -> str:
 
 
 def _up(top: float) -> tuple[Tick, ...]:
-    return tuple(Tick(_place(0, (0, 1), top * part / 4, top)[1], top * part / 4) for part in range(5))
+    return tuple(Tick(_place(0, (0, 1), top * part / 5, top)[1], top * part / 5) for part in range(6))
 
 
 def _top(highest: float) -> float:

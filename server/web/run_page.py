@@ -6,6 +6,7 @@ from typing import Any
 from server.board.board import Board
 from server.board.standings import Entry
 from server.episodes.splits import Split
+from server.runs import causes
 from server.runs.records import CANCELLED, Run
 from server.scoring.episode import GATES, PLACEMENT
 from server.web import drawing
@@ -22,8 +23,21 @@ _FRAME = {
     "bottom": drawing.HEIGHT - drawing.BOTTOM,
 }
 
+_IN_ORDER = ("1", "2", "total")
+"""Rows of a score table, as in `server.scoring.aggregate.ROWS`."""
+
 _MOST_VALUES = 24
 """Rows of the table that says a curve in numbers."""
+
+
+_COLOURS = {
+    causes.AGENT_FINISHED: 1,
+    causes.STEP_LIMIT: 2,
+    causes.TIME_LIMIT: 3,
+    causes.FORFEITED: 4,
+    causes.SERVER_FAULT: 5,
+}
+"""Cause -> number of its colour."""
 
 
 class RunPage:
@@ -54,9 +68,9 @@ class RunPage:
             "entry": entry,
             "hidden": split is not None and split.hidden,
             "marks": [*entry.marks, *(["cancelled"] if run.state == CANCELLED else [])],
-            "rows": [(t(f"turns.{name}"), row) for name, row in reversed(TURNS.items())],
+            "rows": [(t(f"turns.{name}"), TURNS[name]) for name in _IN_ORDER],
             "gated": [(_gate(t, metric), metric) for metric in _placements()],
-            "causes": drawing.parts(dict(sorted(entry.causes.items()))),
+            "causes": _causes(entry),
             "ctc": drawing.ctc_chart(entry.rows),
             "open": self._open(run_id) if is_open else None,
             "frame": _FRAME,
@@ -109,6 +123,13 @@ class RunPage:
             "identity": run.run_id,
         }
         return [(t(f"run.{name}"), value) for name, value in told.items()]
+
+
+def _causes(entry: Entry) -> list[tuple[str, int, int, float, float]]:
+    """Each cause with the number of its colour and `drawing.parts`; those that every server knows come first."""
+    counts = {name: entry.causes.get(name, 0) for name in (*_COLOURS, *sorted(entry.causes))}
+    found = drawing.parts({name: number for name, number in counts.items() if number})
+    return [(name, _COLOURS.get(name, len(_COLOURS)), *numbers) for name, *numbers in found]
 
 
 def _verify(entry: Entry) -> str:

@@ -1,5 +1,6 @@
 """The page of standings: what its template is given."""
 
+import re
 from collections.abc import Mapping
 from datetime import datetime
 from typing import Any
@@ -71,6 +72,7 @@ class StandingsPage:
             "all_marks": [*(mark.value for mark in Mark), "cancelled", "reference"],
             "coverage": lambda one: _coverage(t, one),
             "published": _published,
+            "tables": lambda line: ", ".join(re.findall(r"\d+", line.source)),
             "cancelled": lambda one: any(entry.run.state == CANCELLED for entry in one.entries),
             "metrics": METRICS,
             "columns": columns(t),
