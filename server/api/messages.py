@@ -49,6 +49,9 @@ def run_message(run: Run, progress: Progress) -> pb.Run:
         causes=progress.causes,
         images=progress.images,
         created_at=run.created_at.isoformat(timespec="seconds"),
+        ended_at=run.ended_at.isoformat(timespec="seconds") if run.ended_at else "",
+        reoffers=progress.reoffers,
+        published=progress.published,
     )
 
 
