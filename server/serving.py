@@ -29,7 +29,7 @@ from server.runs.accounts import Accounts
 from server.runs.database import Database
 from server.runs.engine import Engine
 from server.runs.journal import Journal
-from server.runs.quotas import LIMITS, Quota, Quotas
+from server.runs.quotas import Quota, Quotas
 from server.runs.receipts import Receipts
 from server.runs.service import Runs
 from server.runs.signing import KnownKeys, SigningKey
@@ -80,7 +80,7 @@ async def _serve(
     config: Config, splits: Mapping[str, Split], database: Database, announce: Callable[[str], None]
 ) -> None:
     journal, accounts = Journal(database), Accounts(database)
-    quotas = Quotas(database, Quota(**{name: getattr(config, name) for name in LIMITS}))
+    quotas = Quotas(database, Quota.of_settings(config))
     server = grpc.aio.server(
         interceptors=[Guard(), VersionCheck(), Authentication(accounts, config)],
         options=[

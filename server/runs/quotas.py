@@ -12,7 +12,7 @@ from sqlalchemy.engine import Connection, Row
 from server.errors import BadInput, NotFound, OverQuota
 from server.runs import tables
 from server.runs.accounts import NOBODY
-from server.runs.callers import Caller, Role
+from server.runs.callers import ANONYMOUS, Caller, Role
 from server.runs.causes import SERVER_FAULT
 from server.runs.database import Database, utc
 from server.runs.offering import LEASE
@@ -43,6 +43,11 @@ class Quota:
     runs_in_all: int = 0
     runs_at_once: int = 0
     streams_at_once: int = 0
+
+    @classmethod
+    def of_settings(cls, settings: Any) -> "Quota":
+        """What a host's settings give everyone: they have the same names."""
+        return cls(**{name: getattr(settings, name) for name in LIMITS})
 
 
 LIMITS = tuple(field.name for field in fields(Quota))
@@ -160,6 +165,19 @@ class Quotas:
                 connection.execute(table.insert(), [{"participant": participant, "split": split}])
             connection.execute(table.update().where(key).values(dict(limits)))
 
+    def of(self, participant: str, split: str) -> Quota:
+        """The limits of a participant, or of all the anonymous.
+
+        Raises:
+            NotFound: if there is no such participant.
+        """
+        table = tables.participants
+        rows = self._database.read(sa.select(table).where(table.c.participant == participant))
+        if not rows and participant != NOBODY:
+            raise _no_participant(participant)
+        caller = Caller(Role(rows[0].role), participant) if rows else ANONYMOUS
+        return self._limits_of(self._database.read, caller, split)
+
     def exceptions(self) -> Iterator[tuple[str, str, Quota]]:
         """Participant, split and limits, wherever others than the default were set."""
         table = tables.quotas
@@ -197,9 +215,13 @@ def _check_participant(connection: Connection, participant: str) -> None:
     if connection.execute(sa.select(table).where(table.c.participant == participant)).all():
         return
     if participant != NOBODY:
-        raise NotFound(f"there is no participant {participant!r}; `arramon-server token list` shows them")
+        raise _no_participant(participant)
     row = {"participant": NOBODY, "role": Role.ANONYMOUS.value, "created_at": datetime.now(UTC)}
     connection.execute(table.insert(), [row])
+
+
+def _no_participant(name: str) -> NotFound:
+    return NotFound(f"there is no participant {name!r}; `arramon-server token list` shows them")
 
 
 def _hold(connection: Connection, account: str | None) -> None:

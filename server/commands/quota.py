@@ -1,0 +1,68 @@
+"""`quota`: how much a participant may do on a split."""
+
+import argparse
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import asdict
+
+from server.commands import Commands
+from server.config import Config
+from server.episodes.splits import folders_of
+from server.errors import BadInput
+from server.runs.database import Database
+from server.runs.quotas import LIMITS, Quota, Quotas
+
+DEFAULT = "default"
+"""Stands for the limit that the server's settings give everyone."""
+
+
+def add(commands: Commands, common: argparse.ArgumentParser) -> None:
+    """Adds it."""
+    quota = commands.add_parser(
+        "quota",
+        parents=[common],
+        help="give a participant other limits on a split than the settings do, or list who has",
+        usage="arramon-server quota [options] (list | PARTICIPANT SPLIT)",
+    )
+    quota.add_argument("participant", metavar="PARTICIPANT", help="the name; anonymous: all without a token together")
+    quota.add_argument("split", metavar="SPLIT", nargs="?", help="its name; without a limit, it says what holds there")
+    for name in LIMITS:
+        quota.add_argument(
+            "--" + name.replace("_", "-"), type=_limit, metavar="N", help=f"0 for any number, or {DEFAULT!r}"
+        )
+    quota.set_defaults(command=_quota)
+
+
+def _quota(arguments: argparse.Namespace) -> None:
+    asked = {name: getattr(arguments, name) for name in LIMITS if getattr(arguments, name) is not None}
+    limits = {name: None if limit == DEFAULT else limit for name, limit in asked.items()}
+    participant, split = arguments.participant, arguments.split
+    if split is None and (participant != "list" or limits):
+        raise BadInput("the split is missing: arramon-server quota PARTICIPANT SPLIT, or arramon-server quota list")
+    with closing(Database(arguments.settings.journal_url)) as database:
+        quotas = Quotas(database, Quota.of_settings(arguments.settings))
+        if split is None:
+            _print(list(quotas.exceptions()))
+            return
+        _check_split(arguments.settings, split)
+        if limits:
+            quotas.set(participant, split, limits)
+        _print([(participant, split, quotas.of(participant, split))])
+
+
+def _check_split(config: Config, split: str) -> None:
+    names = [folder.name for folder in folders_of(config.data)]
+    if split not in names:
+        raise BadInput(f"there is no split {split!r} in {config.data}; there are {', '.join(names) or 'none'}")
+
+
+def _print(rows: Sequence[tuple[str, str, Quota]]) -> None:
+    print("\t".join(("participant", "split", *LIMITS)))
+    for participant, split, quota in rows:
+        print("\t".join((participant, split, *(str(limit or "any") for limit in asdict(quota).values()))))
+
+
+def _limit(text: str) -> int | str:
+    if text == DEFAULT or text.isdecimal():
+        return text if text == DEFAULT else int(text)
+    raise argparse.ArgumentTypeError(f"{text!r} is neither a whole number nor {DEFAULT!r}")
