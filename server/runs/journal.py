@@ -3,7 +3,7 @@
 Steps are append-only and unique by (run, episode, step). Whatever is in memory elsewhere can be rebuilt from here.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -109,6 +109,7 @@ class Journal:
             causes=causes,
             images=images,
             reoffers=sum(int(row.reoffers) for row in rows),
+            published=self.is_published(run_id),
         )
 
     def note_images(self, run_id: str, images: str) -> None:
@@ -136,6 +137,7 @@ class Journal:
                 episodes.c.state,
                 episodes.c.player,
                 episodes.c.epoch,
+                episodes.c.waited,
                 workers.c.worker_id,
                 # A clock that jumped back leaves times in the future: they are as old as they are far away.
                 sa.func.abs(self._database.now - sa.func.coalesce(episodes.c.left, workers.c.seen, 0.0)).label("idle"),
@@ -145,7 +147,7 @@ class Journal:
             .order_by(episodes.c.ordinal)
         )
         return [
-            Claim(row.episode_id, row.state, row.player, row.epoch, row.worker_id, row.idle)
+            Claim(row.episode_id, row.state, row.player, row.epoch, row.worker_id, row.idle, row.waited)
             for row in self._database.read(query)
         ]
 
@@ -160,8 +162,18 @@ class Journal:
         )
         return [Claim(row.episode_id, row.state, row.player, row.epoch) for row in self._database.read(query)]
 
-    def claim(self, run_id: str, claims: Sequence[Claim], player: str, worker: str) -> list[Claim]:
-        """Makes episodes `player`'s at a worker, and returns those that were still as `claims` has them."""
+    def claim(
+        self, run_id: str, claims: Sequence[Claim], player: str, worker: str, *, reoffered: Collection[str] = ()
+    ) -> list[Claim]:
+        """Makes episodes `player`'s at a worker, and returns those that were still as `claims` has them.
+
+        Args:
+            run_id: of the run.
+            claims: as they were read.
+            player: the stream's own name.
+            worker: this process.
+            reoffered: those, by id, that are offered again by the server's fault.
+        """
         c = tables.episodes.c
 
         def these(wanted: Iterable[Claim]) -> sa.ColumnElement[bool]:
@@ -173,20 +185,40 @@ class Journal:
             rows = connection.execute(query.with_for_update(key_share=True))
             epochs: dict[str, int] = {row.episode_id: row.epoch for row in rows}
             won = [claim for claim in claims if epochs.get(claim.episode_id) == claim.epoch]
-            values = {"state": OPEN, "player": player, "epoch": c.epoch + 1, "worker": worker, "left": None}
+            values = {
+                "state": OPEN,
+                "player": player,
+                "epoch": c.epoch + 1,
+                "worker": worker,
+                "left": None,
+                "waited": 0.0,
+            }
+            again = [claim for claim in won if claim.episode_id in reoffered]
+            if again:
+                connection.execute(tables.episodes.update().where(these(again)).values(reoffers=c.reoffers + 1))
             if won:
+                # The stream knows now how long its step has waited; what a process that dies forgets is not charged.
                 connection.execute(tables.episodes.update().where(these(won)).values(values))
         return [replace(claim, epoch=claim.epoch + 1) for claim in won]
 
-    def release(self, run_id: str, epochs: Mapping[str, int], *, ago: float = 0.0) -> None:
-        """Lets go of open episodes that are still held under these epochs; their stream left `ago` seconds ago."""
+    def release(
+        self, run_id: str, epochs: Mapping[str, int], *, ago: float = 0.0, waited: Mapping[str, float] | None = None
+    ) -> None:
+        """Lets go of open episodes that are still held under these epochs.
+
+        Args:
+            run_id: of the run.
+            epochs: by episode.
+            ago: seconds since their stream left.
+            waited: by episode how many seconds the present step's clock had run.
+        """
         table, left = tables.episodes, self._database.now - ago
         with self._database.write() as connection:
             for episode_id, epoch in epochs.items():
                 connection.execute(
                     table.update()
                     .where(table.c.run_id == run_id, table.c.episode_id == episode_id, table.c.epoch == epoch)
-                    .values(worker=None, left=left)
+                    .values(worker=None, left=left, waited=(waited or {}).get(episode_id, 0.0))
                 )
 
     def beat(self, worker: str, address: str = "") -> None:
@@ -232,19 +264,24 @@ class Journal:
         ]
 
     def commit(self, batch: Batch) -> None:
-        """Writes steps and endings, all or nothing.
+        """Writes steps, endings and charges, all or nothing.
 
         Raises:
             TakenOver: if a step is there already, or a claim is not held any more: another process plays the episode.
             StorageError: if the database cannot be written.
         """
-        if not (batch.steps or batch.endings):
+        if not (batch.steps or batch.endings or batch.charges):
+            return
+        # In one order everywhere: who locks episodes in another waits for whoever waits for them.
+        steps = sorted(batch.steps, key=itemgetter("run", "episode", "number"))
+        taken_over = "another process of this server has taken over an episode, or it has ended"
+        if not (batch.endings or batch.charges):
+            if not self._database.commit_rows(_INSERT_STEP, steps):
+                raise TakenOver(taken_over)
             return
         with self._database.commit() as connection:
-            # In one order everywhere: who locks episodes in another waits for whoever waits for them.
-            steps = sorted(batch.steps, key=itemgetter("run", "episode", "number"))
             if steps and connection.execute(_INSERT_STEP, steps).rowcount != len(steps):
-                raise TakenOver("another process of this server has taken over an episode, or it has ended")
+                raise TakenOver(taken_over)
             for ending in batch.endings:
                 values = {name: getattr(ending, name) for name in ("cause", "steps", "scores", "note")}
                 done = connection.execute(
@@ -254,6 +291,16 @@ class Journal:
                 )
                 if not done.rowcount:
                     raise TakenOver(f"another process of this server has taken over episode {ending.episode_id!r}")
+            for run_id, seconds in sorted(batch.charges.items()):
+                left = tables.runs.c.bank_left
+                values = {"bank_left": sa.case((left > seconds, left - seconds), else_=0.0)}
+                connection.execute(tables.runs.update().where(tables.runs.c.run_id == run_id).values(values))
+
+    def is_published(self, run_id: str) -> bool:
+        """Whether a run stands on the leaderboard."""
+        table = tables.entries
+        query = sa.select(table.c.run_id).where(table.c.run_id == run_id, table.c.withdrawn_at.is_(None))
+        return bool(self._database.read(query))
 
     def _count(self, run_id: str, condition: sa.ColumnElement[bool]) -> int:
         rows = self._database.read(sa.select(sa.func.count()).where(tables.episodes.c.run_id == run_id, condition))

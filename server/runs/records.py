@@ -52,6 +52,7 @@ class Progress:
     Attributes:
         images: in which forms its images have travelled, sorted, such as "lossless-224" and "jpeg90-128".
         reoffers: how often the server offered an episode anew by its own fault.
+        published: whether the run stands on the leaderboard.
     """
 
     episodes: int
@@ -60,6 +61,7 @@ class Progress:
     causes: dict[str, int]
     images: tuple[str, ...] = ()
     reoffers: int = 0
+    published: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +74,7 @@ class Claim:
         epoch: grows with every claim; whoever writes names the one that they hold.
         worker: the server process that holds it; None where its stream has left.
         idle: seconds since its stream left, or since its worker was last seen alive.
+        waited: seconds that the clock of its present step had run when its stream left.
     """
 
     episode_id: str
@@ -80,6 +83,7 @@ class Claim:
     epoch: int = 0
     worker: str | None = None
     idle: float = 0.0
+    waited: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,11 +101,21 @@ class Ending:
 
 @dataclass
 class Batch:
-    """What one commit writes."""
+    """What one commit writes.
+
+    Attributes:
+        charges: seconds to take from the banks of runs, by run.
+    """
 
     steps: list[dict[str, Any]] = field(default_factory=list)
     endings: list[Ending] = field(default_factory=list)
+    charges: dict[str, float] = field(default_factory=dict)
 
     def add_step(self, run_id: str, episode_id: str, epoch: int, step: int, action: int) -> None:
         """Step number `step` (from 0) of an episode was `action`, under the claim of an epoch."""
         self.steps.append({"run": run_id, "episode": episode_id, "epoch": epoch, "number": step, "taken": action})
+
+    def charge(self, run_id: str, seconds: float) -> None:
+        """A run's bank loses so many seconds."""
+        if seconds > 0.0:
+            self.charges[run_id] = self.charges.get(run_id, 0.0) + seconds
