@@ -1,4 +1,7 @@
-"""Two processes that both believe that an episode is theirs: whoever lost it cannot write, whatever the moment."""
+"""Two processes that both believe that an episode is theirs: whoever lost it cannot write, whatever the moment.
+
+On PostgreSQL, where several write at once. SQLite has one writer at a time: what holds there, test_journal shows.
+"""
 
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -16,9 +19,9 @@ from tests.runs.test_journal import a_run
 
 
 @pytest.fixture
-def databases(database_url: str) -> Iterator[tuple[Database, Database]]:
+def databases(postgres_url: str) -> Iterator[tuple[Database, Database]]:
     """Two processes' own connections to one database, which holds a run of two episodes."""
-    with closing(Database(database_url)) as one, closing(Database(database_url)) as other:
+    with closing(Database(postgres_url)) as one, closing(Database(postgres_url)) as other:
         Journal(one).create(a_run(), ["a", "b"])
         yield one, other
 

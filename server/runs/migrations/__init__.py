@@ -15,14 +15,12 @@ def migrate(connection: Connection, revision: str = "head") -> None:
     Raises:
         alembic.util.CommandError: if the database is at a revision that is not known here.
     """
-    config = _config()
-    config.attributes["connection"] = connection
-    command.upgrade(config, revision)
+    command.upgrade(configuration(connection), revision)
 
 
 def newest_revision() -> str | None:
     """What `migrate` brings a database to."""
-    return ScriptDirectory.from_config(_config()).get_current_head()
+    return ScriptDirectory.from_config(configuration()).get_current_head()
 
 
 def revision_of(connection: Connection) -> str | None:
@@ -30,7 +28,9 @@ def revision_of(connection: Connection) -> str | None:
     return MigrationContext.configure(connection).get_current_revision()
 
 
-def _config() -> Config:
+def configuration(connection: Connection | None = None) -> Config:
+    """For Alembic's commands, through the connection."""
     config = Config()
     config.set_main_option("script_location", str(Path(__file__).parent).replace("%", "%%"))
+    config.attributes["connection"] = connection
     return config
