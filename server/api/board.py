@@ -71,7 +71,7 @@ class BoardServicer(LeaderboardServicer):
         if size > MAX_PAGE:
             raise BadInput(f"page_size is {size}, expected 1 to {MAX_PAGE}")
         if not (start.isascii() and start.isdecimal() and len(start) < 10):
-            raise BadInput(f"page_token is {start!r}, expected that of the page before")
+            raise BadInput(f"page_token is {start[:20]!r}, expected that of the page before")
         listing = self._board.listing(request.split, request.language or BOTH, request.sort or HEADLINE)
         first, total = int(start), len(listing.standings)
         return pb.ListResponse(

@@ -29,7 +29,7 @@ def test_an_entry_holds_what_the_run_came_to(house: House) -> None:
     assert line.rows["total"]["PTC@CTC-3"].low < 2 / 6 < line.rows["total"]["PTC@CTC-3"].high
     assert set(line.rows) == {"turn 1", "turn 2", "total"}
     assert (entry.progress.episodes, entry.causes, entry.note) == (6, {"AGENT_FINISHED": 6}, "code: example.org")
-    assert entry.signature.startswith("split:tiny|lang:en|episodes:6|steps:150|sensors:depth+rgb|")
+    assert entry.signature.startswith("split:tiny|lang:en|episodes:6|steps:150|")
     assert (line.coverage, line.marks) == (1.0, ())
 
 
