@@ -83,7 +83,12 @@ class Cluster:
 
     def signal(self, number: signal.Signals) -> None:
         """To the server's first process: SIGQUIT ends all of them at once, as a crash does."""
-        os.kill(int((self._data / "postmaster.pid").read_text().split()[0]), number)
+        os.kill(self.processes()[0], number)
+
+    def processes(self) -> list[int]:
+        """The server's first process, and its children; Linux only."""
+        first = int((self._data / "postmaster.pid").read_text().split()[0])
+        return [first, *map(int, Path(f"/proc/{first}/task/{first}/children").read_text().split())]
 
     def crash(self) -> None:
         """Ends it without a goodbye; what was committed is there at the next start."""

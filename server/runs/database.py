@@ -1,16 +1,18 @@
 """The database behind the journal: opens it, brings it up to date, and turns its errors into the server's."""
 
+import sqlite3
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime
-from functools import partial
+from functools import cache, partial
 from typing import Any
 from urllib.parse import quote
 
 import sqlalchemy as sa
 from alembic.util import CommandError
 from sqlalchemy import event
+from sqlalchemy.dialects import sqlite
 from sqlalchemy.engine import URL, Connection, Engine, Row, make_url
 from sqlalchemy.exc import ArgumentError, DataError, DBAPIError, IntegrityError, OperationalError
 from sqlalchemy.exc import TimeoutError as PoolTimeoutError
@@ -19,8 +21,8 @@ from server.errors import BadInput, StorageError, TakenOver
 from server.runs import postgres
 from server.runs.migrations import migrate, newest_revision, revision_of
 
-REST, MAX_REST_SECONDS = 4.0, 10.0
-"""A database that took some seconds to fail is not asked again for so many times as long: the streams need the loop."""
+REST, MAX_REST_SECONDS, QUICK_SECONDS = 4.0, 10.0, 0.5
+"""A database that did not fail quickly is not asked again for so many times as long: the streams need the loop."""
 
 
 class Database:
@@ -127,15 +129,45 @@ class Database:
             with self.write() as connection:
                 yield connection
             return
-        with self._errors():
-            if self._committer is None:
-                self._committer = self._engine.connect()
+        with self._errors(), self._kept() as connection, connection.begin():
+            yield connection
+
+    def commit_rows(self, statement: sa.Insert, rows: Sequence[Mapping[str, Any]]) -> bool:
+        """Inserts rows, all or none, in a transaction of their own; returns whether each found its place.
+
+        With SQLite it goes past SQLAlchemy, which would take twice the time of all the rest: with every step 0.2 ms.
+
+        Raises:
+            TakenOver: if a row is there already.
+            StorageError: if the database cannot be written.
+        """
+        if not self._is_sqlite:
+            with self.commit() as connection:
+                done: bool = connection.execute(statement, rows).rowcount == len(rows)
+                if not done:
+                    connection.rollback()
+                return done
+        text, values = _written_out(statement)
+        with self._errors(), self._kept() as connection:
+            driver: Any = connection.connection.driver_connection
             try:
-                with self._committer.begin():
-                    yield self._committer
-            except BaseException:  # whatever it was, no transaction stays open
-                self._drop_committer()
-                raise
+                driver.execute("BEGIN IMMEDIATE")
+                done = driver.executemany(text, [{**values, **row} for row in rows]).rowcount == len(rows)
+                driver.execute("COMMIT" if done else "ROLLBACK")
+            except sqlite3.Error as error:
+                raise DBAPIError.instance(text, None, error, sqlite3.Error, dialect=self._engine.dialect) from error
+            return done
+
+    @contextmanager
+    def _kept(self) -> Iterator[Connection]:
+        """The connection that is kept from one commit to the next."""
+        if self._committer is None:
+            self._committer = self._engine.connect()
+        try:
+            yield self._committer
+        except BaseException:  # whatever it was, no transaction stays open
+            self._drop_committer()
+            raise
 
     def _check_revision(self) -> None:
         with self.snapshot() as connection:
@@ -165,8 +197,8 @@ class Database:
         except (DBAPIError, PoolTimeoutError) as error:
             reason = error.orig if isinstance(error, DBAPIError) else error
             self._reason = f"the journal cannot be used: {reason}"
-            if isinstance(error, OperationalError):
-                failed = time.monotonic()
+            gone = isinstance(error, OperationalError) and (error.connection_invalidated or error.statement is None)
+            if gone and (failed := time.monotonic()) > started + QUICK_SECONDS:
                 self._resting = failed + min(REST * (failed - started), MAX_REST_SECONDS)
             raise StorageError(self._reason) from error
 
@@ -174,6 +206,13 @@ class Database:
 def utc(time: datetime | None) -> datetime | None:
     """A time as it was written: SQLite drops its zone."""
     return time.replace(tzinfo=UTC) if time is not None and time.tzinfo is None else time
+
+
+@cache
+def _written_out(statement: sa.Insert) -> tuple[str, dict[str, Any]]:
+    """A statement in SQLite's words, and the values that it holds itself."""
+    compiled = statement.compile(dialect=sqlite.dialect(paramstyle="named"))
+    return str(compiled), dict(compiled.params)
 
 
 def _parsed(url: str) -> URL:
