@@ -100,7 +100,7 @@ def _publish(options: argparse.Namespace) -> None:
         entry = call(stub.Publish, pb.PublishRequest(run_id=options.run, note=options.note), server.address)
     marks = _marks(entry.marks, entry.coverage if entry.HasField("coverage") else None)
     name = f"{entry.run.agent} by {entry.run.participant}"
-    sys.stdout.write(f"published: {name} on {entry.run.split}, {entry.run.language}{f' ({marks})' if marks else ''}\n")
+    sys.stdout.write(f"published: {name} on {entry.run.split}, {entry.run.language}{f'; {marks}' if marks else ''}\n")
 
 
 def _withdraw(options: argparse.Namespace) -> None:
@@ -140,12 +140,12 @@ def table(listing: Listing, split: str, language: str) -> Table:
         caption="sorted and ranked by the column with *; = shares a rank: its interval overlaps with that of the best "
         "at this rank; under each score its 95% interval; rPOD and PTC count where CTC-3 is 1",
         box=box.SIMPLE_HEAD,
-        padding=(0, 1),
+        padding=0,
         show_edge=False,
         pad_edge=False,
     )
     made.add_column("", justify="right", no_wrap=True)
-    made.add_column("agent", overflow="fold")
+    made.add_column("agent", overflow="fold", min_width=24)
     for heading, metric in COLUMNS:
         made.add_column(f"{heading} *" if metric == listing.sort else heading, justify="right", no_wrap=True)
     for standing in listing.standings:
@@ -154,7 +154,7 @@ def table(listing: Listing, split: str, language: str) -> Table:
     if listing.references:
         made.add_section()
     for reference in listing.references:
-        who = Text(f"{reference.name} ({reference.short})\nthe paper's {reference.source}: other data")
+        who = Text(f"{reference.short} {reference.name}\npaper, {reference.source}: other data")
         made.add_row("", who, *(cell.partition("\n")[0] for cell in _cells(reference.rows)))
     return made
 
@@ -170,7 +170,7 @@ def _marks(marks: Iterable[pb.Mark.ValueType], coverage: float | None) -> str:
         for mark in marks:
             word = pb.Mark.Name(mark).removeprefix("MARK_").lower().replace("_", " ")
             partly = mark == pb.MARK_PARTIAL and coverage is not None
-            yield f"{word}: {coverage:.0%} of the episodes" if partly else word
+            yield f"{word} ({coverage:.0%})" if partly else word
 
     return ", ".join(words())
 

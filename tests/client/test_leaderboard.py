@@ -1,0 +1,177 @@
+"""The commands `leaderboard`, `publish` and `withdraw`, against a scripted server."""
+
+# ruff: noqa: N802 - the methods are named by the protocol
+
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from typing import Any
+
+import grpc
+import pytest
+
+from arramon.v1 import evaluation_pb2
+from arramon.v1 import leaderboard_pb2 as pb
+from arramon.v1.evaluation_pb2_grpc import add_EvaluationServicer_to_server
+from arramon.v1.leaderboard_pb2_grpc import LeaderboardServicer, add_LeaderboardServicer_to_server
+from arramon_client.cli import main
+from tests.client.fake import Servicer, World
+
+METRICS = ("nDTW", "CTC-0", "CTC-3", "CTC-5", "CTC-7", "rPOD@CTC-3", "PTC@CTC-3")
+
+
+def rows(*totals: float) -> list[evaluation_pb2.Row]:
+    scores = [
+        evaluation_pb2.Score(metric=metric, mean=value, low=value - 0.05, high=value + 0.05)
+        for metric, value in zip(METRICS, totals, strict=True)
+    ]
+    return [evaluation_pb2.Row(name="total", scores=scores)]
+
+
+BEST = pb.Standing(
+    rank=1, tied=True, participant="lab", agent="[red]mine[/red]", sensors=["rgb", "depth"], coverage=1.0,
+    rows=rows(0.9, 0.8, 0.7, 0.75, 0.8, 0.5, 0.4),
+)  # fmt: skip
+OTHER = pb.Standing(rank=1, tied=True, participant="club", agent="other", coverage=1.0, rows=rows(*[0.3] * 7))
+PART = pb.Standing(
+    participant="lab", agent="part", sensors=["oracle"], coverage=0.25, marks=[pb.MARK_PARTIAL, pb.MARK_PRIVILEGED],
+    rows=rows(*[1.0] * 7),
+)  # fmt: skip
+PAPER = pb.Reference(
+    name="Shortest Path", short="S/P", split="val_seen", language="en", source="Table 2",
+    rows=[evaluation_pb2.Row(name="total", scores=[evaluation_pb2.Score(metric="nDTW", mean=1.0, low=1.0, high=1.0)])],
+)  # fmt: skip
+
+
+class Board(LeaderboardServicer):
+    """Has three standings, on pages of one, and remembers what it was asked."""
+
+    def __init__(self) -> None:
+        self.asked: list[Any] = []
+        self.lines = [BEST, OTHER, PART]
+
+    def List(self, request: pb.ListRequest, context: Any) -> pb.ListResponse:
+        self.asked.append(request)
+        at = int(request.page_token or 0)
+        return pb.ListResponse(
+            standings=self.lines[at : at + 1],
+            references=[PAPER] if at == 0 else [],
+            sort=request.sort,
+            next_page_token=str(at + 1) if at + 1 < len(self.lines) else "",
+        )
+
+    def Export(self, request: pb.ExportRequest, context: Any) -> pb.ExportResponse:
+        self.asked.append(request)
+        return pb.ExportResponse(content="kind,agent\r\nrun,मेरा\r\n")
+
+    def Publish(self, request: pb.PublishRequest, context: Any) -> pb.Entry:
+        self.asked.append(request)
+        if request.run_id == "running":
+            context.abort(grpc.StatusCode.FAILED_PRECONDITION, "run 'running' is still being played")
+        run = evaluation_pb2.Run(agent="mine", participant="lab", split="val_seen", language="hi")
+        return pb.Entry(run=run, coverage=0.25, marks=[pb.MARK_PARTIAL])
+
+    def Withdraw(self, request: pb.WithdrawRequest, context: Any) -> pb.WithdrawResponse:
+        self.asked.append(request)
+        return pb.WithdrawResponse()
+
+    def GetEntry(self, request: pb.GetEntryRequest, context: Any) -> pb.Entry:
+        return pb.Entry()
+
+
+@contextmanager
+def serving(world: World, board: Board) -> Iterator[str]:
+    with ThreadPoolExecutor(2) as pool:
+        server = grpc.server(pool)
+        add_EvaluationServicer_to_server(Servicer(world), server)
+        add_LeaderboardServicer_to_server(board, server)
+        port = server.add_insecure_port("127.0.0.1:0")
+        server.start()
+        yield f"127.0.0.1:{port}"
+        server.stop(None).wait()
+
+
+@pytest.fixture
+def board() -> Board:
+    return Board()
+
+
+@pytest.fixture
+def address(world: World, board: Board) -> Iterator[str]:
+    with serving(world, board) as served:
+        yield served
+
+
+def test_the_table(board: Board, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["leaderboard", "--server", address, "--lang", "en"]) == 0
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    best = next(n for n, line in enumerate(lines) if line[:1] == ["1="])
+    assert lines[best] == ["1=", "[red]mine[/red]", "0.900", "0.800", "0.700", "0.750", "0.800", "0.500", "0.400"]
+    assert lines[best + 1][:3] == ["lab:", "rgb", "depth"]
+    assert lines[best + 1][3:6] == [".850-.950", ".750-.850", ".650-.750"]
+    assert ["1=", "other", *["0.300"] * 7] in lines
+    assert ["-", "part", *["1.000"] * 7] in lines
+    assert ["partial", "(25%),", "privileged"] in lines
+    assert ["S/P", "Shortest", "Path", "1.000", *["-"] * 6] in lines
+    assert ["paper,", "Table", "2:", "other", "data"] in lines
+    assert [request.page_token for request in board.asked] == ["", "1", "2"]
+    assert {(request.split, request.language, request.sort) for request in board.asked} == {
+        ("val_seen", "en", "PTC@CTC-3"),
+    }  # fmt: skip
+
+
+def test_the_column_sorted_by_is_marked(board: Board, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["leaderboard", "--server", address, "--sort", "rPOD", "--split", "val_unseen"]) == 0
+    assert {(request.split, request.language, request.sort) for request in board.asked} == {
+        ("val_unseen", "both", "rPOD@CTC-3"),
+    }  # fmt: skip
+    shown = capsys.readouterr().out
+    assert "rPOD *" in shown
+    assert "val_unseen, all languages together" in shown
+
+
+def test_an_empty_list_says_so(board: Board, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    board.lines = []
+    assert main(["leaderboard", "--server", address]) == 0
+    assert "nothing is published here yet; each language has a list of its own, see --lang" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("option", "form"), [("--csv", pb.ExportRequest.FORMAT_CSV), ("--json", pb.ExportRequest.FORMAT_JSON)]
+)
+def test_files_are_written_as_they_come(
+    board: Board, address: str, capsys: pytest.CaptureFixture[str], option: str, form: int
+) -> None:
+    assert main(["leaderboard", "--server", address, "--lang", "hi", option]) == 0
+    assert capsys.readouterr().out == "kind,agent\r\nrun,मेरा\r\n"
+    assert board.asked == [pb.ExportRequest(split="val_seen", language="hi", sort="PTC@CTC-3", format=form)]  # type: ignore[arg-type]
+
+
+def test_publishing(board: Board, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["publish", "r7", "--note", "code: example.org", "--server", address]) == 0
+    assert board.asked == [pb.PublishRequest(run_id="r7", note="code: example.org")]
+    assert capsys.readouterr().out == "published: mine by lab on val_seen, hi; partial (25%)\n"
+
+
+def test_a_refusal_is_told(address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["publish", "running", "--server", address]) == 1
+    assert capsys.readouterr().err == "error: run 'running' is still being played (FAILED_PRECONDITION)\n"
+
+
+def test_withdrawing(board: Board, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["withdraw", "r7", "--server", address]) == 0
+    assert board.asked == [pb.WithdrawRequest(run_id="r7")]
+    assert capsys.readouterr().out == "withdrawn: r7\n"
+
+
+def test_a_split_must_be_chosen_where_there_are_several(
+    world: World, address: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    world.info.splits.add(name="val_unseen")
+    assert main(["leaderboard", "--server", address]) == 2
+    assert capsys.readouterr().err == "error: choose a split with --split: val_seen, val_unseen\n"
+
+
+def test_a_server_and_data_of_this_machine_exclude_each_other(address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["leaderboard", "--server", address, "--data", "here"]) == 2
+    assert "--data is for the runs on this machine" in capsys.readouterr().err
