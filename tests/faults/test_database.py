@@ -1,0 +1,46 @@
+"""The database goes away under a run and comes back: the run goes on by itself, and ends as if nothing had been."""
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests import tiny
+from tests.faults.clients import EPISODES, check_same, client, finish, played_on, results, run_id, undisturbed
+from tests.postgres import Cluster
+from tests.serving import Server
+
+
+@pytest.fixture(params=[1, 2], ids=["1 worker", "2 workers"])
+def server(request: pytest.FixtureRequest, postgres_url: str, tmp_path: Path) -> Iterator[Server]:
+    tiny.write(tmp_path / "data", count=EPISODES)
+    server = Server(
+        tmp_path / "data",
+        "127.0.0.1:0",
+        "--journal",
+        postgres_url,
+        "--workers",
+        str(request.param),
+        log=tmp_path / "log",
+    )
+    yield server
+    assert server.stop() == 0
+
+
+@pytest.mark.slow
+def test_postgresql_is_ended_three_times(server: Server, cluster: Cluster, postgres_url: str, tmp_path: Path) -> None:
+    once = undisturbed(server, tmp_path / "undisturbed")
+    process = client(server.address, tmp_path / "disturbed")
+    run, recorded = run_id(process), 0
+    for crashed, seconds in ((True, 0.0), (True, 2.5), (False, 1.0)):
+        recorded = played_on(postgres_url, run, recorded)
+        if crashed:
+            cluster.crash()
+        else:
+            cluster.stop()
+        time.sleep(seconds)
+        cluster.start()
+    said = finish(process)
+    assert "trying again" in said
+    check_same(postgres_url, once, results(tmp_path / "disturbed"))
