@@ -5,6 +5,7 @@ from pathlib import Path
 
 from server.addresses import FORM, TCP_FORM, is_address, is_loopback, is_tcp_address
 from server.errors import BadInput
+from server.runs.clocks import Clocks
 from server.setting import setting, settings_of
 from server.sim.cameras import CAMERAS
 from server.sim.rules import STEPS_PER_PHASE, Limits
@@ -51,12 +52,12 @@ class Config:
         most=1024,
     )
     steps: int = setting(STEPS_PER_PHASE, "limit of a phase", unit="steps", least=1, most=10_000)
-    step_seconds: float = setting(0.0, "time of each step; 0 for no clocks", unit="seconds", least=0.0, most=DAY)
+    step_seconds: float = setting(60.0, "time of each step; 0 for no clocks", unit="seconds", least=0.0, most=DAY)
     first_step_seconds: float = setting(
-        0.0, "time of a run's first step, while models load", unit="seconds", least=0.0, most=DAY
+        600.0, "time of a run's first step, while models load", unit="seconds", least=0.0, most=DAY
     )
     bank_seconds: float = setting(
-        0.0, "time that all steps of a run may take beyond `step_seconds`", unit="seconds", least=0.0, most=365 * DAY
+        3600.0, "time that all steps of a run may take beyond `step_seconds`", unit="seconds", least=0.0, most=365 * DAY
     )
     idle_seconds: float = setting(
         7 * DAY,
@@ -118,6 +119,13 @@ class Config:
     def limits(self) -> Limits:
         """Given to runs that are created."""
         return Limits(self.steps)
+
+    @property
+    def clocks(self) -> Clocks:
+        """Given to runs that are created."""
+        if not self.step_seconds:
+            return Clocks()
+        return Clocks(self.step_seconds, max(self.first_step_seconds, self.step_seconds), self.bank_seconds)
 
     @property
     def journal_url(self) -> str:

@@ -8,6 +8,7 @@ from arramon.v1 import types_pb2
 from server.episodes.episode import Episode
 from server.episodes.splits import Split
 from server.runs.callers import Caller
+from server.runs.clocks import Clocks
 from server.runs.quotas import Quota, Use
 from server.runs.receipts import Receipt
 from server.runs.records import Ending, Progress, Run
@@ -40,7 +41,7 @@ def run_message(run: Run, progress: Progress) -> pb.Run:
         split=run.split,
         language=run.language,
         sensors=run.sensors,
-        limits=types_pb2.Limits(steps_per_phase=run.steps_per_phase),
+        limits=limits_message(run.steps_per_phase, Clocks.of(run)),
         data_hash=run.data_hash,
         state=pb.RunState.Value(f"RUN_STATE_{run.state}"),
         episodes=progress.episodes,
@@ -51,7 +52,18 @@ def run_message(run: Run, progress: Progress) -> pb.Run:
         created_at=run.created_at.isoformat(timespec="seconds"),
         ended_at=run.ended_at.isoformat(timespec="seconds") if run.ended_at else "",
         reoffers=progress.reoffers,
+        bank_seconds_left=run.bank_left,
         published=progress.published,
+    )
+
+
+def limits_message(steps_per_phase: int, clocks: Clocks) -> types_pb2.Limits:
+    """What a run is granted."""
+    return types_pb2.Limits(
+        steps_per_phase=steps_per_phase,
+        step_seconds=clocks.step_seconds,
+        first_step_seconds=clocks.first_step_seconds,
+        bank_seconds=clocks.bank_seconds,
     )
 
 

@@ -78,14 +78,14 @@ class Playing:
         if self._encoder.encoding == types_pb2.ENCODING_SHARED:
             self._shared = Shared(self._stream.max_episodes, self._stream.run.sensors, self._stream.image_size)
         reader = asyncio.create_task(self._read(requests))
-        self._engine.join(self._stream)
         try:
+            self._engine.join(self._stream)
             while (item := await self._outbox.get()) is not None:
                 if isinstance(item, ArraMonError):
                     raise item
                 yield item
                 self._waiting -= item.ByteSize()
-                self._engine.wake()  # a slow reader may have taken what held it back
+                self._engine.has_left(self._stream)
         finally:
             self._engine.leave(self._stream)
             reader.cancel()
@@ -160,6 +160,9 @@ class Playing:
         message.phase_step, message.steps_left = state.phase_step, event.steps_left
         if event.taken is not None:
             message.taken = ACTIONS[event.taken]
+        if event.time_left is not None:
+            message.step_seconds_left = event.time_left.step_seconds
+            message.bank_seconds_left = event.time_left.bank_seconds
         if event.frame is not None:
             self._write_images(event, event.frame, message)
         if "pose" in sensors:

@@ -6,13 +6,20 @@ from typing import TypeVar
 
 import grpc
 
-from arramon.v1 import PROTOCOL, types_pb2
+from arramon.v1 import PROTOCOL
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationServicer
 from server import __version__
-from server.api.authentication import anonymous_caller, caller_of
+from server.api.authentication import anonymous_caller, caller_of, is_near
 from server.api.counting import Counting
-from server.api.messages import account_message, receipt_message, report_message, run_message, split_message
+from server.api.messages import (
+    account_message,
+    limits_message,
+    receipt_message,
+    report_message,
+    run_message,
+    split_message,
+)
 from server.api.playing import Playing
 from server.api.sharing import offered
 from server.api.status import status_of
@@ -45,14 +52,15 @@ class Servicer(EvaluationServicer):
         self._counting = Counting(runs.quotas, engine.worker)
 
     async def GetServerInfo(self, request: pb.GetServerInfoRequest, context: _Context) -> pb.ServerInfo:
-        addresses = await _answer(context, self._runs.addresses)
+        near = is_near(context) and not self._config.trust_proxy
+        addresses = await _answer(context, self._runs.addresses) if near else []
         return pb.ServerInfo(
             version=__version__,
             protocol=PROTOCOL,
             splits=map(split_message, self._runs.splits.values()),
             encodings=offered(self._config.listen),
             image_sizes=self._config.image_sizes,
-            limits=types_pb2.Limits(steps_per_phase=self._runs.limits.steps_per_phase),
+            limits=limits_message(self._runs.limits.steps_per_phase, self._runs.clocks),
             max_episodes_per_stream=self._config.max_episodes_per_stream,
             max_message_bytes=self._config.max_message_bytes,
             addresses=addresses,

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from heapq import heappop, heappush
 from math import inf
 
+from server.runs.records import Run
+
 STALL_SECONDS = 3.0
 """The server looks at its clock once a second; what it missed beyond this it was held up for itself."""
 
@@ -47,9 +49,19 @@ class Clocks:
     first_step_seconds: float = 0.0
     bank_seconds: float = 0.0
 
+    @classmethod
+    def of(cls, run: Run) -> "Clocks":
+        """What a run was granted when it was created."""
+        return cls(run.step_seconds, run.first_step_seconds, run.bank_seconds)
+
     def __bool__(self) -> bool:
         """Whether there are clocks."""
         return self.step_seconds > 0.0
+
+    def __str__(self) -> str:
+        """As a signature has them, such as "60/600/3600"."""
+        seconds = (self.step_seconds, self.first_step_seconds, self.bank_seconds)
+        return "/".join(f"{number:.12g}" for number in seconds) if self else "none"
 
 
 @dataclass(slots=True)
@@ -101,6 +113,7 @@ class StreamClock:
         self._queue: deque[tuple[tuple[str, int], ...]] = deque()
         self._head_since = inf
         self._charged = -inf
+        self._owed = 0.0
 
     def open(self, episode_id: str, waited: float) -> None:
         """An episode is the stream's now; its present step has waited so many seconds on other streams."""
@@ -116,31 +129,34 @@ class StreamClock:
             self._head_since = self._now()
         self._queue.append(tuple(observations))
 
-    def leave(self) -> float:
-        """What waited longest has left; returns what is to be charged."""
+    def leave(self) -> None:
+        """What waited longest has left."""
         now = self._now()
-        charge = self.charge(now)
+        self.charge(now)
         for episode_id, number in self._queue.popleft() if self._queue else ():
             step = self._steps.get(episode_id)
             if step is not None and step.began == inf and number > step.answered:
                 step.began, step.due = now, now + self._granted(step)
                 heappush(self._dues, (step.due, episode_id))
         self._head_since = now
-        return charge
 
     def answer(self, episode_id: str, number: int) -> None:
         """A step was answered. What was overdue by then is to be charged before."""
         self._steps[episode_id] = _Step(answered=number)
         self.bank.answered = True
 
-    def charge(self, at: float) -> float:
-        """Takes from the bank what is overdue at a time and was not charged yet; returns it, in seconds."""
+    def charge(self, at: float) -> None:
+        """Takes from the bank what is overdue at a time and was not charged yet."""
         start = max(self._first_due(), self._charged)
-        if at <= start:
-            return 0.0
-        self._charged = at
-        self.bank.left = max(0.0, self.bank.left - (at - start))
-        return at - start
+        if at > start:
+            self._charged = at
+            self._owed += at - start
+            self.bank.left = max(0.0, self.bank.left - (at - start))
+
+    def settle(self) -> float:
+        """What was charged since this was asked last, in seconds: it is to be written down."""
+        owed, self._owed = self._owed, 0.0
+        return owed
 
     def out_of_time(self, at: float) -> list[str]:
         """Episodes that are overdue at a time, where the bank is empty. To be asked after `charge`."""

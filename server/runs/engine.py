@@ -9,33 +9,35 @@ import asyncio
 import logging
 import time
 import uuid
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
 
 from server.episodes.splits import Split
-from server.errors import ArraMonError, Conflict, NotFound, Unavailable
-from server.runs import causes
-from server.runs.answering import Answering, ending
-from server.runs.events import EpisodeEnded, Event, Observed, RunEnded
+from server.errors import ArraMonError, Conflict, Unavailable
+from server.runs.answering import Answering
+from server.runs.clocks import Stopwatch
+from server.runs.closing import Closing
+from server.runs.delivering import Delivering, can_be_told
+from server.runs.events import EpisodeEnded, RunEnded
+from server.runs.faults import Faults
 from server.runs.journal import Journal
+from server.runs.ledger import Ledger
 from server.runs.offering import Offering
-from server.runs.records import CANCELLED, COMPLETE, RUNNING, Batch, Run
-from server.runs.stream import Act, Stream
+from server.runs.opening import Opening
+from server.runs.records import CANCELLED, COMPLETE, RUNNING, Batch, Claim, Run
+from server.runs.stream import Act, Asked, Stream
+from server.runs.timekeeping import Timekeeper
 from server.runs.worlds import Worlds
 from server.sim.cameras import CAMERAS
 
 GRACE = 10.0
 """Seconds for which an episode that a broken stream left open waits for its own player."""
 
-TURN_SECONDS, TURN_EVENTS = 0.004, 16
-"""A stream's turn: so long it is drawn for, and so many events it is told at the most, before the next one's turn."""
-
 SWEEP_SECONDS = 1.0
 """Between two looks at what nobody asked for: signs of life, and episodes whose players did not come back."""
 
-MAX_BACKLOG = 2 << 20
-"""Bytes waiting to leave, from which on a slow reader gets nothing more drawn: eight raw observations or so."""
+ACTIVE_SECONDS = 60.0
+"""Between two notes that a run is being played, and two looks for a run that lies idle."""
 
 _log = logging.getLogger(__name__)
 
@@ -46,30 +48,46 @@ class Engine:
     Args:
         splits: by name.
         journal: everything goes there before anyone is told.
+        ledger: keeps banks and counts.
         camera: what draws, one of `cameras.CAMERAS`.
         address: of this process alone; empty where it has none.
         grace: seconds for which an orphaned episode waits for its player.
+        idle_seconds: for which a run may lie idle before it is closed with what it has; 0 for ever.
+        now: the clocks' time, in seconds.
     """
 
     def __init__(
         self,
         splits: Mapping[str, Split],
         journal: Journal,
+        ledger: Ledger,
         *,
         camera: str = CAMERAS[0],
         address: str = "",
         grace: float = GRACE,
+        idle_seconds: float = 0.0,
+        now: Callable[[], float] | None = None,
     ) -> None:
         self._journal = journal
+        self._ledger = ledger
+        self._idle_seconds = idle_seconds
         self._address = address
         self._worlds = Worlds(splits, camera)
         self._work = asyncio.Event()
         self._worker = uuid.uuid4().hex
-        self._offering = Offering(splits, journal, self._worlds, self._worker, grace)
-        self._answering = Answering(journal)
+        opening = Opening(splits, journal, self._worlds)
+        self._faults = Faults(journal, ledger, opening)
+        self._offering = Offering(journal, opening, self._faults, self._worker, grace)
+        self._closing = Closing(journal, opening, self._worker)
+        self._time = Timekeeper(ledger, now or Stopwatch())
+        self._answering = Answering(journal, self._time)
+        self._delivering = Delivering(self._worlds, self._take, self._drop)
         self._streams: list[Stream] = []
-        self._to_release: list[tuple[str, dict[str, int], float]] = []
-        self._next_sweep = 0.0
+        self._to_release: list[_Leaving] = []
+        self._next_sweep = self._next_note = 0.0
+        self._stopped = False
+        self.turned_at = time.monotonic()
+        """When it last looked at anything; each second, when it is idle."""
 
     @property
     def worker(self) -> str:
@@ -78,11 +96,16 @@ class Engine:
 
     def join(self, stream: Stream) -> None:
         """A stream comes in."""
+        if self._stopped:
+            stream.close(Unavailable("this process of the server is about to end; try again, and another answers"))
+            return
         for other in list(self._streams):
             if (other.run.run_id, other.player) == (stream.run.run_id, stream.player):
                 self._drop(other, Conflict("another stream of the same player took this one's place"))
         self._streams.append(stream)
         with self._guard(stream):
+            self._time.start(stream, self._streams)
+            self._ledger.note_active([stream.run.run_id])
             if stream.images:
                 self._journal.note_images(stream.run.run_id, stream.images)
             self._offering.offer(stream, self._held(stream.run), first=True)
@@ -92,17 +115,22 @@ class Engine:
 
     def ask(self, stream: Stream, acts: Iterable[Act]) -> None:
         """A stream answers observations."""
-        stream.asked.append(tuple(acts))
+        stream.asked.append(Asked(self._time.now(), tuple(acts)))
         self.wake()
 
     def leave(self, stream: Stream) -> None:
         """A stream is gone; its episodes stay open, for its player first and after a while for others."""
         if stream in self._streams:
             self._streams.remove(stream)
-            epochs = {episode_id: session.epoch for episode_id, session in stream.sessions.items()}
-            self._to_release.append((stream.run.run_id, epochs, time.monotonic()))
+            self._to_release.append(_Leaving(stream, self._time.now()))
             with self._guard():
                 self._release()
+
+    def has_left(self, stream: Stream) -> None:
+        """What a stream was delivered first of what has not left yet, has left the server: its clocks run."""
+        if stream.clock is not None:
+            stream.clock.leave()
+        self.wake()
 
     def wake(self) -> None:
         """There is something to do: a message came in, or a stream that was slow can take more."""
@@ -122,16 +150,19 @@ class Engine:
             self._sweep()
             self._apply()
             for stream in list(self._streams):
-                self._tell(stream)
+                if self._delivering.turn(stream) and stream in self._streams:
+                    self._streams.remove(stream)
+                    stream.close(None)
                 await asyncio.sleep(0)
             if not self._is_busy():
                 self._work.clear()
                 await self._work.wait()
 
     def stop(self) -> None:
-        """Closes all streams and lets the worlds go."""
+        """Ends all streams in good order, frees their episodes for other processes, and lets the worlds go."""
+        self._stopped = True
         for stream in list(self._streams):
-            self._drop(stream, Unavailable("the server is shutting down; the run goes on when it is back"))
+            self._drop(stream, None)
         with self._guard():
             self._journal.retire(self._worker)
         self._worlds.close()
@@ -145,49 +176,76 @@ class Engine:
         run = self._journal.run(run.run_id)
         if run.state != RUNNING:
             raise Conflict(f"run {run.run_id!r} is {run.state.lower()} already")
-        while claims := [*self._journal.open_claims(run.run_id), *self._journal.pending(run.run_id)]:
-            # Whoever plays them loses them first; what ended in between is seen in the next turn.
-            batch = Batch()
-            for claim in self._journal.claim(run.run_id, claims, "", self._worker):
-                session = self._offering.session(run, claim)
-                for _ in session.replay(self._journal.actions(run.run_id, claim.episode_id)):
-                    pass
-                batch.endings.append(ending(run, session, causes.FORFEITED, "the run was cancelled"))
-            self._journal.commit(batch)
+        while self._closing.forfeit_some(run, "the run was cancelled"):
+            pass
         self._finish(run, CANCELLED)
         self.wake()
 
     def _is_busy(self) -> bool:
-        return any(stream.is_asking or (stream.told and stream.backlog() < MAX_BACKLOG) for stream in self._streams)
+        return any(stream.is_asking or can_be_told(stream) for stream in self._streams)
 
     def _sweep(self) -> None:
         """Now and then: says that this worker lives, and looks for what its idle streams could do."""
-        if time.monotonic() < self._next_sweep:
+        self.turned_at = time.monotonic()
+        if self.turned_at < self._next_sweep:
             return
         self._next_sweep = time.monotonic() + SWEEP_SECONDS
         asyncio.get_running_loop().call_later(1.01 * SWEEP_SECONDS, self.wake)
         with self._guard():
             self._journal.beat(self._worker, self._address)
             self._release()
+            self._look_for_idle()
+        now = self._time.now()
         for stream in list(self._streams):
+            if stream.clock is not None and not stream.is_asking:
+                with self._guard(stream):
+                    self._check(stream, now)
             if len(stream.sessions) < stream.max_episodes:
                 with self._guard(stream):
                     self._after_ending(stream)
 
     def _release(self) -> None:
         while self._to_release:
-            run_id, epochs, left_at = self._to_release[0]
-            self._journal.release(run_id, epochs, ago=time.monotonic() - left_at)
+            leaving = self._to_release[0]
+            ago = time.monotonic() - leaving.left_at
+            self._journal.release(leaving.run_id, leaving.epochs, ago=ago, waited=leaving.waited)
+            self._journal.commit(leaving.batch)
             self._to_release.pop(0)
+
+    def _look_for_idle(self) -> None:
+        """Notes which runs are being played, and closes some of one that nobody has played for too long."""
+        if not self._idle_seconds or time.monotonic() < self._next_note:
+            return
+        self._next_note = time.monotonic() + min(ACTIVE_SECONDS, self._idle_seconds / 4)
+        self._ledger.note_active({stream.run.run_id for stream in self._streams})
+        run = self._ledger.idle(self._idle_seconds)
+        if run is None:
+            return
+        self._next_note = 0.0  # there may be more to close
+        if not self._closing.forfeit_some(run, f"nobody had played the run for {self._idle_seconds:.0f} seconds"):
+            self._finish(run, COMPLETE)
+
+    def _check(self, stream: Stream, now: float) -> None:
+        """Holds a stream that says nothing to its clocks."""
+        batch = Batch()
+        events = self._answering.timed(stream, now, batch)
+        self._journal.commit(batch)
+        stream.told.extend(events)
+        if batch.charges:
+            self._time.refresh(stream)
+        self._take_faulty()
+        if events:
+            self._after_ending(stream)
 
     def _apply(self) -> None:
         asking = [stream for stream in self._streams if stream.is_asking]
         batch = Batch()
         with self._guard(*asking):
-            told = [(stream, self._answers(stream, batch)) for stream in asking]
+            told = [(stream, self._answering.answers(stream, batch)) for stream in asking]
             self._journal.commit(batch)
             for stream, answers in told:
                 stream.told.extend(answers)
+        self._take_faulty()
         for stream in asking:
             if stream in self._streams and any(isinstance(event, EpisodeEnded) for event in stream.told):
                 with self._guard(stream):
@@ -198,13 +256,21 @@ class Engine:
         """Drops the streams where the journal fails, as memory may then be ahead of it. Their clients come back."""
         try:
             yield
-        except (Unavailable, Conflict, NotFound) as error:
+        except ArraMonError as error:
             _log.error("%s", error)
             for stream in streams:
                 self._drop(stream, error)
 
-    def _answers(self, stream: Stream, batch: Batch) -> list[Event]:
-        return [event for act in stream.take() for event in self._answering.answer(stream, act, batch)]
+    def _take_faulty(self) -> None:
+        """Takes from their streams the episodes over which the server broke down, once all else is committed."""
+        faulty, self._answering.faulty = self._answering.faulty, []
+        for stream, claim in faulty:
+            self._take(stream, claim)
+
+    def _take(self, stream: Stream, claim: Claim) -> None:
+        if stream in self._streams:
+            with self._guard(stream):
+                self._faults.take(stream, claim)
 
     def _after_ending(self, stream: Stream) -> None:
         """Ends the run where nothing is left of it; otherwise gives the stream its next episodes."""
@@ -226,33 +292,29 @@ class Engine:
             if stream.run.run_id == run.run_id:
                 stream.sessions.clear()
                 stream.asked.clear()
+                stream.clock = None
                 stream.told.append(over)
 
-    def _tell(self, stream: Stream) -> None:
-        """Gives a stream its turn."""
-        if not stream.told or stream.backlog() >= MAX_BACKLOG:
-            return
-        events: list[Event] = []
-        until = time.perf_counter() + TURN_SECONDS
-        while stream.told and len(events) < TURN_EVENTS and (not events or time.perf_counter() < until):
-            events.append(self._drawn(stream, stream.told.popleft()))
-        stream.deliver(events)
-        if any(isinstance(event, RunEnded) for event in events):
-            self._streams.remove(stream)
-            stream.close(None)
-
-    def _drawn(self, stream: Stream, event: Event) -> Event:
-        if not (isinstance(event, Observed) and stream.sees):
-            return event
-        frame = self._worlds.render(
-            stream.run.split,
-            event.episode,
-            event.state,
-            stream.image_size,
-            segmentation="segmentation" in stream.run.sensors,
-        )
-        return replace(event, frame=frame)
-
-    def _drop(self, stream: Stream, error: ArraMonError) -> None:
+    def _drop(self, stream: Stream, error: ArraMonError | None) -> None:
         self.leave(stream)
         stream.close(error)
+
+
+class _Leaving:
+    """What is to be written of a stream that has left.
+
+    Args:
+        stream: that has left just now.
+        now: by its clock.
+    """
+
+    def __init__(self, stream: Stream, now: float) -> None:
+        self.run_id = stream.run.run_id
+        self.left_at = time.monotonic()
+        self.epochs = {episode_id: session.epoch for episode_id, session in stream.sessions.items()}
+        self.waited: dict[str, float] = {}
+        self.batch = Batch()
+        if stream.clock is not None:
+            stream.clock.charge(now)
+            self.batch.charge(self.run_id, stream.clock.settle())
+            self.waited = stream.clock.waited()

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from server.episodes.episode import Episode
+from server.runs.clocks import TimeLeft
 from server.runs.records import Progress, Run
 from server.sim.cameras import Frame
 from server.sim.rules import Action, PhaseEnded, State
@@ -36,6 +37,7 @@ class Observed:
         steps_left: in the present phase.
         frame: None where the run asked for no images, and until it is drawn.
         taken: in a history, the action that was taken here.
+        time_left: for the answer; None in a history, and where there are no clocks.
     """
 
     run: Run
@@ -44,6 +46,7 @@ class Observed:
     steps_left: int
     frame: Frame | None = None
     taken: Action | None = None
+    time_left: TimeLeft | None = None
 
 
 @dataclass(frozen=True, slots=True)

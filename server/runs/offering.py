@@ -9,6 +9,7 @@ from server.runs.journal import Journal
 from server.runs.opening import Opening
 from server.runs.records import OPEN, Claim
 from server.runs.stream import Stream
+
 LEASE = 5.0
 """Seconds after its last sign of life from which on a worker counts as dead, and what it held as left."""
 

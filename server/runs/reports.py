@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from arramon.v1 import PROTOCOL
 from server.episodes.splits import Split
 from server.errors import Conflict
+from server.runs.clocks import Clocks
 from server.runs.journal import Journal
 from server.runs.records import RUNNING, Ending, Progress, Run
 from server.scoring.aggregate import ScoreTable, aggregate
@@ -75,6 +76,7 @@ def make_report(run: Run, progress: Progress, endings: Sequence[Ending], split: 
         language=run.language,
         episodes=progress.episodes,
         steps_per_phase=run.steps_per_phase,
+        clock=str(Clocks.of(run)),
         sensors=frozenset(run.sensors),
         images=frozenset(progress.images),
         data_hash=run.data_hash,

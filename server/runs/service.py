@@ -9,6 +9,7 @@ from server.episodes.splits import Split
 from server.errors import BadInput, NotFound
 from server.runs.accounts import NOBODY, Accounts, check_name
 from server.runs.callers import Caller
+from server.runs.clocks import Clocks
 from server.runs.engine import Engine
 from server.runs.journal import Journal, no_run
 from server.runs.offering import LEASE
@@ -31,7 +32,7 @@ class Runs:
         splits: by name.
         journal: where they are kept.
         engine: plays them.
-        limits: given to a run that is created now.
+        limits, clocks: given to a run that is created now.
         accounts: whose names nobody else may play under.
         quotas: how much each may.
     """
@@ -42,11 +43,13 @@ class Runs:
         journal: Journal,
         engine: Engine,
         limits: Limits,
+        clocks: Clocks,
         accounts: Accounts,
         quotas: Quotas,
     ) -> None:
         self.splits = splits
         self.limits = limits
+        self.clocks = clocks
         self.quotas = quotas
         self._journal = journal
         self._engine = engine
@@ -110,6 +113,10 @@ class Runs:
             server_version=__version__,
             state=RUNNING,
             created_at=datetime.now(UTC),
+            step_seconds=self.clocks.step_seconds,
+            first_step_seconds=self.clocks.first_step_seconds,
+            bank_seconds=self.clocks.bank_seconds,
+            bank_left=self.clocks.bank_seconds if self.clocks else None,
         )
         self._journal.create(
             run,

@@ -95,6 +95,11 @@ class Stream:
         """Under which an episode is open here."""
         return Claim(session.episode.episode_id, OPEN, self.player, session.epoch)
 
+    def claim_of(self, episode_id: str) -> Claim:
+        """As `claim`; of an episode that is not open here, one that nobody holds."""
+        session = self.sessions.get(episode_id)
+        return Claim(episode_id, OPEN, self.player, session.epoch if session else -1)
+
     def drop(self, episode_id: str) -> None:
         """An episode is not the stream's any more."""
         self.sessions.pop(episode_id, None)

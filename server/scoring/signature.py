@@ -18,6 +18,7 @@ class Signature:
         language: such as "en".
         episodes: how many were in the denominator.
         steps_per_phase: the step limit.
+        clock: seconds of a step, of the first step and of the bank, such as "60/600/3600", or "none".
         sensors: that the agent was given.
         images: in which forms its images travelled, such as "lossless-224" and "jpeg90-128".
         data_hash: of the split's files, in hexadecimal.
@@ -32,13 +33,14 @@ class Signature:
     language: str
     episodes: int
     steps_per_phase: int
+    clock: str
     sensors: frozenset[str]
     images: frozenset[str]
     data_hash: str
 
     def __post_init__(self) -> None:
         """Refuse what could not be read back."""
-        for text in (self.version, self.split, self.language, self.data_hash, *self.sensors, *self.images):
+        for text in (self.version, self.split, self.language, self.clock, self.data_hash, *self.sensors, *self.images):
             if not text or any(mark.isspace() or mark in "|+" for mark in text):
                 raise ValueError(f"{text!r} cannot stand in a signature: expected a word without '|', '+' or spaces")
         if _NONE in self.sensors | self.images:
@@ -51,6 +53,7 @@ class Signature:
             "lang": self.language,
             "episodes": self.episodes,
             "steps": self.steps_per_phase,
+            "clock": self.clock,
             "sensors": _joined(self.sensors),
             "images": _joined(self.images),
             "protocol": self.protocol,
@@ -76,6 +79,7 @@ class Signature:
                 language=fields["lang"],
                 episodes=int(fields["episodes"]),
                 steps_per_phase=int(fields["steps"]),
+                clock=fields["clock"],
                 sensors=_parted(fields["sensors"]),
                 images=_parted(fields["images"]),
                 data_hash=fields["data"],

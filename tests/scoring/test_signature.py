@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 
 from server.scoring.signature import Signature
 
-SIGNATURE = Signature("0.1.0", 1, "val_seen", "en", 1065, 150, frozenset({"rgb", "depth"}), frozenset({"lossless-224"}),
-                      "ab12")  # fmt: skip
+SIGNATURE = Signature("0.1.0", 1, "val_seen", "en", 1065, 150, "60/600/3600", frozenset({"rgb", "depth"}),
+                      frozenset({"lossless-224"}), "ab12")  # fmt: skip
 LINE = (
-    "split:val_seen|lang:en|episodes:1065|steps:150|sensors:depth+rgb|images:lossless-224|protocol:1|version:0.1.0|"
-    "data:ab12"
+    "split:val_seen|lang:en|episodes:1065|steps:150|clock:60/600/3600|sensors:depth+rgb|images:lossless-224|protocol:1|"
+    "version:0.1.0|data:ab12"
 )
 
 
@@ -32,7 +32,7 @@ some = st.frozensets(words.filter(lambda word: word != "none"))
 
 
 @given(st.builds(Signature, words, st.integers(), words, words, st.integers(), st.integers(),
-                 some, some, words))  # fmt: skip
+                 words, some, some, words))  # fmt: skip
 def test_it_can_be_read_back(signature: Signature) -> None:
     assert Signature.parse(str(signature)) == signature
 

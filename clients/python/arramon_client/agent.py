@@ -71,6 +71,9 @@ class Observation:
         depth: (size, size) float32, metres along the viewing direction, 0 where nothing was hit; None without "depth".
         pose: (x, z, heading in degrees clockwise from +z); in the room x and z are column and row; None without "pose".
         segmentation: (size, size) uint16, each pixel's place in `Episode.labels`; None without "segmentation".
+        step_seconds_left: until the action was due, when this left the server; None where there are no clocks. What it
+            takes longer is taken from the run's bank; with that empty, the episode's time is over.
+        bank_seconds_left: in the run's bank; None where there are no clocks.
     """
 
     episode_id: str
@@ -84,6 +87,8 @@ class Observation:
     depth: npt.NDArray[np.float32] | None = field(default=None, repr=False)
     pose: tuple[float, float, float] | None = None
     segmentation: npt.NDArray[np.uint16] | None = field(default=None, repr=False)
+    step_seconds_left: float | None = None
+    bank_seconds_left: float | None = None
 
 
 class Agent(Protocol):

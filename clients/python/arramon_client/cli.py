@@ -118,7 +118,9 @@ class _Client:
 
     def _embedded(self) -> AbstractContextManager[EmbeddedServer]:
         # Nobody else relies on this server: a step need not outlive a loss of power, only the end of the process.
-        options = ("--no-fsync", "--workers", str(self.options.workers or 1))
+        # And there is no clock: an agent in a debugger must not lose.
+        forever = ("--step-seconds", "0", "--idle-seconds", "0")
+        options = ("--no-fsync", "--workers", str(self.options.workers or 1), *forever)
         data = self.options.data or default_data()
         if not (self.options.split or self.options.resume or holds_episodes(data)):
             self.say(f"there are no episodes in {data} yet: making a small part of {SPLIT}, once")

@@ -42,4 +42,6 @@ def observation_of(message: evaluation_pb2.Observation, shared: memoryview | Non
         depth=decode_depth(message.depth, shared) if message.HasField("depth") else None,
         pose=(pose.x, pose.z, pose.heading) if message.HasField("pose") else None,
         segmentation=decode_segmentation(message.segmentation, shared) if message.HasField("segmentation") else None,
+        step_seconds_left=message.step_seconds_left if message.HasField("step_seconds_left") else None,
+        bank_seconds_left=message.bank_seconds_left if message.HasField("bank_seconds_left") else None,
     )
