@@ -29,6 +29,7 @@ from server.runs.accounts import Accounts
 from server.runs.database import Database
 from server.runs.engine import Engine
 from server.runs.journal import Journal
+from server.runs.ledger import Ledger
 from server.runs.quotas import Quota, Quotas
 from server.runs.receipts import Receipts
 from server.runs.service import Runs
@@ -95,8 +96,15 @@ async def _serve(
     credentials = credentials_of(config)
     address = _bind(server, config.listen, credentials)
     own_address = _bind(server, config.own_address, credentials) if config.own_address else address
-    engine = Engine(splits, journal, camera=config.camera, address=own_address if config.shared_port else "")
-    runs = Runs(splits, journal, engine, config.limits, accounts, quotas)
+    engine = Engine(
+        splits,
+        journal,
+        Ledger(database),
+        camera=config.camera,
+        address=own_address if config.shared_port else "",
+        idle_seconds=config.idle_seconds,
+    )
+    runs = Runs(splits, journal, engine, config.limits, config.clocks, accounts, quotas)
     key = SigningKey(config.signing_key_path)
     KnownKeys(database).check(key.public)
     receipts = Receipts(database, splits, key)
