@@ -10,7 +10,7 @@ from server.runs.journal import Journal
 from server.runs.records import COMPLETE, RUNNING, Batch, Ending, Run
 from server.runs.session import Session
 from server.runs.worlds import Worlds
-from server.sim.rules import Limits
+from server.sim.rules import Action, Limits
 from tests import tiny
 
 STEPS = 8
@@ -49,7 +49,7 @@ def play(
         session = Session(episode, worlds.ground(split.name, episode.section), Limits(STEPS))
         batch = Batch()
         for step, action in enumerate(actions[claim.episode_id]):
-            session.apply(tiny.Action(action))
+            session.apply(Action(action))
             batch.add_step(run_id, claim.episode_id, claim.epoch, step, action)
         cause = (ended or {}).get(claim.episode_id)
         if session.state.finished:

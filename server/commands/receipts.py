@@ -12,7 +12,7 @@ from server.errors import BadInput, Conflict
 from server.runs.database import Database
 from server.runs.journal import Journal
 from server.runs.records import RUNNING
-from server.runs.rescoring import MAX_DIFFERENCES, Rescored, Rescorer
+from server.runs.rescoring import Rescored, Rescorer
 from server.runs.signing import KnownKeys, SigningKey
 
 
@@ -89,5 +89,4 @@ def _lines(rescored: Rescored) -> list[str]:
     played = f"run {rescored.run_id}: {rescored.episodes} episodes, {rescored.steps} steps"
     if not rescored.differences:
         return [f"{played}: identical" + ("" if rescored.has_receipt else "; it has no receipt yet")]
-    more = ["  ..."] if len(rescored.differences) > MAX_DIFFERENCES else []
-    return [f"{played}: DIFFERENT", *(f"  {each}" for each in rescored.differences[:MAX_DIFFERENCES]), *more]
+    return [f"{played}: DIFFERENT", *(f"  {each}" for each in rescored.differences)]

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from typing import Any
@@ -26,8 +26,8 @@ from server.sim.rules import Limits
 TOLERANCE = 1e-9
 """How far apart two scores may be that count as the same: exponentials differ in the last digits between machines."""
 
-MAX_DIFFERENCES = 20
-"""Of one run that are named."""
+MAX_DIFFERENCES = 10
+"""That are named of a run's episodes, and as many of its receipt."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,15 +79,19 @@ class Rescorer:
         split = split_of(run, self._splits)
         endings = self._journal.endings(run_id)
         receipt = kept_receipt(self._database, run_id)
-        found = islice(self._differences(run, split, endings, receipt), MAX_DIFFERENCES + 1)
-        steps = sum(ending.steps for ending in endings)
-        return Rescored(run_id, len(endings), steps, receipt is not None, tuple(found))
-
-    def _differences(self, run: Run, split: Split, endings: Sequence[Ending], receipt: Receipt | None) -> Iterator[str]:
-        progress = self._journal.progress(run.run_id)
-        if progress.ended != progress.episodes:
-            yield f"{progress.episodes - progress.ended} of {progress.episodes} episodes have not ended"
         played: list[Ending] = []
+        found = [*self._in_episodes(run, split, endings, played)]
+        of_receipt: list[str] = []
+        if receipt is not None and len(played) == len(endings):
+            of_receipt = [*self._in_receipt(run, split, played, receipt)]
+        steps = sum(ending.steps for ending in endings)
+        return Rescored(run_id, len(endings), steps, receipt is not None, (*_first(found), *_first(of_receipt)))
+
+    def _in_episodes(self, run: Run, split: Split, endings: Sequence[Ending], played: list[Ending]) -> Iterator[str]:
+        """Plays all episodes, into `played`, as far as they can be; says what comes out otherwise."""
+        unended = self._journal.count_unended(run.run_id)
+        if unended:
+            yield f"{unended} of {unended + len(endings)} episodes have not ended"
         for ending in endings:
             try:
                 again = self._replayed(run, split, ending)
@@ -96,13 +100,13 @@ class Rescorer:
                 return
             yield from _compare(f"episode {ending.episode_id}", _told(ending), _told(again))
             played.append(again)
-        if receipt is None:
-            return
+
+    def _in_receipt(self, run: Run, split: Split, played: Sequence[Ending], receipt: Receipt) -> Iterator[str]:
         try:
             Ed25519PublicKey.from_public_bytes(receipt.public_key).verify(receipt.signature, receipt.payload)
         except (InvalidSignature, ValueError):
             yield "receipt: its signature is wrong"
-        report = make_report(run, progress, played, split)
+        report = make_report(run, self._journal.progress(run.run_id), played, split)
         made = document(self._journal, report, played, hidden=split.hidden)
         yield from _compare("receipt", json.loads(receipt.payload), json.loads(rfc8785.dumps(made)))
 
@@ -124,6 +128,14 @@ class Rescorer:
             cause = "NOT_FINISHED"
         scores = [dict(turn) for turn in session.scores().turns]
         return replace(ending, cause=cause, steps=len(actions), scores=scores)
+
+
+def _first(found: Iterable[str]) -> Iterator[str]:
+    """The first few differences."""
+    left = iter(found)
+    yield from islice(left, MAX_DIFFERENCES)
+    if next(left, None) is not None:
+        yield "... and more"
 
 
 def _told(ending: Ending) -> dict[str, Any]:
