@@ -57,7 +57,7 @@ class Attacker:
 
     def unary(self, method: str, data: bytes, metadata: Any = METADATA) -> bytes | None:
         """Calls a method that takes one message; None where it is refused."""
-        call = self._channel.unary_unary(f"/{SERVICE.full_name}/{method}")
+        call: Any = self._channel.unary_unary(f"/{SERVICE.full_name}/{method}")
         try:
             answer: bytes = call(data, metadata=metadata, timeout=20)
         except grpc.RpcError as error:
@@ -68,9 +68,8 @@ class Attacker:
 
     def stream(self, messages: Iterable[bytes], timeout: float = 20.0) -> Any:
         """Opens a Play stream that sends these; an iterator over what comes back."""
-        return self._channel.stream_stream(f"/{SERVICE.full_name}/Play")(
-            iter(messages), metadata=METADATA, timeout=timeout
-        )
+        call: Any = self._channel.stream_stream(f"/{SERVICE.full_name}/Play")
+        return call(iter(messages), metadata=METADATA, timeout=timeout)
 
     def play(self, messages: Iterable[bytes]) -> list[bytes]:
         """All that a stream of these is answered."""
@@ -117,7 +116,7 @@ class Attacker:
                 setattr(message, field.name, self._value(field))
         return message
 
-    def _fill_repeated(self, message: Message, field: FieldDescriptor, depth: int) -> None:
+    def _fill_repeated(self, message: Message, field: Any, depth: int) -> None:
         values = getattr(message, field.name)
         for _ in range(self.random.choice((0, 1, 3, 50))):
             if field.message_type:
@@ -125,7 +124,7 @@ class Attacker:
             else:
                 values.append(self._value(field))
 
-    def _value(self, field: FieldDescriptor) -> Any:
+    def _value(self, field: Any) -> Any:
         if field.type == FieldDescriptor.TYPE_STRING:
             return self.random.choice((*STRINGS, "".join(self.random.choices(string.printable, k=20))))
         if field.type == FieldDescriptor.TYPE_BOOL:

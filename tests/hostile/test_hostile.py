@@ -11,6 +11,7 @@ import grpc
 import pytest
 
 from arramon.v1 import evaluation_pb2 as pb
+from arramon.v1 import types_pb2
 from server.api.guard import BROKEN
 from server.api.playing import MAX_ACTS
 from tests.hostile.attacks import REQUESTS, Attacker, play_message, sockets
@@ -90,14 +91,14 @@ def test_mutated_messages(attacker: Attacker, neighbour: Neighbour) -> None:
         for method, message in known.items():
             attacker.unary(method, attacker.mutated(message.SerializeToString()))
     opening = play_message(run_id=run_id, max_episodes=2, player="p")
-    acting = play_message([pb.Act(episode_id="0", step=0, action="ACTION_FORWARD")])
+    acting = play_message([pb.Act(episode_id="0", step=0, action=types_pb2.ACTION_FORWARD)])
     for _ in range(40):
         attacker.play([attacker.mutated(opening), attacker.mutated(acting)])
 
 
 def test_the_wrong_order(attacker: Attacker, neighbour: Neighbour) -> None:
     opening = play_message(run_id=new_run(attacker), max_episodes=2)
-    acting = play_message([pb.Act(episode_id="0", step=0, action="ACTION_LEFT")])
+    acting = play_message([pb.Act(episode_id="0", step=0, action=types_pb2.ACTION_LEFT)])
     for messages in ([], [b""], [acting], [acting, opening], [opening, opening], [opening, b""], [opening, b"\xff"]):
         attacker.play(messages)
     assert attacker.statuses[grpc.StatusCode.INVALID_ARGUMENT] == 7
@@ -105,7 +106,10 @@ def test_the_wrong_order(attacker: Attacker, neighbour: Neighbour) -> None:
 
 def test_odd_acts_are_problems_and_the_stream_goes_on(attacker: Attacker, neighbour: Neighbour) -> None:
     run_id = new_run(attacker)
-    odd = [play_message([attacker.filled(pb.Act(episode_id="1")) for _ in range(50)]) for _ in range(20)]
+    acts = [pb.Act(episode_id="1") for _ in range(1000)]
+    for act in acts:
+        attacker.filled(act)
+    odd = [play_message(acts[start : start + 50]) for start in range(0, 1000, 50)]
     answers = attacker.play([play_message(run_id=run_id, max_episodes=6), *odd])
     events = [event for answer in answers for event in pb.PlayResponse.FromString(answer).events]
     assert {"opened", "problem"} <= {event.WhichOneof("event") for event in events}
@@ -151,7 +155,7 @@ def test_a_flood_of_calls(attacker: Attacker, neighbour: Neighbour) -> None:
 
 def test_readers_that_do_not_read(attacker: Attacker, neighbour: Neighbour) -> None:
     """Each asks for the largest images of all episodes, again and again, and takes none of them."""
-    again = play_message([pb.Act(episode_id=str(i), step=0, action="ACTION_LEFT") for i in range(6)])
+    again = play_message([pb.Act(episode_id=str(i), step=0, action=types_pb2.ACTION_LEFT) for i in range(6)])
     done = threading.Event()
     streams = []
     attacker.streams_unread = 24

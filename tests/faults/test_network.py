@@ -1,0 +1,46 @@
+"""The way between client and server breaks, or falls silent."""
+
+import random
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.faults.clients import check_same, client, finish, journal_url, played_on, results, run_id, undisturbed
+from tests.relay import Relay
+from tests.serving import Server
+
+
+@pytest.mark.slow
+def test_connections_are_reset_again_and_again(server: Server, tmp_path: Path) -> None:
+    once = undisturbed(server, tmp_path / "once")
+    chance = random.Random(3)
+    with Relay(server.address) as relay:
+        process = client(relay.address, tmp_path / "again")
+        run = run_id(process)
+        recorded = 0
+        for _ in range(12):
+            recorded = played_on(journal_url(server.data), run, recorded)
+            time.sleep(chance.uniform(0.0, 0.1))
+            relay.reset()
+        finish(process)
+        assert relay.resets > 6
+    check_same(journal_url(server.data), once, results(tmp_path / "again"))
+
+
+@pytest.mark.slow
+def test_a_connection_falls_silent_and_another_client_goes_on(server: Server, tmp_path: Path) -> None:
+    """Half-open: the server sees no end of the first stream. The same run, resumed, takes its episodes over."""
+    once = undisturbed(server, tmp_path / "once")
+    with Relay(server.address) as relay:
+        silent = client(relay.address, tmp_path / "silent")
+        run = run_id(silent)
+        recorded = played_on(journal_url(server.data), run, 20)
+        relay.freeze()
+        resumed = client(server.address, tmp_path / "again", "--resume", run)
+        finish(resumed)
+        silent.kill()
+        silent.communicate()
+    again = results(tmp_path / "again")
+    assert again["run"]["steps"] > recorded
+    check_same(journal_url(server.data), once, again)
