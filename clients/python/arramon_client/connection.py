@@ -56,7 +56,7 @@ BROKEN = frozenset({
 ADVICE = {
     "WRONG_VERSION_NUMBER": "it does not encrypt, or what answers there is no server",
     "Hostname Verification": "its certificate is for another name: connect to that name",
-    "CERTIFICATE_VERIFY_FAILED": "its certificate is not one to trust; if its host gave you one, use --tls-ca FILE",
+    "SSL_ERROR_SSL": "its certificate is not one to trust; if its host gave you one, use --tls-ca FILE",
     "Socket closed": "if it encrypts, use --tls",
 }
 """What helps where encryption fails, by what gRPC says then."""

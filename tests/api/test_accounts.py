@@ -1,0 +1,337 @@
+"""Accounts over gRPC: who is let in, what each may see, and that a token is nowhere but in its owner's hands."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import grpc
+import pytest
+from grpc_health.v1 import health_pb2, health_pb2_grpc
+from grpc_reflection.v1alpha.proto_reflection_descriptor_database import ProtoReflectionDescriptorDatabase
+
+from arramon.v1 import evaluation_pb2 as pb
+from arramon.v1 import leaderboard_pb2
+from server.api.authentication import anonymous_caller, is_private
+from server.config import Config
+from server.errors import BadInput, Conflict, NotFound
+from server.runs.accounts import Accounts
+from server.runs.callers import ANONYMOUS, STRANGER, Caller, Role
+from server.runs.database import Database
+from tests import tiny
+from tests.api.people import Person, accounts, id_of, token_of
+from tests.api.player import Player, create
+from tests.api.test_runs import refused
+from tests.serving import METADATA, Server
+
+UNKNOWN = "0" * 32
+
+
+@pytest.fixture(scope="module")
+def closed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """A server on which nobody plays without a token."""
+    data = tmp_path_factory.mktemp("data")
+    tiny.write(data)
+    server = Server(data, "127.0.0.1:0", "--steps", "8", "--no-anonymous")
+    yield server
+    assert server.stop() == 0
+
+
+@pytest.fixture(scope="module")
+def people(closed: Server) -> Iterator[dict[str, Person]]:
+    tokens = {name: token_of(closed.data, name) for name in ("ann", "bob")}
+    tokens |= {"chair": token_of(closed.data, "chair", Role.HOST), "nobody": ""}
+    with ExitStack() as stack:
+        yield {name: stack.enter_context(Person(closed.address, token)) for name, token in tokens.items()}
+
+
+def bearing(*values: str) -> tuple[tuple[str, str], ...]:
+    return (*METADATA, *(("authorization", value) for value in values))
+
+
+def listed(person: Person) -> list[str]:
+    return [run.run_id for run in person.stub.ListRuns(pb.ListRunsRequest(), metadata=METADATA).runs]
+
+
+def test_a_run_is_its_tokens_participants(people: dict[str, Person]) -> None:
+    assert create(people["ann"].stub).participant == "ann"
+    assert create(people["ann"].stub, participant="ann").participant == "ann"
+    code, said = refused(lambda: create(people["ann"].stub, participant="bob"))
+    assert (code, said) == (
+        grpc.StatusCode.INVALID_ARGUMENT,
+        "the token is 'ann''s, so that the participant cannot be 'bob'",
+    )
+
+
+# Every method of this project's services: how it is called for a run, or None where it names none.
+CALLS: dict[str, Callable[[Person, str], object] | None] = {
+    "Evaluation.GetServerInfo": None,
+    "Evaluation.CreateRun": None,
+    "Evaluation.GetAccount": None,
+    "Evaluation.ListRuns": lambda who, run: who.stub.ListRuns(pb.ListRunsRequest(page_token=run), metadata=METADATA),
+    "Evaluation.GetRun": lambda who, run: who.stub.GetRun(pb.GetRunRequest(run_id=run), metadata=METADATA),
+    "Evaluation.CancelRun": lambda who, run: who.stub.CancelRun(pb.CancelRunRequest(run_id=run), metadata=METADATA),
+    "Evaluation.GetReport": lambda who, run: who.stub.GetReport(pb.GetReportRequest(run_id=run), metadata=METADATA),
+    "Evaluation.GetReceipt": lambda who, run: who.stub.GetReceipt(pb.GetReceiptRequest(run_id=run), metadata=METADATA),
+    "Evaluation.Play": lambda who, run: list(Player(who.stub, run).call),
+    "Leaderboard.Publish": lambda who, run: who.board.Publish(
+        leaderboard_pb2.PublishRequest(run_id=run), metadata=METADATA
+    ),
+    "Leaderboard.Withdraw": lambda who, run: who.board.Withdraw(
+        leaderboard_pb2.WithdrawRequest(run_id=run), metadata=METADATA
+    ),
+    "Leaderboard.List": None,
+    "Leaderboard.Export": None,
+    "Leaderboard.GetEntry": None,  # what is published is everybody's
+}
+
+
+def test_the_table_has_every_method() -> None:
+    services = [
+        service for file in (pb.DESCRIPTOR, leaderboard_pb2.DESCRIPTOR) for service in file.services_by_name.values()
+    ]
+    assert sorted(CALLS) == sorted(
+        f"{service.name}.{method.name}" for service in services for method in service.methods
+    )
+
+
+@pytest.mark.parametrize("method", [name for name, call in CALLS.items() if call])
+def test_nobody_can_tell_anothers_run_from_none(people: dict[str, Person], method: str) -> None:
+    call = CALLS[method]
+    assert call is not None
+    over, running = create(people["ann"].stub, episodes=1).run_id, create(people["ann"].stub).run_id
+    people["ann"].stub.CancelRun(pb.CancelRunRequest(run_id=over), metadata=METADATA)
+    for run_id in (over, running, UNKNOWN):
+        assert refused(lambda run_id=run_id: call(people["bob"], run_id)) == (
+            grpc.StatusCode.NOT_FOUND,
+            f"there is no run {run_id!r}",
+        )
+    kept = people["ann"].stub.GetRun(pb.GetRunRequest(run_id=running), metadata=METADATA)
+    assert kept.state == pb.RUN_STATE_RUNNING
+
+
+def test_a_listing_is_of_ones_own_and_a_host_sees_all(people: dict[str, Person]) -> None:
+    mine, other = create(people["ann"].stub).run_id, create(people["bob"].stub).run_id
+    assert mine in listed(people["ann"])
+    assert other not in listed(people["ann"])
+    assert {mine, other} <= set(listed(people["chair"]))
+    assert people["chair"].stub.GetRun(pb.GetRunRequest(run_id=mine), metadata=METADATA).participant == "ann"
+
+
+@pytest.mark.parametrize("method", [name for name, call in CALLS.items() if call or name.startswith("Evaluation.")])
+def test_without_a_token_only_what_is_open(people: dict[str, Person], method: str) -> None:
+    nobody = people["nobody"]
+    if method == "Evaluation.GetServerInfo":
+        assert not nobody.stub.GetServerInfo(pb.GetServerInfoRequest(), metadata=METADATA).anonymous
+        return
+    without_run: dict[str, Callable[[], object]] = {
+        "Evaluation.CreateRun": lambda: create(nobody.stub),
+        "Evaluation.GetAccount": lambda: nobody.stub.GetAccount(pb.GetAccountRequest(), metadata=METADATA),
+    }
+    call = CALLS[method]
+    assert refused(without_run[method] if call is None else lambda: call(nobody, UNKNOWN)) == (
+        grpc.StatusCode.UNAUTHENTICATED,
+        "this server wants a token, and none was sent; ask its host for one",
+    )
+
+
+def test_health_and_reflection_stay_open(people: dict[str, Person]) -> None:
+    channel = people["nobody"].channel
+    answer = health_pb2_grpc.HealthStub(channel).Check(health_pb2.HealthCheckRequest())
+    assert answer.status == health_pb2.HealthCheckResponse.SERVING
+    assert "arramon.v1.Evaluation" in ProtoReflectionDescriptorDatabase(channel).get_services()
+
+
+WRONG_FORM = "the metadata `authorization` is not of the form `Bearer TOKEN`, once"
+NO_TOKEN = "this is no token of this server: one begins with arramon_"
+NOT_KNOWN = "the token is not known here; ask the host for another one"
+
+
+def test_tokens_that_are_not_good(closed: Server, people: dict[str, Person]) -> None:
+    good, revoked, expired = (token_of(closed.data, "cleo") for _ in range(3))
+    with accounts(closed.data) as kept:
+        kept.revoke(id_of(revoked))
+        expired = kept.create_token("cleo", Role.PARTICIPANT, days=1e-9)
+    stub = people["nobody"].stub
+    for sent, said in (
+        (("Bearer",), WRONG_FORM),
+        ((f"Basic {good}",), WRONG_FORM),
+        ((f"Bearer {good}", f"Bearer {good}"), WRONG_FORM),
+        (("Bearer sesame",), NO_TOKEN),
+        (("Bearer arramon_",), NO_TOKEN),
+        (("Bearer arramon_0123456789ab_" + "x" * 43,), NOT_KNOWN),
+        ((f"Bearer {good[:-1]}",), NOT_KNOWN),
+        ((f"Bearer {good}x",), NOT_KNOWN),
+        ((f"Bearer {revoked[:-1]}",), NOT_KNOWN),
+        ((f"Bearer {revoked}",), f"token {id_of(revoked)} was revoked; ask the host for another one"),
+    ):
+        assert refused(lambda sent=sent: stub.ListRuns(pb.ListRunsRequest(), metadata=bearing(*sent))) == (
+            grpc.StatusCode.UNAUTHENTICATED,
+            said,
+        )
+    code, text = refused(lambda: stub.ListRuns(pb.ListRunsRequest(), metadata=bearing(f"Bearer {expired}")))
+    assert code == grpc.StatusCode.UNAUTHENTICATED
+    assert text.startswith(f"token {id_of(expired)} expired on ")
+    assert stub.GetAccount(pb.GetAccountRequest(), metadata=bearing(f"bearer {good}")).participant == "cleo"
+
+
+def test_a_bad_token_is_said_at_once_by_what_is_open_too(people: dict[str, Person]) -> None:
+    stub = people["nobody"].stub
+    call = lambda: stub.GetServerInfo(pb.GetServerInfoRequest(), metadata=bearing("Bearer sesame"))  # noqa: E731
+    assert refused(call) == (grpc.StatusCode.UNAUTHENTICATED, NO_TOKEN)
+
+
+def test_a_revoked_token_ends_calls_and_streams_of_an_open_server(closed: Server) -> None:
+    token = token_of(closed.data, "dora")
+    with Person(closed.address, token) as dora:
+        run = create(dora.stub, episodes=1)
+        with Player(dora.stub, run.run_id) as player:
+            first = player.observation()
+            with accounts(closed.data) as kept:
+                kept.revoke(id_of(token))
+
+            def play_on() -> None:
+                while True:  # until the server says no: the same answer again is answered again
+                    player.act(first.episode_id, 0, 1)
+                    player.next()
+                    time.sleep(0.05)
+
+            said = f"token {id_of(token)} was revoked; ask the host for another one"
+            assert refused(play_on) == (grpc.StatusCode.UNAUTHENTICATED, said)
+        assert refused(lambda: listed(dora)) == (grpc.StatusCode.UNAUTHENTICATED, said)
+
+
+def test_a_token_is_in_no_file_and_no_log(tmp_path: Path) -> None:
+    tiny.write(tmp_path / "data")
+    log = tmp_path / "log"
+    token = token_of(tmp_path / "data", "ann")
+    server = Server(tmp_path / "data", "127.0.0.1:0", "--log", "debug", log=log)
+    with Person(server.address, token) as ann:
+        run = create(ann.stub, episodes=1)
+        with Player(ann.stub, run.run_id) as player:
+            player.play(tiny.ACTIONS)
+        ann.stub.GetReport(pb.GetReportRequest(run_id=run.run_id), metadata=METADATA)
+        refused(lambda: ann.stub.GetRun(pb.GetRunRequest(run_id="x"), metadata=METADATA))
+    with Person(server.address, token + "x") as mistyped:
+        refused(lambda: listed(mistyped))
+    during = [path for path in tmp_path.rglob("*") if path.is_file()]
+    assert any(path.name == "journal.db-wal" for path in during)
+    contents = [path.read_bytes() for path in during]
+    assert server.stop() == 0
+    secret = token.split("_", 2)[2].encode()
+    for content in [*contents, *(path.read_bytes() for path in tmp_path.rglob("*") if path.is_file())]:
+        assert secret not in content
+    assert log.stat().st_size > 0
+    assert any(id_of(token).encode() in content for content in contents)  # what is kept of it is found by this search
+
+
+def test_nobody_plays_under_anothers_name(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    token_of(tmp_path, "Lab One")
+    server = Server(tmp_path)
+    try:
+        with Person(server.address) as anybody:
+            for name in ("Lab One", "lab one", "ＬＡＢ one", "Lab\u200d One"):
+                code, said = refused(lambda name=name: create(anybody.stub, participant=name))
+                assert code == grpc.StatusCode.INVALID_ARGUMENT
+                assert said.endswith("is, or can be taken for, a participant who has a token; use that, or no name")
+            assert create(anybody.stub, participant="Lab Two").participant == "Lab Two"
+            assert create(anybody.stub, participant="anonymous").participant == "anonymous"
+            assert create(anybody.stub).participant == "anonymous"
+            account = anybody.stub.GetAccount(pb.GetAccountRequest(), metadata=METADATA)
+            assert (account.participant, account.role) == ("", pb.ROLE_ANONYMOUS)
+    finally:
+        assert server.stop() == 0
+
+
+@pytest.fixture
+def kept(tmp_path: Path) -> Iterator[Accounts]:
+    database = Database(f"sqlite:///{tmp_path / 'journal.db'}")
+    yield Accounts(database)
+    database.close()
+
+
+@pytest.mark.parametrize("name", ["ann", "Ann Müller-Öz", "प्रयोगशाला", "हिन्दी\u200d दल", "x" * 100])
+def test_names_that_can_be(kept: Accounts, name: str) -> None:
+    assert kept.caller(kept.create_token(name, Role.PARTICIPANT)) == Caller(Role.PARTICIPANT, name)
+    assert kept.caller(kept.create_token(name, Role.PARTICIPANT)) == Caller(Role.PARTICIPANT, name)
+
+
+@pytest.mark.parametrize("name", ["", " ", " ann", "ann ", "a  b", "a\tb", "a\nb", "a\u202eb", "x" * 101, "Anonymous"])
+def test_names_that_cannot_be(kept: Accounts, name: str) -> None:
+    with pytest.raises(BadInput):
+        kept.create_token(name, Role.PARTICIPANT)
+    assert kept.tokens() == []
+
+
+def test_what_else_cannot_be(kept: Accounts) -> None:
+    kept.create_token("Ann", Role.PARTICIPANT)
+    for name, role, said in (
+        ("ann", Role.PARTICIPANT, "there is a participant 'Ann', whom 'ann' can be taken for"),
+        ("Ann", Role.HOST, "'Ann' is a participant; a host needs another name"),
+    ):
+        with pytest.raises(Conflict) as caught:
+            kept.create_token(name, role)
+        assert str(caught.value) == said
+    for days in (0.0, -1.0, 36_501.0):
+        with pytest.raises(BadInput, match="expected more than 0 and at most 36500"):
+            kept.create_token("Ann", Role.PARTICIPANT, days=days)
+    with pytest.raises(BadInput, match="the note has 201 characters"):
+        kept.create_token("Ann", Role.PARTICIPANT, note="x" * 201)
+    with pytest.raises(NotFound, match="there is no token 'x'"):
+        kept.revoke("x")
+    assert len(kept.tokens()) == 1
+
+
+@pytest.mark.parametrize(
+    ("listen", "trust_proxy", "anonymous", "expected"),
+    [
+        ("127.0.0.1:1", False, None, ANONYMOUS),
+        ("localhost:1", False, None, ANONYMOUS),
+        ("[::1]:1", False, None, ANONYMOUS),
+        ("unix:/run/arramon.sock", False, None, ANONYMOUS),
+        ("127.0.0.1:1", True, None, None),  # a proxy brings others to the loopback
+        ("unix:/run/arramon.sock", True, None, None),
+        ("0.0.0.0:1", False, None, None),
+        ("10.0.0.1:1", False, None, None),
+        ("127.0.0.1:1", False, False, None),
+        ("127.0.0.1:1", True, True, STRANGER),
+        ("10.0.0.1:1", False, True, STRANGER),
+        ("127.0.0.1:1", False, True, ANONYMOUS),
+    ],
+)
+def test_who_plays_without_a_token(
+    listen: str, trust_proxy: bool, anonymous: bool | None, expected: Caller | None
+) -> None:
+    config = Config(data=Path(), listen=listen, trust_proxy=trust_proxy, anonymous=anonymous)
+    assert anonymous_caller(config) == expected
+
+
+def test_strangers_reach_a_run_by_its_id_alone(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    server = Server(tmp_path, "127.0.0.1:0", "--trust-proxy", "--anonymous")
+    try:
+        with Person(server.address) as stranger:
+            run = create(stranger.stub, episodes=1)
+            assert listed(stranger) == []
+            assert stranger.stub.GetRun(pb.GetRunRequest(run_id=run.run_id), metadata=METADATA) == run
+    finally:
+        assert server.stop() == 0
+
+
+@pytest.mark.parametrize(
+    ("peer", "transport", "private"),
+    [
+        ("ipv4:192.0.2.7:40000", b"ssl", True),
+        ("ipv4:127.0.0.1:40000", b"insecure", True),
+        ("ipv6:%5B::1%5D:40000", b"insecure", True),
+        ("unix:", b"insecure", True),
+        ("ipv4:192.0.2.7:40000", b"insecure", False),
+        ("ipv6:%5B2001:db8::7%5D:40000", b"insecure", False),
+    ],
+)
+def test_where_nobody_reads_along(peer: str, transport: bytes, private: bool) -> None:
+    context: Any = SimpleNamespace(peer=lambda: peer, auth_context=lambda: {"transport_security_type": [transport]})
+    assert is_private(context) is private

@@ -1,0 +1,226 @@
+"""Limits of participants over gRPC: what counts, what does not, and that nobody slips in."""
+
+import re
+from collections import Counter
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import grpc
+import pytest
+
+from arramon.v1 import evaluation_pb2 as pb
+from server import cli
+from server.runs import tables
+from server.runs.callers import Role
+from server.runs.database import Database
+from tests import tiny
+from tests.api.people import Person, token_of
+from tests.api.player import Player, create
+from tests.api.test_runs import refused
+from tests.serving import METADATA, Server
+
+
+@contextmanager
+def serving(data: Path, *limits: str) -> Iterator[Server]:
+    tiny.write(data)
+    tiny.write(data, "secret", 3, hidden=True)
+    server = Server(data, "127.0.0.1:0", "--steps", "8", *limits)
+    try:
+        yield server
+    finally:
+        assert server.stop() == 0
+
+
+@contextmanager
+def journal(data: Path) -> Iterator[Database]:
+    database = Database(f"sqlite:///{data / 'journal.db'}")
+    try:
+        yield database
+    finally:
+        database.close()
+
+
+def exhausted(call: Callable[[], object]) -> str:
+    code, said = refused(call)
+    assert code == grpc.StatusCode.RESOURCE_EXHAUSTED
+    return said
+
+
+def cancel(person: Person, run: pb.Run) -> None:
+    person.stub.CancelRun(pb.CancelRunRequest(run_id=run.run_id), metadata=METADATA)
+
+
+def quotas(person: Person) -> dict[str, pb.Quota]:
+    account = person.stub.GetAccount(pb.GetAccountRequest(), metadata=METADATA)
+    return {quota.split: quota for quota in account.quotas}
+
+
+def test_runs_in_24_hours_and_when_the_next_is_possible(tmp_path: Path) -> None:
+    with serving(tmp_path, "--runs-per-day", "2") as server, Person(server.address, token_of(tmp_path, "ann")) as ann:
+        first, second = create(ann.stub), create(ann.stub)
+        cancel(ann, second)  # what was created was created
+        said = exhausted(lambda: create(ann.stub))
+        found = re.fullmatch(
+            r"you have on split 'tiny' 2 runs of the last 24 hours, and 2 are allowed: "
+            r"the next is possible at (.*) UTC",
+            said,
+        )
+        assert found is not None
+        following = datetime.strptime(found[1], "%Y-%m-%d %H:%M:%S").replace(tzinfo=UTC)
+        assert following == datetime.fromisoformat(first.created_at) + timedelta(days=1)
+        assert create(ann.stub, split="secret").split == "secret"  # each split has its own
+        with journal(tmp_path) as database, database.write() as connection:
+            long_ago = datetime.now(UTC) - timedelta(hours=24, seconds=1)
+            row = tables.runs.c.run_id == first.run_id
+            connection.execute(tables.runs.update().where(row).values(created_at=long_ago))
+        assert create(ann.stub).participant == "ann"
+        assert (quotas(ann)["tiny"].runs_today, quotas(ann)["tiny"].runs) == (2, 3)
+
+
+def test_runs_in_all_and_what_the_server_is_to_blame_for(tmp_path: Path) -> None:
+    with serving(tmp_path, "--runs-in-all", "1") as server, Person(server.address, token_of(tmp_path, "ann")) as ann:
+        run = create(ann.stub)
+        assert exhausted(lambda: create(ann.stub)) == "you have on split 'tiny' 1 run, and 1 in all are allowed"
+        with journal(tmp_path) as database, database.write() as connection:
+            its = (tables.episodes.c.run_id == run.run_id) & (tables.episodes.c.ordinal == 0)
+            connection.execute(tables.episodes.update().where(its).values(state="ENDED", cause="SERVER_FAULT"))
+        assert quotas(ann)["tiny"].runs == 0
+        create(ann.stub)
+        exhausted(lambda: create(ann.stub))
+        with Person(server.address, token_of(tmp_path, "bob")) as bob:
+            assert create(bob.stub).participant == "bob"
+        with Person(server.address, token_of(tmp_path, "chair", Role.HOST)) as chair:
+            for _ in range(3):  # hosts have no limits
+                create(chair.stub)
+
+
+def test_unfinished_runs(tmp_path: Path) -> None:
+    with serving(tmp_path, "--runs-at-once", "1") as server, Person(server.address, token_of(tmp_path, "ann")) as ann:
+        run = create(ann.stub, episodes=1)
+        assert exhausted(lambda: create(ann.stub)) == (
+            "you have on split 'tiny' 1 unfinished run, and 1 at once are allowed: "
+            "the next is possible when one of them is over, so play it to its end, or cancel it"
+        )
+        with Player(ann.stub, run.run_id) as player:
+            player.play(tiny.ACTIONS)
+        cancel(ann, create(ann.stub))
+        assert create(ann.stub).state == pb.RUN_STATE_RUNNING
+
+
+def test_those_without_a_token_share_a_quota(tmp_path: Path) -> None:
+    with serving(tmp_path, "--runs-in-all", "2") as server:
+        with Person(server.address) as one, Person(server.address) as other:
+            create(one.stub, participant="one")
+            create(other.stub, participant="other")
+            assert exhausted(lambda: create(one.stub)) == (
+                "those without a token together have on split 'tiny' 2 runs, and 2 in all are allowed"
+            )
+        with Person(server.address, token_of(tmp_path, "ann")) as ann:
+            assert create(ann.stub).participant == "ann"
+
+
+@pytest.mark.parametrize("limit", ["--runs-in-all", "--runs-at-once", "--runs-per-day"])
+def test_of_many_at_once_as_many_get_in_as_may(tmp_path: Path, limit: str) -> None:
+    with (
+        serving(tmp_path, limit, "3") as server,
+        Person(server.address, token_of(tmp_path, "ann")) as ann,
+        ThreadPoolExecutor(12) as pool,
+    ):
+
+        def attempt(_: int) -> grpc.StatusCode:
+            try:
+                create(ann.stub)
+            except grpc.RpcError as error:
+                return error.code()
+            return grpc.StatusCode.OK
+
+        got = Counter(pool.map(attempt, range(24)))
+        assert got == {grpc.StatusCode.OK: 3, grpc.StatusCode.RESOURCE_EXHAUSTED: 21}
+        assert len(ann.stub.ListRuns(pb.ListRunsRequest(), metadata=METADATA).runs) == 3
+
+
+def test_streams_at_once(tmp_path: Path) -> None:
+    with (
+        serving(tmp_path, "--streams-at-once", "1") as server,
+        Person(server.address, token_of(tmp_path, "ann")) as ann,
+    ):
+        run = create(ann.stub)
+        with Player(ann.stub, run.run_id, player="one") as one:
+            one.observation()
+            assert quotas(ann)["tiny"].streams == 1
+            assert exhausted(lambda: list(Player(ann.stub, run.run_id, player="two").call)) == (
+                "you have on split 'tiny' 1 open stream, and 1 at once are allowed: "
+                "the next is possible when one is closed, by itself if its client vanished"
+            )
+            with Player(ann.stub, run.run_id, player="one") as again:  # takes the place of its own
+                again.observation()
+                assert quotas(ann)["tiny"].streams == 1
+        while quotas(ann)["tiny"].streams:
+            pass
+        with Player(ann.stub, run.run_id, player="two", adopt=True) as two:
+            two.observation()
+            assert quotas(ann)["tiny"].streams == 1
+
+
+def test_streams_of_a_server_that_died_do_not_count(tmp_path: Path) -> None:
+    with serving(tmp_path, "--streams-at-once", "1") as server:
+        token = token_of(tmp_path, "ann")
+        with Person(server.address, token) as ann:
+            run = create(ann.stub)
+            with Player(ann.stub, run.run_id, player="one") as one:
+                one.observation()
+                server.kill()
+        with journal(tmp_path) as database:
+            assert len(database.read(tables.streams.select())) == 1
+        server.start()
+        with Person(server.address, token) as ann:
+            while quotas(ann)["tiny"].streams:  # until its lease has run out
+                pass
+            with Player(ann.stub, run.run_id, player="two", adopt=True) as two:
+                two.observation()
+
+
+def test_a_host_gives_other_limits(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def quota(*arguments: str) -> tuple[int, str, str]:
+        status = cli.main(["quota", *arguments, "--data", str(tmp_path)])
+        said = capsys.readouterr()
+        return status, said.out, said.err
+
+    header = "participant\tsplit\truns_per_day\truns_in_all\truns_at_once\tstreams_at_once\n"
+    with serving(tmp_path, "--runs-in-all", "1") as server, Person(server.address, token_of(tmp_path, "ann")) as ann:
+        create(ann.stub)
+        exhausted(lambda: create(ann.stub))
+        assert quota("ann", "tiny", "--runs-in-all", "2") == (0, f"{header}ann\ttiny\tany\t2\tany\tany\n", "")
+        create(ann.stub)
+        exhausted(lambda: create(ann.stub))
+        assert quota("ann", "tiny", "--runs-in-all", "0")[0] == 0
+        create(ann.stub)
+        assert quota("ann", "tiny", "--runs-in-all", "default")[0] == 0
+        exhausted(lambda: create(ann.stub))
+        with Person(server.address) as anybody:
+            create(anybody.stub)
+            assert quota("anonymous", "tiny", "--runs-in-all", "2")[0] == 0
+            create(anybody.stub)
+            exhausted(lambda: create(anybody.stub))
+    assert quota("list") == (
+        0,
+        f"{header}ann\ttiny\tany\tany\tany\tany\nanonymous\ttiny\tany\t2\tany\tany\n",
+        "",
+    )
+    for arguments, said in (
+        (("eve", "tiny"), "there is no participant 'eve'; `arramon-server token list` shows them"),
+        (
+            ("eve", "tiny", "--runs-in-all", "1"),
+            "there is no participant 'eve'; `arramon-server token list` shows them",
+        ),
+        (("ann", "val"), f"there is no split 'val' in {tmp_path}; there are secret, tiny"),
+        (("ann",), "the split is missing: arramon-server quota PARTICIPANT SPLIT, or arramon-server quota list"),
+        (
+            ("ann", "tiny", "--runs-in-all", "9" * 12),
+            f"runs_in_all is {'9' * 12}, expected 0 (any number) to 1000000000",
+        ),
+    ):
+        assert quota(*arguments) == (1, "", f"arramon-server: {said}\n")
