@@ -83,8 +83,8 @@ class BoardServicer(LeaderboardServicer):
         )
 
 
-def entry_message(entry: Entry) -> pb.Entry:
-    """A published run."""
+def entry_message(entry: Entry, *, listed: bool = False) -> pb.Entry:
+    """A published run; with less of it where it is `listed`, as its standing has its rows."""
     run = run_message(entry.run, entry.progress)
     run.participant, run.agent, run.published = entry.participant, entry.agent, True
     run.ClearField("bank_seconds_left")
@@ -92,7 +92,7 @@ def entry_message(entry: Entry) -> pb.Entry:
     return pb.Entry(
         run=run,
         signature=entry.signature,
-        rows=[row_message(name, metrics) for name, metrics in entry.rows.items()],
+        rows=[] if listed else [row_message(name, metrics) for name, metrics in entry.rows.items()],
         published_at=entry.published_at.isoformat(timespec="seconds"),
         note=entry.note,
         coverage=entry.coverage,
@@ -113,7 +113,7 @@ def standing_message(standing: Standing) -> pb.Standing:
         coverage=standing.coverage,
         marks=[_MARKS[mark] for mark in standing.marks],
         rows=[row_message(name, metrics) for name, metrics in standing.rows.items()],
-        entries=map(entry_message, standing.entries),
+        entries=[entry_message(entry, listed=True) for entry in standing.entries],
     )
 
 

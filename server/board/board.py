@@ -1,7 +1,8 @@
 """The leaderboard: how the published runs of a split stand."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime
 
 from server.board.entries import Entries, Published
 from server.board.ranking import ranked
@@ -13,9 +14,9 @@ from server.runs import causes
 from server.scoring.aggregate import Interval
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False)
 class Listing:
-    """A whole list of the leaderboard.
+    """A whole list of the leaderboard. The same object is given out until something else is published.
 
     Attributes:
         split: by name.
@@ -33,7 +34,7 @@ class Listing:
 
 
 class Board:
-    """All standings. Safe to use from several threads; reads the database with every call, a run's scores once.
+    """All standings. Safe to use from several threads; a list is made anew only when what is published has changed.
 
     Args:
         entries: what is published.
@@ -44,27 +45,25 @@ class Board:
     def __init__(self, entries: Entries, splits: Mapping[str, Split], *, steps_per_phase: int) -> None:
         self._entries = entries
         self._splits = splits
+        self._episodes = {name: split.languages for name, split in splits.items()}
         self._steps_per_phase = steps_per_phase
         self._references = read_references()
+        self._kept: tuple[tuple[int, int], dict[tuple[str, str, str], Listing]] = ((-1, -1), {})
 
     def languages(self) -> dict[str, tuple[str, ...]]:
         """The splits that can be listed, by name, and the languages of each: those served, and those of old entries."""
-        found = {name: set(split.languages) for name, split in self._splits.items()}
+        found = {name: set(languages) for name, languages in self._episodes.items()}
         for split, language in self._entries.languages():
             found.setdefault(split, set()).add(language)
         return {name: tuple(sorted(found[name])) for name in sorted(found)}
 
     def listing(self, split: str, language: str, sort: str = HEADLINE) -> Listing:
-        """The standings of a split in a language, or BOTH, and the paper's lines beside them.
+        """The standings of a split in a language, or, for BOTH, in all together; and the paper's lines beside them.
 
-        Raises:
-            NotFound, BadInput: as `standings`.
-        """
-        standings = self.standings(split, language, sort)
-        return Listing(split, language, sort, tuple(standings), self.reference(split, language))
-
-    def standings(self, split: str, language: str, sort: str = HEADLINE) -> list[Standing]:
-        """The standings of a split in a language, or, for BOTH, of `both`.
+        For BOTH it lists systems (same account, participant and agent) that are listed in all languages of the split.
+        Of several entries of a system in one language, one that is ranked counts before one that is not, and the one
+        that was published last before others. A score is the mean over the languages; so are the ends of its interval,
+        which is exact where a resample moves all languages alike, and otherwise too wide, never too narrow.
 
         Args:
             split: by name.
@@ -75,33 +74,23 @@ class Board:
             NotFound: for a split or language that there is not.
             BadInput: for a metric that there is not.
         """
-        if language == BOTH:
-            return self.both(split, sort)
-        self._check(split, language, sort)
-        entries = [self._entry(published) for published in self._entries.listed(split, language)]
-        return ranked([Standing((entry,), entry.rows) for entry in entries], sort)
+        stamp = self._entries.stamp()
+        if self._kept[0] != stamp:
+            self._kept = (stamp, {})
+        kept = self._kept[1]
+        found = kept.get((split, language, sort))
+        if found is None:
+            found = self._make(split, language, sort)
+            kept[split, language, sort] = found
+        return found
+
+    def standings(self, split: str, language: str, sort: str = HEADLINE) -> list[Standing]:
+        """The standings of `listing` alone."""
+        return list(self.listing(split, language, sort).standings)
 
     def both(self, split: str, sort: str = HEADLINE) -> list[Standing]:
-        """The standings of systems (same account, participant and agent) that are listed in all languages of a split.
-
-        Of several entries of a system in one language, the one counts that would be ranked, and of those the one that
-        was published last. A score is the mean over the languages; so are the ends of its interval, which is exact
-        where a resample moves all languages alike, and otherwise too wide, never too narrow.
-
-        Raises:
-            NotFound, BadInput: as `standings`.
-        """
-        self._check(split, None, sort)
-        languages = self.languages()[split]
-        systems: dict[object, dict[str, Entry]] = {}
-        for published in self._entries.listed(split):
-            entry = self._entry(published)
-            of_system = systems.setdefault(entry.system, {})
-            other = of_system.get(entry.run.language)
-            if other is None or _preference(entry) > _preference(other):
-                of_system[entry.run.language] = entry
-        whole = [tuple(found[name] for name in languages) for found in systems.values() if len(found) == len(languages)]
-        return ranked([Standing(entries, _mean(entries)) for entries in whole], sort)
+        """The standings of systems in all languages of a split together, see `listing`."""
+        return self.standings(split, BOTH, sort)
 
     def entry(self, run_id: str) -> Entry:
         """One published run, with the seal of its receipt.
@@ -118,20 +107,28 @@ class Board:
         """The paper's lines for a split; it has them for English alone."""
         return tuple(line for line in self._references if (line.split, line.language) == (split, language))
 
-    def _check(self, split: str, language: str | None, sort: str) -> None:
+    def _make(self, split: str, language: str, sort: str) -> Listing:
         known = self.languages()
         if split not in known:
             raise NotFound(f"there is no split {split!r}; the leaderboard has {', '.join(known) or 'none'}")
-        if language is not None and language not in known[split]:
+        if language not in (*known[split], BOTH):
             raise NotFound(f"split {split!r} has no language {language!r}; it has {', '.join((*known[split], BOTH))}")
         if sort not in COLUMNS:
             raise BadInput(f"cannot sort by {sort!r}; expected one of {', '.join(COLUMNS)}")
+        entries = [
+            self._entry(published) for published in self._entries.listed(split, None if language == BOTH else language)
+        ]
+        if language == BOTH:
+            standings = [Standing(whole, _mean(whole)) for whole in _systems(entries, known[split])]
+        else:
+            standings = [Standing((entry,), entry.rows) for entry in entries]
+        return Listing(split, language, sort, tuple(ranked(standings, sort)), self.reference(split, language))
 
     def _entry(self, published: Published) -> Entry:
         run, scores = published.run, self._entries.scores(published.run.run_id)
         split = self._splits.get(run.split)
         current = split is not None and split.data_hash == run.data_hash
-        all_ = split.languages.get(run.language, 0) if split is not None and current else 0
+        all_ = self._episodes[run.split].get(run.language, 0) if current else 0
         coverage = scores.progress.episodes / all_ if all_ else None
         found = {
             Mark.PARTIAL: coverage is not None and coverage < 1.0,
@@ -146,11 +143,24 @@ class Board:
         )
 
 
-def _preference(entry: Entry) -> tuple[object, ...]:
-    return Standing((entry,), entry.rows).is_ranked, entry.published_at, entry.run.run_id
+def _systems(entries: Iterable[Entry], languages: Sequence[str]) -> Iterator[tuple[Entry, ...]]:
+    """Of each system that has them in all languages, an entry a language."""
+    systems: dict[object, dict[str, Entry]] = {}
+    for entry in entries:
+        of_system = systems.setdefault(entry.system, {})
+        other = of_system.get(entry.run.language)
+        if other is None or _preference(entry) > _preference(other):
+            of_system[entry.run.language] = entry
+    for found in systems.values():
+        if len(found) == len(languages):
+            yield tuple(found[language] for language in languages)
 
 
-def _mean(entries: tuple[Entry, ...]) -> Rows:
+def _preference(entry: Entry) -> tuple[bool, datetime, str]:
+    return entry.is_ranked, entry.published_at, entry.run.run_id
+
+
+def _mean(entries: Sequence[Entry]) -> Rows:
     tables = [entry.rows for entry in entries]
 
     def mean(row: str, metric: str) -> Interval:

@@ -70,6 +70,15 @@ class Entries:
             query = query.where(tables.runs.c.language == language)
         return [_published(row) for row in self._database.read(query)]
 
+    def stamp(self) -> tuple[int, int]:
+        """Something that is another one after every change of what is published."""
+        table = tables.entries
+        query = sa.select(
+            sa.func.count().label("entries"), sa.func.coalesce(sa.func.sum(table.c.revision), 0).label("revisions")
+        )
+        row = self._database.read(query.select_from(table))[0]
+        return row.entries, int(row.revisions)
+
     def languages(self) -> set[tuple[str, str]]:
         """Of which splits, and in which of their languages, there are entries that are not withdrawn."""
         query = sa.select(tables.runs.c.split, tables.runs.c.language).distinct().join_from(tables.entries, tables.runs)
@@ -97,7 +106,13 @@ class Entries:
         table = tables.entries
         now = datetime.now(UTC)
         again = sa.case((table.c.withdrawn_at.is_(None), table.c.published_at), else_=now)
-        values = {"note": note, "published_at": again, "withdrawn_at": None, "withdrawn_by_host": False}
+        values = {
+            "note": note,
+            "published_at": again,
+            "withdrawn_at": None,
+            "withdrawn_by_host": False,
+            "revision": table.c.revision + 1,
+        }
         with self._database.write() as connection:
             done = connection.execute(table.update().where(table.c.run_id == run_id).values(values))
             if not done.rowcount:
@@ -107,7 +122,11 @@ class Entries:
     def withdraw(self, run_id: str, *, by_host: bool) -> None:
         """Takes a run off the leaderboard; its row stays."""
         table = tables.entries
-        values = {"withdrawn_at": datetime.now(UTC), "withdrawn_by_host": by_host}
+        values = {
+            "withdrawn_at": datetime.now(UTC),
+            "withdrawn_by_host": by_host,
+            "revision": table.c.revision + 1,
+        }
         with self._database.write() as connection:
             connection.execute(table.update().where(table.c.run_id == run_id, _LISTED).values(values))
 

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+from functools import lru_cache
 from typing import Any
 
 from server.board.board import Listing
@@ -36,7 +37,11 @@ CSV_COLUMNS = (
 )
 """The columns of the CSV file, in order. New ones come at the end."""
 
+_KEPT = 16
+"""Files that are kept in memory, as listings are."""
 
+
+@lru_cache(_KEPT)
 def as_csv(listing: Listing) -> str:
     """The listing as CSV (RFC 4180): a line a standing, and then a line a reference. Scores are in [0, 1]."""
     text = io.StringIO()
@@ -49,6 +54,7 @@ def as_csv(listing: Listing) -> str:
     return text.getvalue()
 
 
+@lru_cache(_KEPT)
 def as_json(listing: Listing) -> str:
     """The listing as JSON: everything that a standing holds, all metrics of all rows."""
     document = {
@@ -60,7 +66,7 @@ def as_json(listing: Listing) -> str:
         "standings": [_standing(standing) for standing in listing.standings],
         "references": [_reference(reference) for reference in listing.references],
     }
-    return json.dumps(document, ensure_ascii=False, indent=1) + "\n"
+    return json.dumps(document, ensure_ascii=False) + "\n"
 
 
 def _standing_cells(standing: Standing, listing: Listing) -> dict[str, object]:
@@ -145,7 +151,6 @@ def _entry(entry: Entry) -> dict[str, Any]:
         "bank_seconds": run.bank_seconds,
         "coverage": entry.coverage,
         "marks": entry.marks,
-        "rows": _rows(entry.rows),
     }
 
 

@@ -116,6 +116,11 @@ class Entry:
         return self.progress.causes
 
     @property
+    def is_ranked(self) -> bool:
+        """Whether it can be compared with others."""
+        return not UNRANKED.intersection(self.marks)
+
+    @property
     def system(self) -> tuple[str | None, str, str]:
         """Whose runs in several languages belong together: the account, the participant's and the agent's name."""
         return self.run.account, self.run.participant, self.run.agent
@@ -179,8 +184,8 @@ class Standing:
 
     @property
     def is_ranked(self) -> bool:
-        """Whether it can be compared with others."""
-        return not UNRANKED.intersection(self.marks)
+        """Whether all its entries can be compared with others."""
+        return all(entry.is_ranked for entry in self.entries)
 
 
 @dataclass(frozen=True, slots=True)

@@ -162,5 +162,6 @@ entries = Table(
     Column("withdrawn_at", DateTime(timezone=True)),
     Column("withdrawn_by_host", Boolean, nullable=False, server_default=false()),
     Column("note", String(500), nullable=False, server_default=""),
+    Column("revision", Integer, nullable=False, server_default="0"),
     Column("scores", JSON, nullable=False),
 )

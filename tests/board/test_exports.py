@@ -79,7 +79,9 @@ def test_json_holds_everything(house: House) -> None:
     assert (line["rank"], line["tied"], line["coverage"], line["marks"]) == (1, False, 1.0, [])
     english, hindi = line["entries"]
     score = house.board.entry("e").rows["turn 2"]["rPOD"]
-    assert english["rows"]["turn 2"]["rPOD"] == {"mean": score.mean, "low": score.low, "high": score.high}
+    assert line["rows"]["turn 2"]["rPOD"] == {
+        "mean": (score.mean + 1) / 2, "low": (score.low + 1) / 2, "high": (score.high + 1) / 2,
+    }  # fmt: skip
     assert (english["run_id"], english["note"], hindi["causes"]) == ("e", "नोट", {"AGENT_FINISHED": 4})
     assert "नोट" in text
 

@@ -361,16 +361,16 @@ class Entry(_message.Message):
     coverage: _builtins.float
     """Share of the split's episodes in the language that the run has, in (0, 1]; none where the"""
     receipt_digest: _builtins.bytes
-    """SHA-256 of the payload of its receipt, which GetReceipt gives to everybody; empty in lists."""
+    """SHA-256 of the payload of its receipt, which GetReceipt gives to everybody; left out in lists."""
     public_key: _builtins.bytes
-    """The host's key that signed the receipt, 32 bytes; empty in lists."""
+    """The host's key that signed the receipt, 32 bytes; left out in lists."""
     @_builtins.property
     def run(self) -> _evaluation_pb2.Run:
         """Without what only its participant is told: the bank of time."""
 
     @_builtins.property
     def rows(self) -> _containers.RepeatedCompositeFieldContainer[_evaluation_pb2.Row]:
-        """"turn 1", "turn 2", "total"."""
+        """"turn 1", "turn 2", "total"; left out in lists, where the standing has them."""
 
     @_builtins.property
     def marks(self) -> _containers.RepeatedScalarFieldContainer[Global___Mark.ValueType]:

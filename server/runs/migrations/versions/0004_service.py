@@ -82,6 +82,7 @@ def upgrade() -> None:
         sa.Column("withdrawn_at", sa.DateTime(timezone=True)),
         sa.Column("withdrawn_by_host", sa.Boolean, nullable=False, server_default=sa.false()),
         sa.Column("note", sa.String(500), nullable=False, server_default=""),
+        sa.Column("revision", sa.Integer, nullable=False, server_default="0"),
         sa.Column("scores", sa.JSON, nullable=False),
     )
 
