@@ -1,21 +1,30 @@
 """Asks a server whether it serves: what `arramon-server health` does, for a container's or an orchestrator's probe."""
 
+from pathlib import Path
+
 import grpc
+from cryptography import x509
 from grpc_health.v1 import health_pb2, health_pb2_grpc
 
-from server.errors import Unavailable
+from server.errors import BadFile, Unavailable
 
 TIMEOUT = 5.0
 """Seconds to wait for the answer."""
 
 
-def check(address: str) -> None:
-    """Returns if the server at `address` (host:port or unix:/path) is ready for calls.
+def check(address: str, certificate: Path | None = None) -> None:
+    """Returns if the server at an address is ready for calls.
+
+    Args:
+        address: host:port or unix:/path.
+        certificate: the server's own, a PEM file, where it encrypts. Only who has its key is asked; as that is this
+            very host's, the name in it need not be the address.
 
     Raises:
+        BadInput: if the certificate cannot be read.
         Unavailable: if it cannot be reached, or says that it does not serve, as while it drains.
     """
-    with grpc.insecure_channel(address) as channel:
+    with _channel(address, certificate) as channel:
         try:
             answer = health_pb2_grpc.HealthStub(channel).Check(health_pb2.HealthCheckRequest(), timeout=TIMEOUT)
         except grpc.RpcError as error:
@@ -23,3 +32,19 @@ def check(address: str) -> None:
     status = health_pb2.HealthCheckResponse.ServingStatus.Name(answer.status)
     if answer.status != health_pb2.HealthCheckResponse.SERVING:
         raise Unavailable(f"the server at {address} says {status}")
+
+
+def _channel(address: str, certificate: Path | None) -> grpc.Channel:
+    if certificate is None or address.startswith("unix:"):
+        return grpc.insecure_channel(address)
+    try:
+        pem = certificate.read_bytes()
+        own = x509.load_pem_x509_certificates(pem)[0]
+        names = own.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+    except OSError as error:
+        raise BadFile(certificate, f"cannot be read: {error.strerror}") from error
+    except (ValueError, x509.ExtensionNotFound) as error:
+        raise BadFile(certificate, f"is not a certificate in PEM with the server's names: {error}") from error
+    name = str(next(iter(names)).value).replace("*", "any")
+    options = (("grpc.ssl_target_name_override", name),)
+    return grpc.secure_channel(address, grpc.ssl_channel_credentials(pem), options)

@@ -10,7 +10,8 @@ from arramon_client import RefusedError, ServerUnreachableError, cli, connect
 from arramon_client.access import Access
 from arramon_client.connection import call
 from server.config import Config
-from server.errors import BadInput
+from server.errors import BadInput, Unavailable
+from server.health import check
 from server.tls import credentials_of
 from tests import tiny
 from tests.api.people import token_of
@@ -83,6 +84,19 @@ def test_a_client_that_encrypts_and_a_server_that_does_not(tmp_path: Path) -> No
             connect(server.address, Access(tls=True)),
         ):
             pass
+    finally:
+        assert server.stop() == 0
+
+
+def test_the_probe_of_a_server_that_encrypts(tmp_path: Path) -> None:
+    server, _, _ = start(tmp_path)
+    (tmp_path / "other").mkdir()
+    other, _ = Authority().sign(tmp_path / "other")
+    try:
+        check(server.address, tmp_path / "certificate.pem")
+        for wrong in (other, None):
+            with pytest.raises(Unavailable, match=f"no answer from {server.address}: UNAVAILABLE"):
+                check(server.address, wrong)
     finally:
         assert server.stop() == 0
 

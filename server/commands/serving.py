@@ -43,5 +43,5 @@ def _serve(arguments: argparse.Namespace) -> None:
 
 def _health(arguments: argparse.Namespace) -> None:
     address = arguments.address or arguments.settings.listen
-    check(address)
+    check(address, arguments.settings.tls_certificate)
     print(f"{address} serves")

@@ -1,6 +1,7 @@
 """The command `arramon-client`: plays a run with an agent, and shows its scores; `COMMANDS` has what else it does."""
 
 import argparse
+import os
 import sys
 import time
 from collections import Counter
@@ -39,6 +40,7 @@ COMMANDS = {
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command and returns its exit status: 0 fine, 1 error, 2 usage, 3 the agent failed, 130 interrupted."""
     argv = sys.argv[1:] if argv is None else argv
+    os.environ.setdefault("GRPC_VERBOSITY", "NONE")  # What it would write by itself is explained with the error.
     if argv and argv[0] in COMMANDS:
         return COMMANDS[argv[0]](argv[1:])
     try:

@@ -142,7 +142,8 @@ def explain(error: grpc.RpcError, address: str) -> ArramonClientError:
     code, details = error.code(), error.details() or ""
     match code:
         case grpc.StatusCode.UNAVAILABLE | grpc.StatusCode.DEADLINE_EXCEEDED:
-            return ServerUnreachableError(f"no server answers at {address}: {details}{_advice(details)}")
+            advice = _advice(details)
+            return ServerUnreachableError(f"no server answers at {address}: {advice and advice + '; '}{details}")
         case grpc.StatusCode.UNIMPLEMENTED:
             return NotArramonError(f"what answers at {address} is not an ArraMon server of this protocol: {details}")
         case grpc.StatusCode.RESOURCE_EXHAUSTED if "message" in details and ("larger" in details or "max" in details):
@@ -170,5 +171,5 @@ def _advice(details: str) -> str:
     """What to do about a connection that failed over its encryption; empty for any other."""
     for sign, advice in ADVICE.items():
         if sign in details:
-            return f" ({advice})"
+            return advice
     return ""
