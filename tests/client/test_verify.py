@@ -1,0 +1,315 @@
+"""Receipts on the participant's side: each thing that can be wrong with one is said in a line, with status 1."""
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from cryptography.hazmat.primitives import serialization
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+
+from arramon.v1 import evaluation_pb2 as pb
+from arramon.v1.chain import episode_head, run_digest
+from arramon_client.cli import main
+from tests.client.fake import Servicer, World, serving
+
+ACTIONS = {"e1": (0, 0, 3), "e2": (1, 2), "e3": ()}
+DATA = "ab" * 32
+HOST, ANOTHER = (Ed25519PrivateKey.from_private_bytes(bytes([number]) * 32) for number in (1, 2))
+HOST_KEY, ANOTHER_KEY = (key.public_key().public_bytes_raw().hex() for key in (HOST, ANOTHER))
+SCORES = {row: {"nDTW": {"mean": 0.25, "low": 0.125, "high": 0.5}} for row in ("turn 1", "turn 2", "total")}
+
+
+def payload(**changes: Any) -> dict[str, Any]:
+    heads = [(episode_id, episode_head("r7", episode_id, DATA, taken)) for episode_id, taken in ACTIONS.items()]
+    return {
+        "format": "arramon-receipt",
+        "version": 1,
+        "run": {
+            "run_id": "r7", "participant": "lab", "agent": "walker", "split": "tiny", "hidden": True, "language": "en",
+            "sensors": [], "images": [], "state": "COMPLETE", "created_at": "2026-01-02", "ended_at": None,
+        },
+        "limits": {"steps_per_phase": 8, "step_seconds": 60, "first_step_seconds": 600, "bank_seconds": 3600},
+        "data_hash": DATA,
+        "score_signature": "split:tiny|lang:en|episodes:3",
+        "causes": {"FORFEITED": 1, "AGENT_FINISHED": 2},
+        "reoffers": 4,
+        "steps": 5,
+        "scores": SCORES,
+        "episodes": [
+            {"episode_id": episode_id, "cause": "AGENT_FINISHED", "steps": len(ACTIONS[episode_id]), "head": head.hex()}
+            for episode_id, head in heads
+        ],
+        "digest": run_digest("r7", heads).hex(),
+        **changes,
+    }  # fmt: skip
+
+
+def signed(content: object, key: Ed25519PrivateKey = HOST) -> dict[str, Any]:
+    text = content if isinstance(content, str) else json.dumps(content)
+    return {
+        "format": "arramon-receipt-file",
+        "version": 1,
+        "payload": text,
+        "signature": key.sign(text.encode()).hex(),
+        "public_key": key.public_key().public_bytes_raw().hex(),
+    }
+
+
+def results(**changes: Any) -> dict[str, Any]:
+    actions = {episode_id: "".join(map(str, taken)) for episode_id, taken in ACTIONS.items()}
+    return {"run": {"run_id": "r7"}, "metrics": SCORES, "actions": actions, **changes}
+
+
+class Verify:
+    """Writes a receipt's file, and verifies it."""
+
+    def __init__(self, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+        self.path = folder / "r7.receipt.json"
+        self._capsys = capsys
+
+    def __call__(self, content: object, *options: str) -> tuple[int, str, str]:
+        text = content if isinstance(content, bytes) else json.dumps(content).encode()
+        self.path.write_bytes(text)
+        status = main(["verify", str(self.path), *options])
+        said = self._capsys.readouterr()
+        assert "Traceback" not in said.err + said.out
+        return status, said.out, said.err
+
+    def refused(self, content: object, *options: str) -> str:
+        """What is said of one that is not right: one line."""
+        status, out, err = self(content, *options)
+        assert (status, out, err.count("\n")) == (1, "", 1), (status, out, err)
+        return err.strip().replace(str(self.path), "FILE")
+
+
+@pytest.fixture
+def verify(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Verify:
+    return Verify(tmp_path, capsys)
+
+
+def test_a_receipt_that_the_host_signed(verify: Verify) -> None:
+    status, out, err = verify(signed(payload()), "--key", HOST_KEY)
+    assert (status, err) == (0, "")
+    assert "walker on tiny, en, 3 episodes" in out
+    assert "0.250" in out
+    assert "split:tiny|lang:en|episodes:3\n" in out
+    assert "run r7 of lab, complete\n" in out
+    assert (
+        "5 steps; 60 s a step, 600 s for the first, 3600 s in the bank; episodes ended: 2 AGENT_FINISHED, "
+        "1 FORFEITED; offered again: 4\n"
+    ) in out
+    assert f"signed with the key given, {HOST_KEY}\n" in out
+
+
+def test_without_a_key_it_is_said_that_nobody_vouches_for_it(verify: Verify) -> None:
+    status, out, _ = verify(signed(payload(), ANOTHER))
+    assert status == 3
+    assert f"signed with the key {ANOTHER_KEY}. Whether that is the host's was NOT checked" in out
+
+
+def pem(key: Ed25519PrivateKey) -> str:
+    form = serialization.PublicFormat.SubjectPublicKeyInfo
+    return key.public_key().public_bytes(serialization.Encoding.PEM, form).decode()
+
+
+@pytest.mark.parametrize("content", [HOST_KEY, HOST_KEY.upper() + "\n", pem(HOST)])
+def test_a_key_from_a_file(verify: Verify, tmp_path: Path, content: str) -> None:
+    (tmp_path / "key").write_text(content)
+    assert verify(signed(payload()), "--key", str(tmp_path / "key"))[0] == 0
+    said = verify.refused(signed(payload(), ANOTHER), "--key", str(tmp_path / "key"))
+    assert said.startswith(
+        f"error: the receipt is signed with the key {ANOTHER_KEY}, not with the key given, {HOST_KEY}"
+    )
+
+
+@pytest.mark.parametrize(
+    "content", ["", "hello", HOST_KEY[:-1], "-----BEGIN PUBLIC KEY-----\nAAAA\n-----END PUBLIC KEY-----"]
+)
+def test_a_file_without_a_key(verify: Verify, tmp_path: Path, content: str) -> None:
+    (tmp_path / "key").write_text(content)
+    said = verify.refused(signed(payload()), "--key", str(tmp_path / "key"))
+    assert "holds no public key: expected 64 hexadecimal digits, or Ed25519 in PEM" in said
+
+
+def test_no_such_key_file(verify: Verify) -> None:
+    said = verify.refused(signed(payload()), "--key", "nowhere")
+    assert said.startswith("error: nowhere is no key in hexadecimal, and no file that can be read")
+
+
+def test_the_key_of_a_server(verify: Verify, world: World) -> None:
+    with serving(Servicer(world)) as address:
+        assert "has no key, and signs nothing" in verify.refused(signed(payload()), "--server", address)
+        world.info.public_key = bytes.fromhex(HOST_KEY)
+        status, out, _ = verify(signed(payload()), "--server", address)
+        assert (status, f"signed with the key of {address}, {HOST_KEY}\n" in out) == (0, True)
+        said = verify.refused(signed(payload(), ANOTHER), "--server", address)
+    assert f"not with the key of {address}, {HOST_KEY}" in said
+
+
+def without(name: str) -> dict[str, Any]:
+    return {key: value for key, value in payload().items() if key != name}
+
+
+WHOLE = signed(payload())
+LATER = signed(payload(version=2))
+EPISODES = payload()["episodes"]
+ALTERED = "FILE was altered: its signature is not over these bytes, or not by this key"
+
+
+@pytest.mark.parametrize(("content", "said"), [
+    ({**WHOLE, "payload": WHOLE["payload"].replace("0.25", "0.75")}, ALTERED),
+    ({**WHOLE, "payload": WHOLE["payload"] + " "}, ALTERED),
+    ({**WHOLE, "payload": "\ud800"}, ALTERED),
+    ({**WHOLE, "public_key": ANOTHER_KEY}, ALTERED),
+    ({**WHOLE, "signature": signed(payload(), ANOTHER)["signature"]}, ALTERED),
+    ({**WHOLE, "signature": "00" * 64}, ALTERED),
+    ({**WHOLE, "signature": "00"}, "FILE is no receipt: its signature is not 64 bytes in hexadecimal"),
+    ({**WHOLE, "public_key": "x" * 64}, "FILE is no receipt: its public_key is not 32 bytes in hexadecimal"),
+    ({**WHOLE, "public_key": None}, "FILE is no receipt: its public_key is not 32 bytes in hexadecimal"),
+    ({**WHOLE, "payload": {}}, "FILE is no receipt: it has no payload"),
+    ({**WHOLE, "version": 7}, "FILE has the arramon-receipt-file version 7, and this client reads 1"),
+    ({}, "FILE is no receipt: it has no format 'arramon-receipt-file'"),
+    ([], "FILE is no receipt: it has no format 'arramon-receipt-file'"),
+    (json.dumps(WHOLE).encode()[:-40], "FILE is no receipt: it is not JSON, or was cut"),
+    (b"", "FILE is no receipt: it is not JSON, or was cut"),
+    (b"\xff\xfe\x00", "FILE is no receipt: it is not JSON, or was cut"),
+    (LATER, "FILE has the arramon-receipt version 2, and this client reads 1"),
+    (signed("hello"), "FILE is no receipt: it has no format 'arramon-receipt'"),
+    (signed("[" * 100_000), "FILE is no receipt: it has no format 'arramon-receipt'"),
+    (signed(without("scores")), "FILE is signed, but does not hold what a receipt holds"),
+    (signed(payload(episodes=[{"episode_id": 7}])), "FILE is signed, but does not hold what a receipt holds"),
+    (signed(payload(run={})), "FILE is signed, but does not hold what a receipt holds"),
+    (signed(payload(digest="00" * 32)), "FILE contradicts itself: its digest is not that of its episodes"),
+    (signed(payload(episodes=EPISODES[::-1])), "FILE contradicts itself: its digest is not that of its episodes"),
+])  # fmt: skip
+def test_a_receipt_that_is_not_right(verify: Verify, content: object, said: str) -> None:
+    assert verify.refused(content, "--key", HOST_KEY) == f"error: {said}"
+
+
+def test_a_file_that_is_not_there(verify: Verify, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["verify", "nowhere.receipt.json"]) == 1
+    assert capsys.readouterr().err == "error: nowhere.receipt.json cannot be read: No such file or directory\n"
+
+
+@pytest.mark.parametrize("argv", [["verify"], ["verify", "x", "--key", "y", "--server", "z"]])
+def test_wrong_usage(argv: Sequence[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(argv) == 2
+    assert "usage: arramon-client verify" in capsys.readouterr().err
+
+
+def test_the_results_beside_it_are_checked(verify: Verify) -> None:
+    path = verify.path.with_name("r7.json")
+    path.write_text(json.dumps(results()))
+    status, out, _ = verify(signed(payload()), "--key", HOST_KEY)
+    same = f"{path}: the same scores; in 3 of 3 episodes the actions are those that this client sent\n"
+    assert (status, same in out) == (0, True)
+    some = {"e1": "0030", "e9": "0"}  # one more was sent than was taken, and one episode is another's
+    path.write_text(json.dumps(results(actions=some)))
+    status, out, _ = verify(signed(payload()), "--key", HOST_KEY)
+    assert (status, "in 1 of 3 episodes the actions are those that this client sent, of the others" in out) == (0, True)
+
+
+OTHER_SCORES = {**SCORES, "total": {"nDTW": {"mean": 0.26, "low": 0.125, "high": 0.5}}}
+
+
+@pytest.mark.parametrize(("content", "said"), [
+    (results(actions={"e1": "010"}), "episode e1: the receipt is about other actions than this client sent"),
+    (results(actions={"e2": "1"}), "episode e2: the receipt has 2 steps, and this client sent 1"),
+    (results(actions={"e2": "14"}), "RESULTS is no results file: its actions are not texts of the digits 0 to 3"),
+    (results(actions={"e2": [1, 2]}), "RESULTS is no results file: its actions are not texts of the digits 0 to 3"),
+    (results(metrics=OTHER_SCORES), "RESULTS has other scores than the receipt"),
+    (results(run={"run_id": "r8"}), "RESULTS is of run r8, and the receipt of run r7"),
+    ({"run": {}}, "RESULTS is no results file: it has no run and no metrics"),
+    ("", "RESULTS is no results file: it has no run and no metrics"),
+])  # fmt: skip
+def test_results_that_do_not_fit(verify: Verify, tmp_path: Path, content: object, said: str) -> None:
+    path = tmp_path / "mine.json"
+    path.write_text(json.dumps(content))
+    found = verify.refused(signed(payload()), "--key", HOST_KEY, "--results", str(path))
+    assert found.replace(str(path), "RESULTS") == f"error: {said}"
+
+
+@pytest.mark.parametrize(("write", "said"), [
+    (lambda path: path.write_text("{"), "RESULTS is no results file: it is not JSON, or was cut"),
+    (lambda path: None, "RESULTS cannot be read: No such file or directory"),
+])  # fmt: skip
+def test_results_that_cannot_be_read(
+    verify: Verify, tmp_path: Path, write: Callable[[Path], object], said: str
+) -> None:
+    path = tmp_path / "mine.json"
+    write(path)
+    found = verify.refused(signed(payload()), "--results", str(path))
+    assert found.replace(str(path), "RESULTS") == f"error: {said}"
+
+
+AGENT = """
+class Agent:
+    sensors = ()
+    def begin(self, episode): pass
+    def act(self, observations): return [(int(o.episode_id[1:]) + o.step) % 4 for o in observations]
+"""
+
+
+class Signing(Servicer):
+    """Signs what was recorded, or something else."""
+
+    changed = False
+
+    def GetReceipt(self, request: pb.GetReceiptRequest, context: Any) -> pb.Receipt:  # noqa: N802
+        run_id, actions = request.run_id, dict(self.world.actions)
+        if self.changed:
+            actions["e2"] = [3, *actions["e2"][1:]]
+        heads = [(episode_id, episode_head(run_id, episode_id, DATA, taken)) for episode_id, taken in actions.items()]
+        episodes = [
+            {"episode_id": e, "cause": "AGENT_FINISHED", "steps": len(actions[e]), "head": head.hex()}
+            for e, head in heads
+        ]
+        scores = {
+            row.name: {s.metric: {"mean": s.mean, "low": s.low, "high": s.high} for s in row.scores}
+            for row in self.world.report().rows
+        }
+        run = {**payload()["run"], "run_id": run_id}
+        digest = run_digest(run_id, heads).hex()
+        text = json.dumps(payload(run=run, episodes=episodes, digest=digest, scores=scores)).encode()
+        return pb.Receipt(payload=text, signature=HOST.sign(text), public_key=bytes.fromhex(HOST_KEY))
+
+
+@pytest.mark.parametrize("changed", [False, True])
+def test_a_run_leaves_a_receipt_that_the_actions_sent_are_checked_against(
+    world: World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], changed: bool
+) -> None:
+    (tmp_path / "verify_agent.py").write_text(AGENT)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    world.info.public_key = bytes.fromhex(HOST_KEY)
+    world.cut = {7: "after"}  # the stream breaks once, and what was sent is sent again
+    servicer = Signing(world)
+    servicer.changed = changed
+    with serving(servicer) as address:
+        assert main(["--agent", "verify_agent", "--lang", "en", "--server", address]) == 0
+        said = capsys.readouterr()
+        assert "receipt: arramon-results/run-1.receipt.json\n" in said.out
+        warning = "warning: episode e2: the receipt is about other actions than this client sent"
+        assert (warning in said.err) == changed
+        status = main(["verify", "arramon-results/run-1.receipt.json", "--server", address])
+        assert status == int(changed)
+        # Asked for again, the file keeps what this client sent.
+        assert main(["--agent", "verify_agent", "--server", address, "--resume", "run-1"]) == 0
+    kept = json.loads(Path("arramon-results/run-1.json").read_text())["actions"]
+    assert kept == {e: "".join(map(str, taken)) for e, taken in world.actions.items()}
+
+
+def test_a_server_that_gives_no_receipt_takes_nothing_else_away(
+    world: World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "verify_agent.py").write_text(AGENT)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    with serving(Servicer(world)) as address:
+        assert main(["--agent", "verify_agent", "--lang", "en", "--server", address]) == 0
+    said = capsys.readouterr()
+    assert "there is no receipt: the fake server signs nothing (NOT_FOUND)" in said.err
+    assert "results: arramon-results/run-1.json" in said.out
+    assert [path.name for path in Path("arramon-results").iterdir()] == ["run-1.json"]
