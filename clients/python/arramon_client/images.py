@@ -46,7 +46,7 @@ def decode_depth(image: types_pb2.Image, shared: memoryview | None = None) -> np
     Raises:
         ProtocolError: if the data is not what the message says it is.
     """
-    metres = np.frombuffer(_bytes(image, 2, shared), "<u2").astype(np.float32)
+    metres = np.frombuffer(_bytes(image, 2, shared, copied=False), "<u2").astype(np.float32)
     metres *= THOUSANDTHS
     return metres.reshape(image.height, image.width)
 
@@ -68,11 +68,17 @@ def decode_segmentation(image: types_pb2.Image, shared: memoryview | None = None
     return places.astype(np.uint16, copy=False)
 
 
-def _bytes(image: types_pb2.Image, bytes_a_pixel: int, shared: memoryview | None) -> bytes:
-    """The pixels of an image that lost nothing, copied where they would not stay: of exactly the length announced."""
+def _bytes(
+    image: types_pb2.Image, bytes_a_pixel: int, shared: memoryview | None, *, copied: bool = True
+) -> bytes | memoryview:
+    """The pixels of an image that lost nothing, of exactly the length announced.
+
+    Those in shared memory do not stay; they are copied unless the caller does.
+    """
     expected = image.height * image.width * bytes_a_pixel
     if image.encoding == types_pb2.ENCODING_SHARED:
-        return _copied(image.place, expected, shared)
+        pixels = _shared(image.place, expected, shared)
+        return bytes(pixels) if copied else pixels
     data = image.data  # Once: each access copies it.
     if image.encoding == types_pb2.ENCODING_ZSTD:
         return _decompressed(data, expected)
@@ -83,12 +89,12 @@ def _bytes(image: types_pb2.Image, bytes_a_pixel: int, shared: memoryview | None
     return data
 
 
-def _copied(place: int, expected: int, shared: memoryview | None) -> bytes:
+def _shared(place: int, expected: int, shared: memoryview | None) -> memoryview:
     if shared is None:
         raise ProtocolError("an image came in shared memory, and the server shares none")
     if place + expected > len(shared):
         raise ProtocolError(f"an image of {expected} bytes lies at {place} in shared memory of {len(shared)}")
-    return bytes(shared[place : place + expected])
+    return shared[place : place + expected]
 
 
 def _decompressed(data: bytes, expected: int) -> bytes:

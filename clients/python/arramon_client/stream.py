@@ -1,4 +1,8 @@
-"""One Play stream: what arrives is read by a thread of its own, so that all that has arrived can be taken at once."""
+"""One Play stream: what arrives is read by a thread of its own, so that all that has arrived can be taken at once.
+
+Where one episode is open at the most, nothing arrives while the agent thinks. Then who waits for the server reads
+itself: to wake another thread with every step would be dear.
+"""
 
 import queue
 import threading
@@ -25,8 +29,10 @@ class PlayStream:
         self._incoming: queue.Queue[evaluation_pb2.PlayResponse | grpc.RpcError | None] = queue.Queue(WAITING)
         self._outgoing.put(evaluation_pb2.PlayRequest(open=opening))
         self._call = stub.Play(iter(self._outgoing.get, None), metadata=METADATA)
-        self._reader = threading.Thread(target=self._read, name="arramon-play", daemon=True)
-        self._reader.start()
+        self._reader: threading.Thread | None = None
+        if opening.max_episodes > 1:
+            self._reader = threading.Thread(target=self._read, name="arramon-play", daemon=True)
+            self._reader.start()
 
     def receive(self, *, wait: bool) -> list[evaluation_pb2.Event]:
         """The events that have arrived, in order; none at most where the server sent an empty message.
@@ -38,6 +44,8 @@ class PlayStream:
             grpc.RpcError: if the stream broke; everything that arrived before was returned by the calls before.
             StreamEnded: if the server ended it.
         """
+        if self._reader is None:
+            return self._read_one() if wait else []
         events: list[evaluation_pb2.Event] = []
         for taken in range(WAITING):
             try:
@@ -58,14 +66,20 @@ class PlayStream:
         self._outgoing.put(evaluation_pb2.PlayRequest(actions=evaluation_pb2.ActionBatch(acts=acts)))
 
     def close(self) -> None:
-        """Ends the stream, and the thread that reads it."""
+        """Ends the stream, and the thread that reads it, if there is one."""
         self._call.cancel()
         self._outgoing.put(None)
-        while self._reader.is_alive():
+        while self._reader is not None and self._reader.is_alive():
             try:
                 self._incoming.get(timeout=0.01)
             except queue.Empty:
                 self._reader.join(timeout=0.01)
+
+    def _read_one(self) -> list[evaluation_pb2.Event]:
+        try:
+            return list(next(self._call).events)
+        except StopIteration:
+            raise StreamEnded from None
 
     def _read(self) -> None:
         end: grpc.RpcError | None = None
