@@ -12,12 +12,12 @@ class Relay:
 
     Attributes:
         address: to connect to in place of the server's.
+        target: where new connections lead.
         resets: connections that were reset.
     """
 
     def __init__(self, target: str) -> None:
-        host, _, port = target.rpartition(":")
-        self._target = (host, int(port))
+        self.target = target
         self._pairs: set[tuple[asyncio.StreamWriter, asyncio.StreamWriter]] = set()
         self.resets = 0
         self._loop = asyncio.new_event_loop()
@@ -53,7 +53,8 @@ class Relay:
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         try:
-            there, back = await asyncio.open_connection(*self._target)
+            host, _, port = self.target.rpartition(":")
+            there, back = await asyncio.open_connection(host, int(port))
         except OSError:  # the server is down: so is the way to it
             writer.close()
             return

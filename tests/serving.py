@@ -1,8 +1,10 @@
 """A real server in a process of its own, for tests: started, killed and started again on the same address."""
 
+import os
 import signal
 import subprocess
 import sys
+from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -17,8 +19,16 @@ class Server:
     What it writes to standard error is kept in a pipe, or goes to the file `log`, where it may be much.
     """
 
-    def __init__(self, data: Path, listen: str = "127.0.0.1:0", *more: str, log: Path | None = None) -> None:
+    def __init__(
+        self,
+        data: Path,
+        listen: str = "127.0.0.1:0",
+        *more: str,
+        log: Path | None = None,
+        environment: Mapping[str, str] | None = None,
+    ) -> None:
         self.data, self.listen, self.more, self.log = data, listen, more, log
+        self.environment = {**os.environ, **(environment or {})}
         self.start()
 
     def start(self) -> None:
@@ -35,7 +45,9 @@ class Server:
         ]
         with ExitStack() as stack:
             stderr = subprocess.PIPE if self.log is None else stack.enter_context(self.log.open("a"))
-            self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=stderr, text=True)
+            self.process = subprocess.Popen(
+                command, stdout=subprocess.PIPE, stderr=stderr, text=True, env=self.environment
+            )
         assert self.process.stdout is not None
         self.said = []
         for line in self.process.stdout:

@@ -1,0 +1,43 @@
+"""A process stands still, loses its episodes to another, and wakes up in the belief that it still has them."""
+
+import signal
+from pathlib import Path
+
+import pytest
+
+from tests import tiny
+from tests.faults.clients import (
+    EPISODES,
+    check_same,
+    client,
+    finish,
+    journal_url,
+    played_on,
+    results,
+    run_id,
+    undisturbed,
+)
+from tests.relay import Relay
+from tests.serving import Server
+
+
+@pytest.mark.slow
+def test_a_paused_process_cannot_write_what_another_plays(tmp_path: Path) -> None:
+    tiny.write(tmp_path / "data", count=EPISODES)
+    servers = [Server(tmp_path / "data", log=tmp_path / name) for name in ("one", "other")]
+    url = journal_url(tmp_path / "data")
+    once = undisturbed(servers[0], tmp_path / "once")
+    with Relay(servers[0].address) as relay:
+        process = client(relay.address, tmp_path / "again")
+        run = run_id(process)
+        recorded = played_on(url, run, 20)
+        for paused, awake in (servers, servers[::-1]):
+            paused.process.send_signal(signal.SIGSTOP)
+            relay.target = awake.address
+            relay.reset()
+            recorded = played_on(url, run, recorded)
+            paused.process.send_signal(signal.SIGCONT)
+            recorded = played_on(url, run, recorded)
+        finish(process)
+    check_same(url, once, results(tmp_path / "again"))
+    assert [server.stop() for server in servers] == [0, 0]
