@@ -20,7 +20,7 @@ COVERAGES = (EVERY, "whole", "partial")
 METRICS = {metric.partition("@")[0].lower(): metric for metric in COLUMNS}
 """A metric's name in addresses -> the metric."""
 
-WORDS = ("agent", "participant", "published")
+WORDS = ("agent", "published")
 """What else can be sorted by. Ranks are then by the headline metric."""
 
 ASCENDING, DESCENDING = "asc", "desc"
@@ -74,7 +74,7 @@ class Choice:
 
     def sorting(self, column: str) -> str:
         """The address of the same, sorted by a column; by one that is sorted by already, the other way round."""
-        usual = ASCENDING if column in ("agent", "participant") else DESCENDING
+        usual = ASCENDING if column == "agent" else DESCENDING
         turned = ASCENDING if self.order == DESCENDING else DESCENDING
         return self.link(sort=column, order=turned if column == self.sort else usual)
 
@@ -94,8 +94,8 @@ class Choice:
         down = self.order == DESCENDING
         if self.sort == "published":
             return sorted(standings, key=lambda one: max(e.published_at for e in one.entries), reverse=down)
-        if self.sort in WORDS:
-            return sorted(standings, key=lambda one: str(getattr(one, self.sort)).casefold(), reverse=down)
+        if self.sort == "agent":
+            return sorted(standings, key=lambda one: (one.agent.casefold(), one.participant.casefold()), reverse=down)
         ordered = standings if down else standings[::-1]
         if TURNS[self.turns] != TOTAL:
             row = TURNS[self.turns]
@@ -126,6 +126,6 @@ def read_choice(query: Mapping[str, str], languages: Mapping[str, tuple[str, ...
         if name != "split" and value not in choices[name]:
             raise NotFound(f"there is no {name} {value!r}")
     page = query.get("page", "1")
-    if not (page.isascii() and page.isdecimal() and 0 < int(page[:6])):
+    if not (page.isascii() and page.isdecimal() and int(page[:6]) > 0):
         raise NotFound(f"there is no page {page!r}")
-    return replace(usual, **chosen, page=int(page[:6]))  # type: ignore[arg-type]
+    return replace(usual, **chosen, page=int(page[:6]))

@@ -1,6 +1,5 @@
 """The paths of single episodes, for the pages of open splits alone: played again from the journal."""
 
-import threading
 from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import dataclass
@@ -40,7 +39,7 @@ class Played:
 
 
 class Paths:
-    """Draws the episodes of published runs. Safe to use from several threads; one draws at a time.
+    """Draws the episodes of published runs. Safe to use from several threads.
 
     Args:
         splits: what is served, by name.
@@ -50,7 +49,6 @@ class Paths:
     def __init__(self, splits: Mapping[str, Split], journal: Journal) -> None:
         self._splits = splits
         self._journal = journal
-        self._one_at_a_time = threading.Lock()
         self._drawn = lru_cache(_KEPT)(self._draw)
         self.endings = lru_cache(16)(self._endings)
 
@@ -80,10 +78,9 @@ class Paths:
         ending = {one.episode_id: one for one in self.endings(entry.run.run_id)}.get(episode_id) if split else None
         if split is None or ending is None:
             raise NotFound(f"run {entry.run.run_id!r} has no episode {episode_id!r} to show")
-        with self._one_at_a_time:
-            tracks = self._drawn(entry.run, episode_id)
         episode = split.episodes[episode_id]
-        return Played(episode, ending, mapping.ground(split.sections[episode.section]), tracks)
+        ground = mapping.ground(split.sections[episode.section])
+        return Played(episode, ending, ground, self._drawn(entry.run, episode_id))
 
     def _endings(self, run_id: str) -> list[Ending]:
         return self._journal.endings(run_id)

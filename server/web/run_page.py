@@ -129,7 +129,7 @@ def _causes(entry: Entry) -> list[tuple[str, int, int, float, float]]:
     """Each cause with the number of its colour and `drawing.parts`; those that every server knows come first."""
     counts = {name: entry.causes.get(name, 0) for name in (*_COLOURS, *sorted(entry.causes))}
     found = drawing.parts({name: number for name, number in counts.items() if number})
-    return [(name, _COLOURS.get(name, len(_COLOURS)), *numbers) for name, *numbers in found]
+    return [(name, _COLOURS.get(name, len(_COLOURS)), number, begin, width) for name, number, begin, width in found]
 
 
 def _verify(entry: Entry) -> str:
@@ -151,4 +151,4 @@ def _placements() -> list[str]:
 
 def _gate(t: Texts, metric: str) -> str:
     name, _, gate = metric.partition("@")
-    return f"{name}, {gate or t('run.not_gated')}"
+    return f"{name}, " + (gate or t("run.not_gated"))

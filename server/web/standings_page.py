@@ -76,10 +76,10 @@ class StandingsPage:
             "cancelled": lambda one: any(entry.run.state == CANCELLED for entry in one.entries),
             "metrics": METRICS,
             "columns": columns(t),
-            **self._choices(t, choice),
+            **self._choices(t),
         }
 
-    def _choices(self, t: Texts, choice: Choice) -> dict[str, list[tuple[str, str]]]:
+    def _choices(self, t: Texts) -> dict[str, list[tuple[str, str]]]:
         languages = self._board.languages()
         spoken = sorted({language for codes in languages.values() for language in codes})
         return {

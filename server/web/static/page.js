@@ -1,6 +1,7 @@
 // Sorts and filters without losing the reader's place, and copies. Without it, every link and form loads a page.
 "use strict";
 (() => {
+  let shown = location.pathname + location.search;
   const say = (text) => { document.getElementById("said").textContent = text; };
 
   async function show(address, remember) {
@@ -10,6 +11,7 @@
     if (!response.ok) { location.assign(address); return; }
     const page = new DOMParser().parseFromString(await response.text(), "text/html");
     if (remember) history.pushState(null, "", address);
+    shown = location.pathname + location.search;
     for (const part of ["header", "main"]) {
       document.querySelector(part).replaceWith(page.querySelector(part));
     }
@@ -39,7 +41,10 @@
     follow(address.href);
   });
 
-  addEventListener("popstate", () => show(location.href, false).catch(() => location.reload()));
+  addEventListener("popstate", () => {
+    if (location.pathname + location.search === shown) return; // to a place on the same page
+    show(location.href, false).catch(() => location.reload());
+  });
 
   function prepare() {
     for (const line of document.querySelectorAll("[data-copy]")) {

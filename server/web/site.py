@@ -1,0 +1,97 @@
+"""The web addresses of a server process: probes, metrics, and the pages beside them, on the event loop that plays."""
+
+import asyncio
+import ssl
+from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import AsyncExitStack, asynccontextmanager
+
+from aiohttp import web
+
+from server.config import Config
+from server.errors import BadInput
+from server.metrics import CONTENT_TYPE
+
+_NOTHING: Sequence[web.AbstractRouteDef] = ()
+
+
+class Site:
+    """Answers over HTTP.
+
+    Args:
+        config: says where.
+        problem: why the process is not ready; empty where it is.
+        metrics: their text; not called on the event loop.
+        pages: the leaderboard's.
+    """
+
+    def __init__(
+        self,
+        config: Config,
+        problem: Callable[[], str],
+        metrics: Callable[[], bytes],
+        pages: Sequence[web.AbstractRouteDef] = _NOTHING,
+    ) -> None:
+        self._config = config
+        self._problem = problem
+        self._metrics = metrics
+        self._pages = pages
+
+    @asynccontextmanager
+    async def open(self) -> AsyncIterator[dict[str, str]]:
+        """Serves while the block runs. Gives what is served where: "pages" and "metrics", by address.
+
+        Raises:
+            BadInput: if an address cannot be listened on.
+        """
+        probes = [web.get("/healthz", self._alive), web.get("/readyz", self._ready)]
+        measured = [web.get("/metrics", self._measure)]
+        config, served = self._config, {}
+        async with AsyncExitStack() as stack:
+            if config.web:
+                here = measured if config.metrics_address == config.web else []
+                address = await stack.enter_async_context(self._serving(config.web, [*probes, *here, *self._pages]))
+                served = {"pages": address} | ({"metrics": address} if here else {})
+            if config.metrics_address != config.web:
+                address = await stack.enter_async_context(self._serving(config.metrics_address, [*probes, *measured]))
+                served["metrics"] = address
+            yield served
+
+    @asynccontextmanager
+    async def _serving(self, address: str, routes: Sequence[web.AbstractRouteDef]) -> AsyncIterator[str]:
+        host, _, port = address.rpartition(":")
+        app = web.Application()
+        app.add_routes(routes)
+        # Signals are the server's own; what is asked of pages is not written down.
+        runner = web.AppRunner(app, handle_signals=False, access_log=None)
+        await runner.setup()
+        try:
+            context = _tls(self._config)
+            shared = self._config.shared_port or None
+            try:
+                site = web.TCPSite(runner, host.strip("[]"), int(port), ssl_context=context, reuse_port=shared)
+                await site.start()
+            except OSError as error:
+                raise BadInput(f"cannot listen on {address!r}: {error.strerror}") from error
+            scheme = "https" if context else "http"
+            yield f"{scheme}://{host}:{runner.addresses[0][1]}"
+        finally:
+            await runner.cleanup()
+
+    async def _alive(self, _: web.Request) -> web.Response:
+        return web.Response(text="alive\n")
+
+    async def _ready(self, _: web.Request) -> web.Response:
+        problem = self._problem()
+        return web.Response(text=f"{problem or 'ready'}\n", status=503 if problem else 200)
+
+    async def _measure(self, _: web.Request) -> web.Response:
+        body = await asyncio.to_thread(self._metrics)
+        return web.Response(body=body, headers={"Content-Type": CONTENT_TYPE})
+
+
+def _tls(config: Config) -> ssl.SSLContext | None:
+    if config.tls_certificate is None or config.tls_key is None:
+        return None
+    context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
+    context.load_cert_chain(config.tls_certificate, config.tls_key)
+    return context

@@ -1,0 +1,111 @@
+"""A house with a web site: published runs on an open split and on a hidden one, some of which were really played."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from server.episodes.episode import Episode, Instructions
+from server.episodes.splits import Split, write_split
+from server.runs.receipts import Receipts
+from server.runs.records import COMPLETE, RUNNING, Batch, Ending, Run
+from server.runs.session import Session
+from server.runs.signing import SigningKey
+from server.scoring.episode import METRICS
+from server.sim.bullet import Obstacles
+from server.sim.catalogue import ObjectType
+from server.sim.city import city_scene
+from server.sim.geometry import Point, Pose
+from server.sim.rules import Collectible, Limits
+from server.web.pages import Pages
+from tests import tiny
+from tests.board.made import NOON, STEPS, House
+from tests.web.serving import Site
+
+OPEN_RUN, HIDDEN_RUN, UNPUBLISHED_RUN, WITHDRAWN_RUN = "a" * 32, "b" * 32, "c" * 32, "d" * 32
+ODD = 0.4375
+"""A peculiar episode's places are all off by so much."""
+
+PECULIAR = ("quokka", "hourglass", "purple", "रेतघड़ी", "26.44")
+"""What stands on the pages of peculiar episodes, and nowhere else: ids, objects, instructions, and a place on a map."""
+
+
+class WebHouse(House):
+    """A house and its site.
+
+    Attributes:
+        site: its pages, served.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(folder)
+        for name, hidden in (("open", False), ("hidden", True)):
+            self.splits[name] = peculiar_split(folder, name, hidden=hidden)
+        self.receipts = Receipts(self.database, self.splits, SigningKey(folder / "key.pem"))
+        self.site = Site(Pages(self.board, self.journal, self.receipts, self.splits))
+
+    def play(
+        self, run_id: str, split: str, language: str = "en", *, sensors: tuple[str, ...] = ("rgb", "depth")
+    ) -> str:
+        """Plays the ground truth in every episode of a split, and publishes the run."""
+        order = self.splits[split].in_playing_order(language)
+        run = Run(
+            run_id=run_id, participant="lab", agent="truth", split=split, language=language, sensors=sensors,
+            steps_per_phase=STEPS, data_hash=self.splits[split].data_hash, server_version="9", state=RUNNING,
+            created_at=NOON,
+        )  # fmt: skip
+        self.journal.create(run, [episode.episode_id for episode in order])
+        with Obstacles(city_scene(tiny.SECTION)) as ground:
+            for episode in order:
+                self.journal.commit(_played(run_id, Session(episode, ground, Limits(STEPS))))
+        self.journal.set_state(run_id, COMPLETE)
+        return self.publish(run_id)
+
+    def published(self, number: int, score: float, agent: str, **more: str) -> str:
+        """A published run of this number whose episodes all have one score."""
+        return self.publish(self.run(f"{number:032x}", score, agent=agent, **more))  # type: ignore[arg-type]
+
+
+def peculiar_split(folder: Path, name: str, *, hidden: bool) -> Split:
+    """A split whose episodes, objects and places cannot be mistaken for anything else."""
+    episodes = [_peculiar(number) for number in range(3)]
+    return write_split(folder, name, hidden=hidden, source="tests", episodes=episodes, sections=[tiny.SECTION])
+
+
+def _peculiar(number: int) -> Episode:
+    plain = tiny.episode(f"quokka-{number}")
+    texts = {
+        "en": Instructions("Go on to the dotted purple hourglass.", "Put the hourglass two steps ahead."),
+        "hi": Instructions("बिंदीदार बैंगनी रेतघड़ी तक चलें।", "रेतघड़ी को दो क़दम आगे रखें।"),
+    }
+    turns = tuple(
+        replace(
+            turn,
+            path=tuple((x + ODD, z) for x, z in turn.path),
+            street=tuple(
+                Collectible(
+                    ObjectType("dotted", "purple", "hourglass"),
+                    Point(item.position.x + ODD, item.position.y, item.position.z),
+                )
+                for item in turn.street
+            ),
+        )
+        for turn in plain.turns
+    )
+    return replace(
+        plain,
+        start=Pose(ODD, 0.0, 0.0),
+        turns=(turns[0], turns[1]),
+        instructions={code: (text, text) for code, text in texts.items()},
+    )
+
+
+def _played(run_id: str, session: Session) -> Batch:
+    """All steps of an episode's ground truth, and its ending."""
+    batch, episode = Batch(), session.episode
+    actions = [action for turn in episode.turns for action in (*turn.actions, *turn.room_actions)]
+    for step, action in enumerate(actions):
+        session.apply(action)
+        batch.add_step(run_id, episode.episode_id, 0, step, action)
+    scores = [dict(turn) for turn in session.scores().turns]
+    assert set(scores[0]) == set(METRICS)
+    batch.endings.append(Ending(run_id, episode.episode_id, "AGENT_FINISHED", len(actions), scores))
+    return batch

@@ -1,0 +1,236 @@
+"""The pages in Chromium: by keyboard alone, on a phone, in the dark, without scripts, and for all to read."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Page, expect
+
+from tests.web.made import HIDDEN_RUN, OPEN_RUN, WebHouse
+
+PHONE = {"width": 360, "height": 740}
+
+# The contrast of every text against whatever is painted behind it, as WCAG 2 computes it.
+CONTRASTS = """() => {
+  const numbers = (colour) => colour.match(/[\\d.]+/g).map(Number);
+  const light = ([r, g, b]) => {
+    const part = (v) => (v /= 255) <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;
+    return 0.2126 * part(r) + 0.7152 * part(g) + 0.0722 * part(b);
+  };
+  const behind = (element) => {
+    for (let one = element; one; one = one.parentElement) {
+      const colour = numbers(getComputedStyle(one).backgroundColor);
+      if (colour.length === 3 || colour[3] === 1) return colour;
+    }
+    return matchMedia("(prefers-color-scheme: dark)").matches ? [0, 0, 0] : [255, 255, 255];
+  };
+  const found = [];
+  for (const element of document.querySelectorAll("body *")) {
+    const own = [...element.childNodes].some((node) => node.nodeType === 3 && node.data.trim());
+    if (!own || !element.checkVisibility()) continue;
+    const style = getComputedStyle(element);
+    const ink = element.closest("svg") ? style.fill : style.color;
+    const [high, low] = [light(numbers(ink)), light(behind(element))].sort((a, b) => b - a);
+    found.push([(high + 0.05) / (low + 0.05), element.outerHTML.slice(0, 90)]);
+  }
+  return found;
+}"""
+
+
+@dataclass
+class Reader:
+    """A browser's window on the site, and what went wrong in it.
+
+    Attributes:
+        problems: what its console said.
+        asked: the addresses that it asked for.
+    """
+
+    page: Page
+    site: str
+    problems: list[str] = field(default_factory=list)
+    asked: list[str] = field(default_factory=list)
+
+    def open(self, path: str) -> Page:
+        self.page.goto(self.site + path)
+        return self.page
+
+    def press_until(self, selector: str, key: str = "Tab") -> None:
+        """Presses a key until an element has the focus, as somebody does who has no mouse."""
+        for _ in range(80):
+            self.page.keyboard.press(key)
+            if self.page.evaluate("s => document.activeElement.matches(s)", selector):
+                return
+        raise AssertionError(f"{key} never came to {selector}")
+
+
+@pytest.fixture
+def house(web: WebHouse) -> WebHouse:
+    web.play(OPEN_RUN, "open")
+    web.play(HIDDEN_RUN, "hidden")
+    for number, (agent, score) in enumerate({"middle": 0.5, "worst": 0.0, "best": 1.0}.items(), start=1):
+        web.published(number, score, agent, participant="एक प्रयोगशाला", language="en")
+    web.publish(web.run(f"{7:032x}", agent="seer", sensors=("rgb", "oracle")), "Code: https://example.org/seer")
+    return web
+
+
+@pytest.fixture
+def reader(house: WebHouse, browser: Browser) -> Iterator[Reader]:
+    yield from read_by(house, browser)
+
+
+@pytest.fixture
+def plain_reader(house: WebHouse, browser: Browser) -> Iterator[Reader]:
+    """One whose browser runs no scripts."""
+    yield from read_by(house, browser, java_script_enabled=False)
+
+
+def read_by(house: WebHouse, browser: Browser, **settings: Any) -> Iterator[Reader]:
+    context: BrowserContext = browser.new_context(**settings)
+    reader = Reader(context.new_page(), house.site.address)
+    reader.page.on("console", lambda message: reader.problems.append(message.text))
+    reader.page.on("pageerror", lambda error: reader.problems.append(str(error)))
+    reader.page.on("request", lambda request: reader.asked.append(request.url))
+    yield reader
+    assert [address for address in reader.asked if not address.startswith(house.site.address)] == []
+    assert reader.problems == []
+    assert context.cookies() == []
+    context.close()
+
+
+OPEN = "?split=tiny&language=en"
+ADDRESSES = (
+    f"/en/{OPEN}",
+    "/hi/?split=open&language=both",
+    "/hi/?split=hidden&language=en",
+    f"/en/runs/{OPEN_RUN}",
+    f"/hi/runs/{HIDDEN_RUN}",
+    f"/hi/runs/{7:032x}",
+    f"/en/runs/{OPEN_RUN}/episodes/quokka-0",
+)
+
+
+def agents(page: Page) -> list[str]:
+    return page.locator("#standings tbody:first-of-type th[scope=row] bdi").all_inner_texts()[::2]
+
+
+def test_sorting_by_keyboard_keeps_the_place(reader: Reader) -> None:
+    page = reader.open(f"/en/{OPEN}")
+    assert agents(page) == ["best", "middle", "worst", "seer"]
+    reader.press_until('a[data-swap="agent"]')
+    page.keyboard.press("Enter")
+    expect(page.locator('th[aria-sort="ascending"]')).to_contain_text("Agent")
+    assert agents(page) == ["best", "middle", "seer", "worst"]
+    assert page.evaluate("document.activeElement.dataset.swap") == "agent"
+    page.keyboard.press("Enter")
+    expect(page.locator('th[aria-sort="descending"]')).to_contain_text("Agent")
+    assert agents(page) == ["worst", "seer", "middle", "best"]
+    page.go_back()
+    expect(page.locator('th[aria-sort="ascending"]')).to_contain_text("Agent")
+    assert page.url.endswith("&sort=agent&order=asc")
+
+
+def test_filtering_by_keyboard(reader: Reader) -> None:
+    page = reader.open(f"/en/{OPEN}")
+    reader.press_until('select[name="sensors"]')
+    page.keyboard.type("priv")
+    reader.press_until("form button")
+    page.keyboard.press("Enter")
+    expect(page.get_by_text("1 of 4 runs are shown.")).to_be_visible()
+    assert agents(page) == ["seer"]
+    assert page.evaluate("document.activeElement.dataset.swap") == "show"
+    expect(page.locator("#said")).to_have_text("Runs on tiny, English: Mean of both turns")
+
+
+def test_everything_works_without_scripts(plain_reader: Reader) -> None:
+    page = plain_reader.open("/en/")
+    page.select_option('select[name="split"]', "tiny")
+    page.click("form button")
+    page.click('a[data-swap="agent"]')
+    assert agents(page) == ["best", "middle", "seer", "worst"]
+    page.select_option('select[name="coverage"]', "partial")
+    page.click("form button")
+    page.click("text=Show all runs")
+    assert page.locator('th[aria-sort="ascending"]').inner_text().startswith("Agent")
+    page.click("text=seer")
+    assert page.locator("h1").inner_text() == "seer: tiny, English"
+
+
+def test_an_episode_is_found_from_its_run(reader: Reader) -> None:
+    page = reader.open(f"/en/runs/{OPEN_RUN}")
+    page.get_by_label("Another episode").fill("quokka-2")
+    page.keyboard.press("Enter")
+    expect(page.locator("h1")).to_have_text("Episode quokka-2: truth")
+    expect(page.get_by_role("img")).to_have_count(2)
+
+
+def test_the_first_tab_skips_to_the_content(reader: Reader) -> None:
+    page = reader.open("/hi/")
+    page.keyboard.press("Tab")
+    expect(page.locator(":focus")).to_have_text("सीधे मुख्य सामग्री पर जाएँ")
+    expect(page.locator(":focus")).to_be_in_viewport()
+    page.keyboard.press("Enter")
+    assert page.evaluate("document.activeElement.id") == "content"
+
+
+def test_the_language_is_switched_on_the_same_page(reader: Reader) -> None:
+    page = reader.open(f"/en/{OPEN}&sort=ndtw")
+    assert page.get_attribute("html", "lang") == "en"
+    page.click('a[hreflang="hi"]')
+    assert page.url == f"{reader.site}/hi/{OPEN}&sort=ndtw"
+    assert page.get_attribute("html", "lang") == "hi"
+    expect(page.locator("h1")).to_have_text("लीडरबोर्ड: tiny, अंग्रेज़ी")
+    page.click('a[hreflang="en"]')
+    assert page.url == f"{reader.site}/en/{OPEN}&sort=ndtw"
+
+
+def test_the_signature_is_copied(house: WebHouse, reader: Reader) -> None:
+    reader.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    page = reader.open(f"/en/runs/{OPEN_RUN}")
+    page.get_by_role("button", name="Copy").click()
+    expect(page.get_by_role("button", name="Copied")).to_be_visible()
+    assert page.evaluate("navigator.clipboard.readText()") == house.board.entry(OPEN_RUN).signature
+
+
+@pytest.mark.parametrize("address", ADDRESSES)
+def test_a_phone_never_scrolls_sideways(reader: Reader, address: str) -> None:
+    reader.page.set_viewport_size({"width": PHONE["width"], "height": PHONE["height"]})
+    page = reader.open(address)
+    for details in page.locator("summary").all():
+        details.click()
+    assert page.evaluate("document.documentElement.scrollWidth") == PHONE["width"]
+    boxes = page.locator(".scroll").evaluate_all("boxes => boxes.map(box => box.getBoundingClientRect().right)")
+    assert all(right <= PHONE["width"] for right in boxes)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("address", ADDRESSES)
+def test_all_text_can_be_read(reader: Reader, address: str, scheme: Any) -> None:
+    reader.page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
+    page = reader.open(address)
+    for details in page.locator("summary").all():
+        details.click()
+    contrasts = page.evaluate(CONTRASTS)
+    assert len(contrasts) > 40
+    assert [(round(ratio, 2), text) for ratio, text in contrasts if ratio < 4.5] == []
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_focus_is_seen(reader: Reader, scheme: Any) -> None:
+    reader.page.emulate_media(color_scheme=scheme)
+    page = reader.open(f"/en/{OPEN}")
+    for selector in ('a[data-swap="ptc"]', "div.scroll", 'select[name="split"]'):
+        reader.press_until(selector)
+        style = page.locator(selector).evaluate(
+            "one => [getComputedStyle(one).outlineStyle, getComputedStyle(one).outlineWidth]"
+        )
+        assert style == ["solid", "3px"], selector
+
+
+@pytest.mark.parametrize("address", ADDRESSES)
+def test_whatever_can_be_used_has_a_name(reader: Reader, address: str) -> None:
+    page = reader.open(address)
+    tree = page.locator("body").aria_snapshot()
+    for role in ("link", "button", "combobox", "textbox", "region", "table", "img"):
+        assert not [line for line in tree.splitlines() if line.strip() in (f"- {role}", f"- {role}:")], role

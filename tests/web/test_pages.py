@@ -1,0 +1,364 @@
+"""The pages as they come over the wire: what they say, to whom, and under which headers."""
+
+import csv
+import io
+import itertools
+import json
+import re
+import threading
+from pathlib import Path
+
+import pytest
+
+from arramon_client.receipts import read_receipt
+from server.runs.callers import HOST
+from server.web import pages
+from tests.web.made import HIDDEN_RUN, OPEN_RUN, PECULIAR, UNPUBLISHED_RUN, WITHDRAWN_RUN, WebHouse
+from tests.web.reading import Page
+
+GZIP = {"Accept-Encoding": "gzip"}
+
+
+@pytest.fixture
+def full(web: WebHouse) -> WebHouse:
+    """Runs on both splits and in both languages, one that nobody published, and one that was withdrawn."""
+    web.play(OPEN_RUN, "open")
+    web.play(HIDDEN_RUN, "hidden")
+    web.published(1, 1.0, "both-hands", language="hi", split="open", participant="<i>lab</i>")
+    web.published(2, 0.5, "both-hands", language="en", split="open", participant="<i>lab</i>")
+    web.published(3, 0.5, "half", split="hidden", language="hi")
+    web.run(UNPUBLISHED_RUN, split="open")
+    web.publish(web.run(WITHDRAWN_RUN, split="open"))
+    web.publishing.withdraw(HOST, WITHDRAWN_RUN)
+    return web
+
+
+PAGES = (
+    "/{t}/",
+    "/{t}/?split=open&language=en",
+    "/{t}/?split=open&language=both&turns=1&sort=ndtw",
+    "/{t}/?split=hidden&language=hi",
+    "/{t}/?split=hidden&language=both",
+    "/{t}/?split=tiny&language=en",
+    "/{t}/?split=open&language=en&sensors=privileged",
+    f"/{{t}}/runs/{OPEN_RUN}",
+    f"/{{t}}/runs/{HIDDEN_RUN}",
+    f"/{{t}}/runs/{OPEN_RUN}/episodes/quokka-1",
+)
+EVERYWHERE = [page.format(t=t) for page in PAGES for t in ("en", "hi")]
+
+
+@pytest.mark.parametrize(
+    ("accepted", "address"), [("hi-IN,hi;q=0.9", "/hi/"), ("en", "/en/"), ("fr", "/en/"), (None, "/en/")]
+)
+def test_the_first_page_is_in_the_browsers_language(web: WebHouse, accepted: str | None, address: str) -> None:
+    got = web.site.get("/", {"Accept-Language": accepted} if accepted else None)
+    assert (got.status, got.headers["location"], got.headers["vary"]) == (303, address, "Accept-Language")
+    assert web.site.get("/?split=open").headers["location"] == "/en/?split=open"
+
+
+def test_every_page_is_sound(full: WebHouse) -> None:
+    for address in EVERYWHERE:
+        got = full.site.get(address)
+        assert got.status == 200, address
+        page = Page(got.text)
+        language = address.split("/")[1]
+        assert page.all("html")[0]["lang"] == language
+        levels = [level for level, _ in page.headings]
+        assert levels.count(1) == 1, address
+        assert all(after - before <= 1 for before, after in itertools.pairwise(levels)), (address, levels)
+        assert levels[0] == 1
+        assert all(text.strip() for _, text in page.headings)
+        assert len(page.all("caption")) == len(page.all("table"))
+        assert all(cell.get("scope") for cell in page.all("th")), address
+        for around, (tag, attributes) in zip(page.inside, page.elements, strict=True):
+            if tag in ("select", "input") and attributes.get("type") != "hidden":
+                assert "label" in around, (address, attributes)
+            if tag == "svg":
+                named = attributes.get("aria-label") or attributes.get("aria-labelledby")
+                assert attributes.get("aria-hidden") == "true" or (attributes.get("role") == "img" and named)
+            if attributes.get("class", "").startswith("scroll"):
+                assert {"role", "tabindex", "aria-labelledby"} <= set(attributes)
+        ids = [attributes["id"] for _, attributes in page.elements if "id" in attributes]
+        assert len(ids) == len(set(ids)), address
+        labelled = [attributes["aria-labelledby"] for _, attributes in page.elements if "aria-labelledby" in attributes]
+        assert set(labelled) <= set(ids), address
+
+
+def test_nothing_is_inline_and_nothing_comes_from_elsewhere(full: WebHouse) -> None:
+    for address in EVERYWHERE:
+        page = Page(full.site.get(address).text)
+        assert page.all("style") == []
+        assert all("src" in script for script in page.all("script"))
+        for _, attributes in page.elements:
+            assert not [name for name in attributes if name == "style" or name.startswith("on")], address
+        for link in page.addresses():
+            assert re.match(r"[/?#]", link), (address, link)
+            assert not link.startswith("//"), (address, link)
+
+
+def test_every_link_leads_somewhere(full: WebHouse) -> None:
+    links = {link for address in EVERYWHERE for link in Page(full.site.get(address).text).addresses()}
+    paths = {link for link in links if link.startswith("/")} | {f"/en/{link}" for link in links if link.startswith("?")}
+    assert len(paths) > 80
+    forms = {f"/{t}/runs/{OPEN_RUN}/episodes" for t in ("en", "hi")}
+    assert {path for path in paths - forms if full.site.get(path).status != 200} == set()
+
+
+@pytest.mark.parametrize("address", ["/en/", "/", "/static/x", "/en/nothing", "/standings.csv"])
+def test_headers(full: WebHouse, address: str) -> None:
+    got = full.site.get(address)
+    policy = got.headers["content-security-policy"]
+    assert "default-src 'none'" in policy
+    assert "unsafe" not in policy
+    assert got.headers["x-content-type-options"] == "nosniff"
+    assert got.headers["referrer-policy"] == "no-referrer"
+    assert "set-cookie" not in got.headers
+    assert "cache-control" in got.headers
+
+
+def test_a_page_that_the_browser_has_is_not_sent_again(full: WebHouse) -> None:
+    address = f"/en/runs/{OPEN_RUN}"
+    first = full.site.get(address)
+    again = full.site.get(address, {"If-None-Match": f'"other", {first.headers["etag"]}'})
+    assert (again.status, again.body) == (304, b"")
+    assert full.site.get(address, {"If-None-Match": '"other"'}).status == 200
+    assert full.site.get(address, method="HEAD").headers["etag"] == first.headers["etag"]
+
+
+@pytest.mark.parametrize(
+    ("accepted", "coding"), [("gzip, br", "gzip"), ("br", None), ("gzip;q=0", None), ("", None), ("gzip;q=0.5", "gzip")]
+)
+def test_compression(full: WebHouse, accepted: str, coding: str | None) -> None:
+    got = full.site.get("/en/", {"Accept-Encoding": accepted})
+    assert got.headers.get("content-encoding") == coding
+    assert got.text.startswith("<!DOCTYPE html>")
+
+
+def test_static_files_are_named_by_their_content(full: WebHouse) -> None:
+    links = [link for link in Page(full.site.get("/en/").text).addresses() if link.startswith("/static/")]
+    assert len(links) == 3
+    for link in links:
+        got = full.site.get(link)
+        assert (got.status, got.headers["cache-control"]) == (200, "public, max-age=31536000, immutable")
+        assert got.headers["content-type"].partition(";")[0] in ("text/css", "text/javascript", "image/svg+xml")
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        f"/en/runs/{UNPUBLISHED_RUN}",
+        f"/en/runs/{WITHDRAWN_RUN}",
+        f"/en/runs/{'e' * 32}",
+        "/en/runs/short",
+        "/en/runs/",
+        f"/en/runs/{UNPUBLISHED_RUN}/episodes/quokka-1",
+        f"/en/runs/{OPEN_RUN}/episodes/no-such-thing",
+        f"/en/runs/{HIDDEN_RUN}/episodes/quokka-1",
+        f"/en/runs/{HIDDEN_RUN}/episodes/no-such-thing",
+        "/en/?split=nothing",
+        "/en/?split=open&language=xx",
+        "/en/?sort=';--",
+        "/en/nothing/at/all",
+        "/en",
+        "/static/style.css",
+        "/static/..%2Fpages.py",
+        f"/runs/{UNPUBLISHED_RUN}/receipt.json",
+        f"/runs/{WITHDRAWN_RUN}/receipt.json",
+        f"/runs/{'e' * 32}/receipt.json",
+        "/standings.xml",
+    ],
+)
+def test_all_that_is_not_there_is_missed_in_the_same_words(full: WebHouse, path: str) -> None:
+    got, nowhere = full.site.get(path), full.site.get("/en/nowhere")
+    assert (got.status, got.body) == (404, nowhere.body)
+    assert "There is no such page" in got.text
+    assert set(got.headers) == set(nowhere.headers)
+
+
+def test_a_missing_page_is_in_the_readers_language(full: WebHouse) -> None:
+    assert "ऐसा कोई पृष्ठ नहीं है" in full.site.get("/hi/runs/x").text
+    assert "ऐसा कोई पृष्ठ नहीं है" in full.site.get("/fr/", {"Accept-Language": "hi"}).text
+
+
+def test_nothing_of_a_hidden_split_is_on_any_page(full: WebHouse) -> None:
+    hidden = [
+        *(address for address in EVERYWHERE if "open" not in address and OPEN_RUN not in address),
+        *(
+            f"/{form}?split=hidden&language={code}"
+            for form in ("standings.csv", "standings.json")
+            for code in ("en", "both")
+        ),
+        f"/en/runs/{HIDDEN_RUN}/episodes",
+        f"/en/runs/{HIDDEN_RUN}/episodes?episode=quokka-1",
+        f"/en/runs/{HIDDEN_RUN}/episodes/quokka-1",
+    ]
+    for address in hidden:
+        got = full.site.get(address)
+        said = got.text + ("" if "episode" in address else str(got.headers))
+        assert [word for word in PECULIAR if word in said] == [], address
+    # The same words are on the pages of the same episodes where they are open, so they would have been found.
+    shown = full.site.get(f"/en/runs/{OPEN_RUN}").text + full.site.get(f"/en/runs/{OPEN_RUN}/episodes/quokka-1").text
+    assert {word for word in PECULIAR if word not in shown} == {"रेतघड़ी"}
+
+
+def test_a_hidden_receipt_says_no_more_than_the_api(full: WebHouse) -> None:
+    """It chains actions by episode, whose ids every participant is given; nothing else of them is in it."""
+    got = full.site.get(f"/runs/{HIDDEN_RUN}/receipt.json")
+    payload = json.loads(json.loads(got.text)["payload"])
+    assert {key for episode in payload["episodes"] for key in episode} == {"episode_id", "cause", "steps", "head"}
+    assert [word for word in PECULIAR[1:] if word in got.text] == []
+
+
+def test_the_receipt_is_the_clients_own_kind_of_file(full: WebHouse, tmp_path: Path) -> None:
+    got = full.site.get(f"/runs/{OPEN_RUN}/receipt.json")
+    file = tmp_path / "it.receipt.json"
+    file.write_bytes(got.body)
+    receipt = read_receipt(file)
+    assert receipt.run["run_id"] == OPEN_RUN
+    assert receipt.public_key.hex() in full.site.get(f"/en/runs/{OPEN_RUN}").text
+    assert got.headers["content-disposition"] == f'attachment; filename="{OPEN_RUN}.receipt.json"'
+
+
+def test_names_are_shown_as_they_were_given(full: WebHouse) -> None:
+    text = full.site.get("/en/?split=open&language=hi").text
+    assert "&lt;i&gt;lab&lt;/i&gt;" in text
+    assert "<i>" not in text
+
+
+def test_standings_of_both_languages_together(full: WebHouse) -> None:
+    text = full.site.get("/en/?split=open&language=both").text
+    assert "all languages together" in text
+    assert ("0.750" in text, "<bdi>truth</bdi>" in text) == (True, False)
+    assert [f"/en/runs/{number:032x}" in text for number in (1, 2)] == [True, True]
+
+
+def test_ranks_ties_and_marks(web: WebHouse) -> None:
+    for number, (agent, score) in enumerate({"best": 1.0, "as-good": 1.0, "worse": 0.5}.items(), start=1):
+        web.published(number, score, agent)
+    web.publish(web.run(f"{9:032x}", agent="seer", sensors=("oracle",)))
+    text = web.site.get("/en/?split=tiny&language=en").text
+    ranks = re.findall(r'<tr>\n<td class="number">(.*?)</td>', text)
+    shared = '1<span class="tie" aria-hidden="true">=</span><span class="hidden"> shared</span>'
+    apart = '<span aria-hidden="true">–</span><span class="hidden">not ranked</span>'
+    assert ranks == [shared, shared, "3", apart]
+    assert '<span class="mark">privileged</span>' in text
+
+
+def test_one_column_says_that_it_sorts(full: WebHouse) -> None:
+    for address, column, order in [
+        ("/en/?split=open&language=en", "PTC", "descending"),
+        ("/en/?split=open&language=en&sort=agent&order=asc", "Agent", "ascending"),
+    ]:
+        text = full.site.get(address).text
+        (found,) = re.findall(r'aria-sort="(\w+)"><a [^>]*>(\w+)', text)
+        assert found == (order, column)
+
+
+def test_the_papers_lines_are_marked_as_other_data(web: WebHouse) -> None:
+    web.splits["val_seen"] = web.splits["tiny"]
+    page = Page(web.site.get("/en/?split=val_seen&language=hi").text)
+    said = " ".join(" ".join(page.words).split())
+    assert "From the paper, with English instructions: measured on other data" in said
+    for name in ("V/L", "V/O", "L/O", "R/W", "S/P", "H/W"):
+        assert f"({name}) paper" in said
+    assert "0.135" in said
+
+
+def test_an_empty_board_says_how_to_publish_a_run(web: WebHouse) -> None:
+    text = web.site.get("/hi/?split=tiny&language=hi").text
+    assert "arramon-client --agent agents.random_walk --split tiny --lang hi" in text
+    assert "arramon-client publish RUN" in text
+
+
+def test_long_lists_come_in_pages(web: WebHouse, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("server.web.standings_page.PAGE_SIZE", 2)
+    for number in range(1, 4):
+        web.published(number, number / 10, f"agent-{number}")
+    first, second = (web.site.get(f"/en/?split=tiny&language=en&page={page}").text for page in (1, 2))
+    assert re.findall(r"<bdi>agent-(\d)", first) == ["3", "2"]
+    assert re.findall(r"<bdi>agent-(\d)", second) == ["1"]
+    assert 'aria-current="page">2<' in second
+
+
+def test_downloads(full: WebHouse) -> None:
+    got = full.site.get("/standings.csv?split=open&language=en&sort=ndtw")
+    assert got.headers["content-type"] == "text/csv; charset=utf-8"
+    assert got.headers["content-disposition"] == 'attachment; filename="arramon-open-en.csv"'
+    assert [row["agent"] for row in csv.DictReader(io.StringIO(got.text))] == ["truth", "both-hands"]
+    document = json.loads(full.site.get("/standings.json?split=open&language=both").text)
+    assert [line["agent"] for line in document["standings"]] == ["both-hands"]
+
+
+def test_a_run_that_was_played_by_the_ground_truth(full: WebHouse) -> None:
+    text = full.site.get(f"/en/runs/{OPEN_RUN}").text
+    assert full.board.entry(OPEN_RUN).signature in text
+    assert f"{full.splits['open'].data_hash}" in text
+    assert f"arramon-client verify {OPEN_RUN}.receipt.json --key " in text
+    assert "The server never had to offer an episode anew." in text
+
+
+def test_the_path_played_is_drawn_where_the_ground_truth_is(full: WebHouse) -> None:
+    page = Page(full.site.get(f"/en/runs/{OPEN_RUN}/episodes/quokka-1").text)
+    lines = {
+        attributes["class"]: attributes["points"]
+        for attributes in page.all("polyline")
+        if "halo" not in str(attributes)
+    }
+    assert lines["truth"] == lines["played"] == "26.44,24 27.44,24 28.44,24"
+
+
+def test_an_episode_is_found_by_its_number(full: WebHouse) -> None:
+    got = full.site.get(f"/hi/runs/{OPEN_RUN}/episodes?episode=quokka-1")
+    assert (got.status, got.headers["location"]) == (303, f"/hi/runs/{OPEN_RUN}/episodes/quokka-1")
+    strange = full.site.get(f"/hi/runs/{OPEN_RUN}/episodes?episode=//evil.example/%0d%0aX:%20y")
+    assert strange.headers["location"] == f"/hi/runs/{OPEN_RUN}/episodes/%2F%2Fevil.example%2F%0D%0AX%3A%20y"
+
+
+def test_paths_are_not_drawn_on_other_data(full: WebHouse) -> None:
+    full.splits["open"] = full.splits["tiny"]
+    text = full.site.get(f"/en/runs/{OPEN_RUN}").text
+    assert ("so the paths cannot be drawn" in text, "other data" in text) == (True, True)
+    assert full.site.get(f"/en/runs/{OPEN_RUN}/episodes/quokka-1").status == 404
+
+
+def test_pages_are_light(web: WebHouse) -> None:
+    for number in range(1, 31):
+        web.published(number, number / 31, f"an-agent-with-a-long-name-{number}")
+    page = web.site.get("/hi/?split=tiny&language=en", GZIP)
+    loaded = [web.site.get(link, GZIP) for link in Page(page.text).addresses() if link.startswith("/static/")]
+    assert page.text.count("<svg") == 30 * 7
+    assert page.size + sum(got.size for got in loaded) < 30_000
+    assert sum(got.size for got in loaded if "javascript" in got.headers["content-type"]) < 5_000
+
+
+def test_too_many_requests_at_once_are_put_off(full: WebHouse, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pages, "MAX_WAITING", 0)
+    got = full.site.get("/hi/")
+    assert (got.status, got.headers["retry-after"], got.headers["cache-control"]) == (503, "2", "no-store")
+    assert "थोड़ी देर में" in got.text
+
+
+def test_a_database_that_is_gone_is_said_without_detail(full: WebHouse) -> None:
+    with full.database.write() as connection:
+        connection.exec_driver_sql("ALTER TABLE leaderboard_entries RENAME TO away")
+    got = full.site.get("/en/")
+    assert (got.status, got.text) == (503, "The standings cannot be read just now. Please try again in a moment.")
+
+
+def test_a_slow_drawing_holds_up_no_other_page(full: WebHouse, monkeypatch: pytest.MonkeyPatch) -> None:
+    begun, go_on = threading.Event(), threading.Event()
+
+    def slow(*_: object) -> None:
+        begun.set()
+        go_on.wait(30)
+
+    monkeypatch.setattr("server.web.mapping.ground", slow)
+    drawing = threading.Thread(target=full.site.get, args=(f"/en/runs/{OPEN_RUN}/episodes/quokka-1",))
+    drawing.start()
+    try:
+        assert begun.wait(30)
+        assert full.site.get("/en/").status == 200
+    finally:
+        go_on.set()
+        drawing.join(30)

@@ -1,0 +1,114 @@
+"""Words, numbers and dates in each language."""
+
+import re
+import string
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+from server.board.standings import Mark
+from server.runs import causes
+from server.scoring.episode import METRICS
+from server.web import texts
+from server.web.choices import COVERAGES, SENSORS, TURNS
+
+EN, HI = texts.all_texts()["en"], texts.all_texts()["hi"]
+WEB = Path(texts.__file__).parent
+
+ASKED_FOR_BY_NAME = (
+    *(f"languages.{code}" for code in texts.all_texts()),
+    *(f"metrics.{name}" for name in METRICS[:7]),
+    *(f"marks.{mark}{end}" for mark in (*Mark, "cancelled", "reference") for end in ("", "_meaning")),
+    *(f"causes.{name}" for name in vars(causes) if name.isupper()),
+    *(f"turns.{name}" for name in TURNS),
+    *(f"choices.{name}" for name in (*SENSORS, *COVERAGES)),
+)
+"""Keys that are put together from what there is."""
+
+
+def names(text: str) -> set[str]:
+    return {name for _, name, _, _ in string.Formatter().parse(text) if name is not None}
+
+
+def test_the_default_language_comes_first() -> None:
+    assert list(texts.all_texts()) == ["en", "hi"]
+
+
+@pytest.mark.parametrize("code", list(texts.all_texts()))
+def test_every_language_has_the_same_keys_and_names(code: str) -> None:
+    other = texts.all_texts()[code]
+    assert set(other.words) == set(EN.words)
+    for key, text in EN.words.items():
+        assert type(other.words[key]) is type(text), key
+        if isinstance(text, str):
+            assert names(other.words[key]) == names(text), key
+            assert other.words[key].strip() == other.words[key] != "", key
+    assert len(other.words["format.months"]) == 12
+
+
+@pytest.mark.parametrize("key", ASKED_FOR_BY_NAME)
+def test_there_are_words_for_all_that_there_is(key: str) -> None:
+    assert key in EN.words
+
+
+def test_no_text_is_left_over() -> None:
+    source = "".join(path.read_text() for path in WEB.rglob("*") if path.suffix in (".py", ".html"))
+    said = set(re.findall(r'"([a-z_]+\.[A-Za-z_0-9-]+)"', source)) | set(re.findall(r'"([a-z_]+)"', source))
+    groups = ("languages", "sensors", "causes", "states", "turns", "choices", "marks", "references", "reference_notes")
+    for key in EN.words:
+        group, _, name = key.partition(".")
+        assert key in said or group in (*groups, "metrics") or (group == "run" and name in said), key
+
+
+def test_hindi_is_written_in_its_letters() -> None:
+    latin = ("page.site", "page.direction", "format.")
+    for key, text in HI.words.items():
+        if isinstance(text, str) and not key.startswith(latin) and re.sub(r"{\w+}|[^\w]|nDTW", "", text):
+            assert re.search("[\u0900-\u097f]", text), f"{key}: {text}"
+
+
+@pytest.mark.parametrize(
+    ("number", "english", "hindi"),
+    [(0, "0", "0"), (999, "999", "999"), (1065, "1,065", "1,065"), (1234567, "1,234,567", "12,34,567")],
+)
+def test_whole_numbers(number: int, english: str, hindi: str) -> None:
+    assert (EN.whole(number), HI.whole(number)) == (english, hindi)
+
+
+def test_other_numbers() -> None:
+    assert [EN.score(value) for value in (0, 0.0444, 0.0445001, 1)] == ["0.000", "0.044", "0.045", "1.000"]
+    assert [EN.decimal(value) for value in (3.0, 0.25, 0.6000001)] == ["3", "0.25", "0.6"]
+    assert [EN.percent(value) for value in (0, 0.001, 0.5, 0.999, 1)] == ["0%", "1%", "50%", "99%", "100%"]
+
+
+def test_dates() -> None:
+    time = datetime(2030, 1, 9, 7, 5, tzinfo=UTC)
+    assert EN.date(time) == "9 January 2030"
+    assert HI.moment(time) == "9 जनवरी 2030, 07:05 UTC"
+
+
+@pytest.mark.parametrize(
+    ("accepted", "language"),
+    [
+        ("", "en"),
+        ("hi", "hi"),
+        ("hi-IN,hi;q=0.9,en;q=0.8", "hi"),
+        ("en;q=0.5, hi;q=0.6", "hi"),
+        ("fr, de;q=0.9, hi;q=0.1", "hi"),
+        ("fr", "en"),
+        ("hi;q=0, en", "en"),
+        ("HI", "hi"),
+        ("hi;q=nonsense", "en"),
+        (";;,,=", "en"),
+    ],
+)
+def test_the_language_of_a_browser(accepted: str, language: str) -> None:
+    assert texts.preferred(accepted) == language
+
+
+def test_a_further_language_is_a_further_file(tmp_path: Path) -> None:
+    file = tmp_path / "ta.toml"
+    file.write_text((WEB / "texts" / "en.toml").read_text().replace('decimal_mark = "."', 'decimal_mark = ","'))
+    tamil = texts.read(file)
+    assert (tamil.language, tamil.score(0.5)) == ("ta", "0,500")
