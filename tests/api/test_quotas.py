@@ -16,11 +16,20 @@ from server import cli
 from server.runs import tables
 from server.runs.callers import Role
 from server.runs.database import Database
+from server.runs.quotas import Quota, Quotas
 from tests import tiny
 from tests.api.people import Person, token_of
 from tests.api.player import Player, create
 from tests.api.test_runs import refused
 from tests.serving import METADATA, Server
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """One without limits; each test has a participant of its own, with limits of their own."""
+    data = tmp_path_factory.mktemp("data")
+    with serving(data) as started:
+        yield started
 
 
 @contextmanager
@@ -43,6 +52,16 @@ def journal(data: Path) -> Iterator[Database]:
         database.close()
 
 
+@contextmanager
+def limited(server: Server, name: str, **limits: int | None) -> Iterator[Person]:
+    """A new participant, who has these limits on the split "tiny"."""
+    token = token_of(server.data, name)
+    with journal(server.data) as database:
+        Quotas(database, Quota()).set(name, "tiny", limits)
+    with Person(server.address, token) as person:
+        yield person
+
+
 def exhausted(call: Callable[[], object]) -> str:
     code, said = refused(call)
     assert code == grpc.StatusCode.RESOURCE_EXHAUSTED
@@ -58,8 +77,8 @@ def quotas(person: Person) -> dict[str, pb.Quota]:
     return {quota.split: quota for quota in account.quotas}
 
 
-def test_runs_in_24_hours_and_when_the_next_is_possible(tmp_path: Path) -> None:
-    with serving(tmp_path, "--runs-per-day", "2") as server, Person(server.address, token_of(tmp_path, "ann")) as ann:
+def test_runs_in_24_hours_and_when_the_next_is_possible(server: Server) -> None:
+    with limited(server, "daily", runs_per_day=2) as ann:
         first, second = create(ann.stub), create(ann.stub)
         cancel(ann, second)  # what was created was created
         said = exhausted(lambda: create(ann.stub))
@@ -72,33 +91,30 @@ def test_runs_in_24_hours_and_when_the_next_is_possible(tmp_path: Path) -> None:
         following = datetime.strptime(found[1], "%Y-%m-%d %H:%M:%S").replace(tzinfo=UTC)
         assert following == datetime.fromisoformat(first.created_at) + timedelta(days=1)
         assert create(ann.stub, split="secret").split == "secret"  # each split has its own
-        with journal(tmp_path) as database, database.write() as connection:
+        with journal(server.data) as database, database.write() as connection:
             long_ago = datetime.now(UTC) - timedelta(hours=24, seconds=1)
             row = tables.runs.c.run_id == first.run_id
             connection.execute(tables.runs.update().where(row).values(created_at=long_ago))
-        assert create(ann.stub).participant == "ann"
+        assert create(ann.stub).participant == "daily"
         assert (quotas(ann)["tiny"].runs_today, quotas(ann)["tiny"].runs) == (2, 3)
 
 
-def test_runs_in_all_and_what_the_server_is_to_blame_for(tmp_path: Path) -> None:
-    with serving(tmp_path, "--runs-in-all", "1") as server, Person(server.address, token_of(tmp_path, "ann")) as ann:
+def test_runs_in_all_and_what_the_server_is_to_blame_for(server: Server) -> None:
+    with limited(server, "once", runs_in_all=1) as ann:
         run = create(ann.stub)
         assert exhausted(lambda: create(ann.stub)) == "you have on split 'tiny' 1 run, and 1 in all are allowed"
-        with journal(tmp_path) as database, database.write() as connection:
+        with journal(server.data) as database, database.write() as connection:
             its = (tables.episodes.c.run_id == run.run_id) & (tables.episodes.c.ordinal == 0)
             connection.execute(tables.episodes.update().where(its).values(state="ENDED", cause="SERVER_FAULT"))
         assert quotas(ann)["tiny"].runs == 0
         create(ann.stub)
         exhausted(lambda: create(ann.stub))
-        with Person(server.address, token_of(tmp_path, "bob")) as bob:
+        with Person(server.address, token_of(server.data, "bob")) as bob:
             assert create(bob.stub).participant == "bob"
-        with Person(server.address, token_of(tmp_path, "chair", Role.HOST)) as chair:
-            for _ in range(3):  # hosts have no limits
-                create(chair.stub)
 
 
-def test_unfinished_runs(tmp_path: Path) -> None:
-    with serving(tmp_path, "--runs-at-once", "1") as server, Person(server.address, token_of(tmp_path, "ann")) as ann:
+def test_unfinished_runs(server: Server) -> None:
+    with limited(server, "single", runs_at_once=1) as ann:
         run = create(ann.stub, episodes=1)
         assert exhausted(lambda: create(ann.stub)) == (
             "you have on split 'tiny' 1 unfinished run, and 1 at once are allowed: "
@@ -110,25 +126,9 @@ def test_unfinished_runs(tmp_path: Path) -> None:
         assert create(ann.stub).state == pb.RUN_STATE_RUNNING
 
 
-def test_those_without_a_token_share_a_quota(tmp_path: Path) -> None:
-    with serving(tmp_path, "--runs-in-all", "2") as server:
-        with Person(server.address) as one, Person(server.address) as other:
-            create(one.stub, participant="one")
-            create(other.stub, participant="other")
-            assert exhausted(lambda: create(one.stub)) == (
-                "those without a token together have on split 'tiny' 2 runs, and 2 in all are allowed"
-            )
-        with Person(server.address, token_of(tmp_path, "ann")) as ann:
-            assert create(ann.stub).participant == "ann"
-
-
-@pytest.mark.parametrize("limit", ["--runs-in-all", "--runs-at-once", "--runs-per-day"])
-def test_of_many_at_once_as_many_get_in_as_may(tmp_path: Path, limit: str) -> None:
-    with (
-        serving(tmp_path, limit, "3") as server,
-        Person(server.address, token_of(tmp_path, "ann")) as ann,
-        ThreadPoolExecutor(12) as pool,
-    ):
+@pytest.mark.parametrize("limit", ["runs_in_all", "runs_at_once", "runs_per_day"])
+def test_of_many_at_once_as_many_get_in_as_may(server: Server, limit: str) -> None:
+    with limited(server, f"many {limit}", **{limit: 3}) as ann, ThreadPoolExecutor(12) as pool:
 
         def attempt(_: int) -> grpc.StatusCode:
             try:
@@ -200,11 +200,17 @@ def test_a_host_gives_other_limits(tmp_path: Path, capsys: pytest.CaptureFixture
         create(ann.stub)
         assert quota("ann", "tiny", "--runs-in-all", "default")[0] == 0
         exhausted(lambda: create(ann.stub))
-        with Person(server.address) as anybody:
-            create(anybody.stub)
+        with Person(server.address) as one, Person(server.address) as other:  # they share a quota
+            create(one.stub, participant="one")
+            exhausted(lambda: create(other.stub))
             assert quota("anonymous", "tiny", "--runs-in-all", "2")[0] == 0
-            create(anybody.stub)
-            exhausted(lambda: create(anybody.stub))
+            create(other.stub, participant="other")
+            assert exhausted(lambda: create(one.stub)) == (
+                "those without a token together have on split 'tiny' 2 runs, and 2 in all are allowed"
+            )
+        with Person(server.address, token_of(tmp_path, "chair", Role.HOST)) as chair:
+            for _ in range(3):  # hosts have no limits
+                create(chair.stub)
     assert quota("list") == (
         0,
         f"{header}ann\ttiny\tany\tany\tany\tany\nanonymous\ttiny\tany\t2\tany\tany\n",
