@@ -1,9 +1,12 @@
 """The Leaderboard over gRPC: publish, list, withdraw; who may; and nothing of single episodes on a hidden split."""
 
 import csv
+import hashlib
 import io
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
 
 import grpc
 import pytest
@@ -13,7 +16,9 @@ from arramon.v1 import evaluation_pb2, types_pb2
 from arramon.v1 import leaderboard_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon.v1.leaderboard_pb2_grpc import LeaderboardStub
+from server.runs.callers import Role
 from tests import tiny
+from tests.api.people import Person, token_of
 from tests.api.player import Player, create
 from tests.api.test_runs import refused
 from tests.serving import METADATA, Server
@@ -227,3 +232,69 @@ def test_a_run_knows_whether_it_is_published(stub: EvaluationStub, board: Leader
     assert states() == [True] * 3
     withdraw(board, run_id)
     assert states() == [False] * 3
+
+
+@pytest.fixture(scope="module")
+def closed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """A server on which nobody plays without a token."""
+    data = tmp_path_factory.mktemp("data")
+    tiny.write(data)
+    server = Server(data, "127.0.0.1:0", "--steps", "8", "--no-anonymous")
+    yield server
+    assert server.stop() == 0
+
+
+def test_who_may_publish_and_withdraw_on_a_server_with_accounts(closed: Server) -> None:
+    tokens = {"ann": token_of(closed.data, "ann"), "bob": token_of(closed.data, "bob"), "nobody": ""}
+    tokens["chair"] = token_of(closed.data, "chair", Role.HOST)
+    with ExitStack() as stack:
+        people = {name: stack.enter_context(Person(closed.address, token)) for name, token in tokens.items()}
+        boards = {name: person.board for name, person in people.items()}
+        run_id = played(people["ann"].stub, agent="walker")
+
+        def answer(name: str, call: Callable[[LeaderboardStub, str], object]) -> str:
+            try:
+                call(boards[name], run_id)
+            except grpc.RpcError as error:
+                return error.code().name
+            return "fine"
+
+        def lists() -> list[list[str]]:
+            """What everybody sees, in the order of names."""
+            return [[line.agent for line in listed(boards[name]).standings] for name in sorted(boards)]
+
+        for name, call, said, shown in (
+            ("nobody", publish, "UNAUTHENTICATED", []),
+            ("bob", publish, "NOT_FOUND", []),
+            ("ann", publish, "fine", ["walker"]),
+            ("nobody", withdraw, "UNAUTHENTICATED", ["walker"]),
+            ("bob", withdraw, "NOT_FOUND", ["walker"]),
+            ("ann", withdraw, "fine", []),
+            ("chair", publish, "fine", ["walker"]),
+            ("chair", withdraw, "fine", []),
+            ("ann", publish, "PERMISSION_DENIED", []),
+            ("chair", publish, "fine", ["walker"]),
+        ):
+            assert (name, answer(name, call), lists()) == (name, said, [shown] * 4)
+        entry = boards["nobody"].GetEntry(pb.GetEntryRequest(run_id=run_id), metadata=METADATA)
+        assert (entry.run.participant, entry.run.agent) == ("ann", "walker")
+        report = evaluation_pb2.GetReportRequest(run_id=run_id)
+        for name, code in (("nobody", "UNAUTHENTICATED"), ("bob", "NOT_FOUND")):
+            assert refused(lambda name=name: people[name].stub.GetReport(report, metadata=METADATA))[0].name == code
+        receipt = people["bob"].stub.GetReceipt(evaluation_pb2.GetReceiptRequest(run_id=run_id), metadata=METADATA)
+        assert hashlib.sha256(receipt.payload).digest() == entry.receipt_digest
+        assert receipt.public_key == entry.public_key
+
+
+def test_strangers_on_an_open_server_cannot_publish(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    server = Server(tmp_path, "127.0.0.1:0", "--steps", "8", "--anonymous", "--trust-proxy")
+    with grpc.insecure_channel(server.address) as channel:
+        run_id = played(EvaluationStub(channel))
+        board = LeaderboardStub(channel)
+        for call in (publish, withdraw):
+            assert refused(lambda call=call: call(board, run_id)) == (
+                grpc.StatusCode.PERMISSION_DENIED,
+                "publishing and withdrawing take a token on this server; ask its host for one",
+            )
+    assert server.stop() == 0
