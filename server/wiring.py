@@ -27,9 +27,9 @@ from server.metrics import Metrics
 from server.readiness import Readiness
 from server.runs.accounts import Accounts
 from server.runs.census import runs_by_state
+from server.runs.counted import CountedJournal
 from server.runs.database import Database
 from server.runs.engine import Engine
-from server.runs.journal import Journal
 from server.runs.ledger import Ledger
 from server.runs.quotas import Quota, Quotas
 from server.runs.receipts import Receipts
@@ -74,7 +74,7 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
         ArraMonError: if a file, the journal or the address is not right.
     """
     metrics = Metrics(config.camera, lambda: runs_by_state(database))
-    journal, accounts = Journal(database), Accounts(database)
+    journal, accounts = CountedJournal(database, metrics), Accounts(database)
     server = grpc.aio.server(
         interceptors=[Access(metrics.called), Guard(), VersionCheck(), Authentication(accounts, config)],
         options=[
@@ -96,6 +96,7 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
         camera=config.camera,
         address=own_address if config.shared_port else "",
         idle_seconds=config.idle_seconds,
+        meter=metrics,
     )
     runs = Runs(
         splits, journal, engine, config.limits, config.clocks, accounts, Quotas(database, Quota.of_settings(config))

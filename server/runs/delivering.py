@@ -7,6 +7,7 @@ from dataclasses import replace
 from server.errors import ArraMonError, Unavailable
 from server.runs.events import EpisodeEnded, EpisodeStarted, Event, Observed, PhaseOver, Problem, RunEnded
 from server.runs.faults import EpisodeFault, contained
+from server.runs.meter import NO_METER, Meter, Stage
 from server.runs.records import Claim
 from server.runs.stream import Stream
 from server.runs.worlds import Worlds
@@ -30,11 +31,17 @@ class Delivering:
         worlds: draw.
         take: takes an episode from its stream, over which the server broke down.
         drop: ends a stream with an error.
+        meter: is told how long it takes.
     """
 
     def __init__(
-        self, worlds: Worlds, take: Callable[[Stream, Claim], None], drop: Callable[[Stream, ArraMonError], None]
+        self,
+        worlds: Worlds,
+        take: Callable[[Stream, Claim], None],
+        drop: Callable[[Stream, ArraMonError], None],
+        meter: Meter = NO_METER,
     ) -> None:
+        self._meter = meter
         self._worlds = worlds
         self._take = take
         self._drop = drop
@@ -57,6 +64,7 @@ class Delivering:
     def _drawn(self, stream: Stream, event: Event) -> Event:
         if not (isinstance(event, Observed) and stream.sees):
             return event
+        started = time.perf_counter()
         with contained(stream.run, stream.claim_of(event.episode.episode_id), "drawing"):
             frame = self._worlds.render(
                 stream.run.split,
@@ -65,16 +73,18 @@ class Delivering:
                 stream.image_size,
                 segmentation="segmentation" in stream.run.sensors,
             )
+        self._meter.took(Stage.DRAW, time.perf_counter() - started)
         return replace(event, frame=frame)
 
     def _send(self, stream: Stream, events: Sequence[Event]) -> None:
         """Delivers events; one that cannot be written is kept from taking the others with it."""
         if not events:
             return
-        claim = stream.claim_of(_episode_id(events[0]))
+        claim, started = stream.claim_of(_episode_id(events[0])), time.perf_counter()
         try:
             with contained(stream.run, claim, "delivering"):
                 stream.deliver(events)
+            self._meter.took(Stage.ENCODE, time.perf_counter() - started)
         except EpisodeFault:
             if len(events) > 1:
                 for event in events:

@@ -22,6 +22,7 @@ from server.runs.events import EpisodeEnded, RunEnded
 from server.runs.faults import Faults
 from server.runs.journal import Journal
 from server.runs.ledger import Ledger
+from server.runs.meter import NO_METER, Meter, Stage
 from server.runs.offering import Offering
 from server.runs.opening import Opening
 from server.runs.records import CANCELLED, COMPLETE, RUNNING, Batch, Claim, Run
@@ -54,6 +55,7 @@ class Engine:
         grace: seconds for which an orphaned episode waits for its player.
         idle_seconds: for which a run may lie idle before it is closed with what it has; 0 for ever.
         now: the clocks' time, in seconds.
+        meter: is told what is measured.
     """
 
     def __init__(
@@ -67,10 +69,13 @@ class Engine:
         grace: float = GRACE,
         idle_seconds: float = 0.0,
         now: Callable[[], float] | None = None,
+        meter: Meter = NO_METER,
     ) -> None:
+        self._meter = meter
         self._journal = journal
         self._ledger = ledger
         self._idle_seconds = idle_seconds
+        self._data = [split.data_hash for split in splits.values()]
         self._address = address
         self._worlds = Worlds(splits, camera)
         self._work = asyncio.Event()
@@ -81,7 +86,7 @@ class Engine:
         self._closing = Closing(journal, opening, self._worker)
         self._time = Timekeeper(ledger, now or Stopwatch())
         self._answering = Answering(journal, self._time)
-        self._delivering = Delivering(self._worlds, self._take, self._drop)
+        self._delivering = Delivering(self._worlds, self._take, self._drop, meter)
         self._streams: list[Stream] = []
         self._to_release: list[_Leaving] = []
         self._next_sweep = self._next_note = 0.0
@@ -142,6 +147,8 @@ class Engine:
         Raises:
             StorageError: if the journal cannot be written.
         """
+        if self._idle_seconds:
+            self._ledger.excuse_idle(self._idle_seconds)
         self._journal.beat(self._worker, self._address)
 
     async def run(self) -> None:
@@ -150,7 +157,11 @@ class Engine:
             self._sweep()
             self._apply()
             for stream in list(self._streams):
-                if self._delivering.turn(stream) and stream in self._streams:
+                over = self._delivering.turn(stream)
+                if stream.since is not None and not stream.told:
+                    self._meter.took(Stage.TOTAL, self._time.now() - stream.since)
+                    stream.since = None
+                if over and stream in self._streams:
                     self._streams.remove(stream)
                     stream.close(None)
                 await asyncio.sleep(0)
@@ -195,12 +206,14 @@ class Engine:
             self._journal.beat(self._worker, self._address)
             self._release()
             self._look_for_idle()
+        waiting = sum(len(stream.asked) for stream in self._streams)
+        self._meter.loaded(len(self._streams), sum(len(stream.sessions) for stream in self._streams), waiting)
         now = self._time.now()
         for stream in list(self._streams):
             if stream.clock is not None and not stream.is_asking:
                 with self._guard(stream):
                     self._check(stream, now)
-            if len(stream.sessions) < stream.max_episodes:
+            if stream in self._streams and len(stream.sessions) < stream.max_episodes:
                 with self._guard(stream):
                     self._after_ending(stream)
 
@@ -218,7 +231,7 @@ class Engine:
             return
         self._next_note = time.monotonic() + min(ACTIVE_SECONDS, self._idle_seconds / 4)
         self._ledger.note_active({stream.run.run_id for stream in self._streams})
-        run = self._ledger.idle(self._idle_seconds)
+        run = self._ledger.idle(self._idle_seconds, self._data)
         if run is None:
             return
         self._next_note = 0.0  # there may be more to close
@@ -234,14 +247,17 @@ class Engine:
         if batch.charges:
             self._time.refresh(stream)
         self._take_faulty()
-        if events:
-            self._after_ending(stream)
 
     def _apply(self) -> None:
         asking = [stream for stream in self._streams if stream.is_asking]
-        batch = Batch()
+        batch, now = Batch(), self._time.now()
+        for stream in asking:
+            stream.since = stream.asked[0].at
+            self._meter.took(Stage.QUEUE, now - stream.since)
         with self._guard(*asking):
             told = [(stream, self._answering.answers(stream, batch)) for stream in asking]
+            if asking:
+                self._meter.took(Stage.RULES, self._time.now() - now)
             self._journal.commit(batch)
             for stream, answers in told:
                 stream.told.extend(answers)
@@ -258,6 +274,7 @@ class Engine:
             yield
         except ArraMonError as error:
             _log.error("%s", error)
+            self._meter.faulted(type(error).__name__)
             for stream in streams:
                 self._drop(stream, error)
 
@@ -268,6 +285,7 @@ class Engine:
             self._take(stream, claim)
 
     def _take(self, stream: Stream, claim: Claim) -> None:
+        self._meter.faulted("EpisodeFault")
         if stream in self._streams:
             with self._guard(stream):
                 self._faults.take(stream, claim)

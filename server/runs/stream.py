@@ -66,6 +66,7 @@ class Stream:
         asked: batches of acts that came in.
         told: events to deliver, observations among them not drawn yet.
         sessions: its open episodes.
+        since: when it asked what it has not been told all of, by its clock; None where there is nothing.
         ended: what it was told at the end of its ended ones.
     """
 
@@ -83,6 +84,7 @@ class Stream:
     asked: deque[Asked] = field(default_factory=deque)
     told: deque[Event] = field(default_factory=deque)
     sessions: dict[str, Session] = field(default_factory=dict)
+    since: float | None = None
     ended: dict[str, EpisodeEnded] = field(default_factory=dict)
     _taken: asyncio.Event = field(default_factory=asyncio.Event)
 
