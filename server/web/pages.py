@@ -1,4 +1,4 @@
-"""The leaderboard's pages: their addresses, and who makes each. None is made on the event loop, which plays episodes."""
+"""The leaderboard's pages: their addresses, and who makes each. None is made on the event loop that plays episodes."""
 
 import asyncio
 import json

@@ -62,7 +62,7 @@ class Site:
         app = web.Application()
         app.add_routes(routes)
         # Signals are the server's own; what is asked of pages is not written down.
-        runner = web.AppRunner(app, handle_signals=False, access_log=None)
+        runner = web.AppRunner(app, handle_signals=False, access_log=None, shutdown_timeout=1.0)
         await runner.setup()
         try:
             context = _tls(self._config)

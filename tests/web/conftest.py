@@ -1,7 +1,7 @@
-"""A house with a site for each test, and a browser for all of them."""
+"""A house with a site for each test that changes it; one for all the others, and a browser for all."""
 
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
@@ -11,10 +11,25 @@ from tests.programs import program
 from tests.web.made import WebHouse
 
 
+@contextmanager
+def house_in(folder: Path) -> Iterator[WebHouse]:
+    made = WebHouse(folder)
+    with closing(made.database):
+        yield made
+        made.site.close()
+
+
 @pytest.fixture
 def web(tmp_path: Path) -> Iterator[WebHouse]:
-    made = WebHouse(tmp_path)
-    with closing(made.database), closing(made.site):
+    with house_in(tmp_path) as made:
+        yield made
+
+
+@pytest.fixture(scope="session")
+def shown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WebHouse]:
+    """With runs on all splits and in both languages, one not published and one withdrawn: only to look at."""
+    with house_in(tmp_path_factory.mktemp("house")) as made:
+        made.fill()
         yield made
 
 

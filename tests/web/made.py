@@ -3,8 +3,10 @@
 from dataclasses import replace
 from pathlib import Path
 
+from server.board.board import Board
 from server.episodes.episode import Episode, Instructions
 from server.episodes.splits import Split, write_split
+from server.runs.callers import HOST
 from server.runs.receipts import Receipts
 from server.runs.records import COMPLETE, RUNNING, Batch, Ending, Run
 from server.runs.session import Session
@@ -20,7 +22,7 @@ from tests import tiny
 from tests.board.made import NOON, STEPS, House
 from tests.web.serving import Site
 
-OPEN_RUN, HIDDEN_RUN, UNPUBLISHED_RUN, WITHDRAWN_RUN = "a" * 32, "b" * 32, "c" * 32, "d" * 32
+OPEN_RUN, HIDDEN_RUN, UNPUBLISHED_RUN, WITHDRAWN_RUN, PRIVILEGED_RUN = (letter * 32 for letter in "abcdf")
 ODD = 0.4375
 """A peculiar episode's places are all off by so much."""
 
@@ -40,7 +42,17 @@ class WebHouse(House):
         for name, hidden in (("open", False), ("hidden", True)):
             self.splits[name] = peculiar_split(folder, name, hidden=hidden)
         self.receipts = Receipts(self.database, self.splits, SigningKey(folder / "key.pem"))
-        self.site = Site(Pages(self.board, self.journal, self.receipts, self.splits))
+        self.site = self._served()
+
+    def restart(self, **splits: Split) -> None:
+        """Serves the same journal again, with these splits, too, or in place of what they were."""
+        self.site.close()
+        self.splits |= splits
+        self.site = self._served()
+
+    def _served(self) -> Site:
+        self.board = Board(self.entries, self.splits, steps_per_phase=STEPS)
+        return Site(Pages(self.board, self.journal, self.receipts, self.splits))
 
     def play(
         self, run_id: str, split: str, language: str = "en", *, sensors: tuple[str, ...] = ("rgb", "depth")
@@ -58,6 +70,22 @@ class WebHouse(House):
                 self.journal.commit(_played(run_id, Session(episode, ground, Limits(STEPS))))
         self.journal.set_state(run_id, COMPLETE)
         return self.publish(run_id)
+
+    def fill(self) -> None:
+        """Publishes what most tests look at."""
+        self.play(OPEN_RUN, "open")
+        self.play(HIDDEN_RUN, "hidden")
+        self.published(1, 1.0, "both-hands", language="hi", split="open", participant="<i>lab</i>")
+        self.published(2, 0.5, "both-hands", language="en", split="open", participant="<i>lab</i>")
+        self.published(3, 0.5, "half", split="hidden", language="hi")
+        self.run(UNPUBLISHED_RUN, split="open")
+        self.publish(self.run(WITHDRAWN_RUN, split="open"))
+        self.publishing.withdraw(HOST, WITHDRAWN_RUN)
+        for number, (agent, score) in enumerate({"middle": 0.5, "worst": 0.0, "best": 1.0}.items(), start=4):
+            self.published(number, score, agent, participant="एक प्रयोगशाला")
+        self.publish(
+            self.run(PRIVILEGED_RUN, agent="seer", sensors=("rgb", "oracle")), "Code: https://example.org/seer"
+        )
 
     def published(self, number: int, score: float, agent: str, **more: str) -> str:
         """A published run of this number whose episodes all have one score."""

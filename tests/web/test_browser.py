@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 
-from tests.web.made import HIDDEN_RUN, OPEN_RUN, WebHouse
+from tests.web.made import HIDDEN_RUN, OPEN_RUN, PRIVILEGED_RUN, WebHouse
 
 PHONE = {"width": 360, "height": 740}
 
@@ -66,34 +66,24 @@ class Reader:
 
 
 @pytest.fixture
-def house(web: WebHouse) -> WebHouse:
-    web.play(OPEN_RUN, "open")
-    web.play(HIDDEN_RUN, "hidden")
-    for number, (agent, score) in enumerate({"middle": 0.5, "worst": 0.0, "best": 1.0}.items(), start=1):
-        web.published(number, score, agent, participant="एक प्रयोगशाला", language="en")
-    web.publish(web.run(f"{7:032x}", agent="seer", sensors=("rgb", "oracle")), "Code: https://example.org/seer")
-    return web
+def reader(shown: WebHouse, browser: Browser) -> Iterator[Reader]:
+    yield from read_by(shown, browser)
 
 
 @pytest.fixture
-def reader(house: WebHouse, browser: Browser) -> Iterator[Reader]:
-    yield from read_by(house, browser)
-
-
-@pytest.fixture
-def plain_reader(house: WebHouse, browser: Browser) -> Iterator[Reader]:
+def plain_reader(shown: WebHouse, browser: Browser) -> Iterator[Reader]:
     """One whose browser runs no scripts."""
-    yield from read_by(house, browser, java_script_enabled=False)
+    yield from read_by(shown, browser, java_script_enabled=False)
 
 
-def read_by(house: WebHouse, browser: Browser, **settings: Any) -> Iterator[Reader]:
+def read_by(shown: WebHouse, browser: Browser, **settings: Any) -> Iterator[Reader]:
     context: BrowserContext = browser.new_context(**settings)
-    reader = Reader(context.new_page(), house.site.address)
+    reader = Reader(context.new_page(), shown.site.address)
     reader.page.on("console", lambda message: reader.problems.append(message.text))
     reader.page.on("pageerror", lambda error: reader.problems.append(str(error)))
     reader.page.on("request", lambda request: reader.asked.append(request.url))
     yield reader
-    assert [address for address in reader.asked if not address.startswith(house.site.address)] == []
+    assert [address for address in reader.asked if not address.startswith(shown.site.address)] == []
     assert reader.problems == []
     assert context.cookies() == []
     context.close()
@@ -106,7 +96,7 @@ ADDRESSES = (
     "/hi/?split=hidden&language=en",
     f"/en/runs/{OPEN_RUN}",
     f"/hi/runs/{HIDDEN_RUN}",
-    f"/hi/runs/{7:032x}",
+    f"/hi/runs/{PRIVILEGED_RUN}",
     f"/en/runs/{OPEN_RUN}/episodes/quokka-0",
 )
 
@@ -185,12 +175,12 @@ def test_the_language_is_switched_on_the_same_page(reader: Reader) -> None:
     assert page.url == f"{reader.site}/en/{OPEN}&sort=ndtw"
 
 
-def test_the_signature_is_copied(house: WebHouse, reader: Reader) -> None:
+def test_the_signature_is_copied(shown: WebHouse, reader: Reader) -> None:
     reader.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
     page = reader.open(f"/en/runs/{OPEN_RUN}")
     page.get_by_role("button", name="Copy").click()
     expect(page.get_by_role("button", name="Copied")).to_be_visible()
-    assert page.evaluate("navigator.clipboard.readText()") == house.board.entry(OPEN_RUN).signature
+    assert page.evaluate("navigator.clipboard.readText()") == shown.board.entry(OPEN_RUN).signature
 
 
 @pytest.mark.parametrize("address", ADDRESSES)

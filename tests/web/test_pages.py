@@ -11,26 +11,11 @@ from pathlib import Path
 import pytest
 
 from arramon_client.receipts import read_receipt
-from server.runs.callers import HOST
 from server.web import pages
 from tests.web.made import HIDDEN_RUN, OPEN_RUN, PECULIAR, UNPUBLISHED_RUN, WITHDRAWN_RUN, WebHouse
 from tests.web.reading import Page
 
 GZIP = {"Accept-Encoding": "gzip"}
-
-
-@pytest.fixture
-def full(web: WebHouse) -> WebHouse:
-    """Runs on both splits and in both languages, one that nobody published, and one that was withdrawn."""
-    web.play(OPEN_RUN, "open")
-    web.play(HIDDEN_RUN, "hidden")
-    web.published(1, 1.0, "both-hands", language="hi", split="open", participant="<i>lab</i>")
-    web.published(2, 0.5, "both-hands", language="en", split="open", participant="<i>lab</i>")
-    web.published(3, 0.5, "half", split="hidden", language="hi")
-    web.run(UNPUBLISHED_RUN, split="open")
-    web.publish(web.run(WITHDRAWN_RUN, split="open"))
-    web.publishing.withdraw(HOST, WITHDRAWN_RUN)
-    return web
 
 
 PAGES = (
@@ -57,9 +42,9 @@ def test_the_first_page_is_in_the_browsers_language(web: WebHouse, accepted: str
     assert web.site.get("/?split=open").headers["location"] == "/en/?split=open"
 
 
-def test_every_page_is_sound(full: WebHouse) -> None:
+def test_every_page_is_sound(shown: WebHouse) -> None:
     for address in EVERYWHERE:
-        got = full.site.get(address)
+        got = shown.site.get(address)
         assert got.status == 200, address
         page = Page(got.text)
         language = address.split("/")[1]
@@ -85,9 +70,9 @@ def test_every_page_is_sound(full: WebHouse) -> None:
         assert set(labelled) <= set(ids), address
 
 
-def test_nothing_is_inline_and_nothing_comes_from_elsewhere(full: WebHouse) -> None:
+def test_nothing_is_inline_and_nothing_comes_from_elsewhere(shown: WebHouse) -> None:
     for address in EVERYWHERE:
-        page = Page(full.site.get(address).text)
+        page = Page(shown.site.get(address).text)
         assert page.all("style") == []
         assert all("src" in script for script in page.all("script"))
         for _, attributes in page.elements:
@@ -97,17 +82,17 @@ def test_nothing_is_inline_and_nothing_comes_from_elsewhere(full: WebHouse) -> N
             assert not link.startswith("//"), (address, link)
 
 
-def test_every_link_leads_somewhere(full: WebHouse) -> None:
-    links = {link for address in EVERYWHERE for link in Page(full.site.get(address).text).addresses()}
+def test_every_link_leads_somewhere(shown: WebHouse) -> None:
+    links = {link for address in EVERYWHERE for link in Page(shown.site.get(address).text).addresses()}
     paths = {link for link in links if link.startswith("/")} | {f"/en/{link}" for link in links if link.startswith("?")}
     assert len(paths) > 80
     forms = {f"/{t}/runs/{OPEN_RUN}/episodes" for t in ("en", "hi")}
-    assert {path for path in paths - forms if full.site.get(path).status != 200} == set()
+    assert {path for path in paths - forms if shown.site.get(path).status != 200} == set()
 
 
 @pytest.mark.parametrize("address", ["/en/", "/", "/static/x", "/en/nothing", "/standings.csv"])
-def test_headers(full: WebHouse, address: str) -> None:
-    got = full.site.get(address)
+def test_headers(shown: WebHouse, address: str) -> None:
+    got = shown.site.get(address)
     policy = got.headers["content-security-policy"]
     assert "default-src 'none'" in policy
     assert "unsafe" not in policy
@@ -117,29 +102,29 @@ def test_headers(full: WebHouse, address: str) -> None:
     assert "cache-control" in got.headers
 
 
-def test_a_page_that_the_browser_has_is_not_sent_again(full: WebHouse) -> None:
+def test_a_page_that_the_browser_has_is_not_sent_again(shown: WebHouse) -> None:
     address = f"/en/runs/{OPEN_RUN}"
-    first = full.site.get(address)
-    again = full.site.get(address, {"If-None-Match": f'"other", {first.headers["etag"]}'})
+    first = shown.site.get(address)
+    again = shown.site.get(address, {"If-None-Match": f'"other", {first.headers["etag"]}'})
     assert (again.status, again.body) == (304, b"")
-    assert full.site.get(address, {"If-None-Match": '"other"'}).status == 200
-    assert full.site.get(address, method="HEAD").headers["etag"] == first.headers["etag"]
+    assert shown.site.get(address, {"If-None-Match": '"other"'}).status == 200
+    assert shown.site.get(address, method="HEAD").headers["etag"] == first.headers["etag"]
 
 
 @pytest.mark.parametrize(
     ("accepted", "coding"), [("gzip, br", "gzip"), ("br", None), ("gzip;q=0", None), ("", None), ("gzip;q=0.5", "gzip")]
 )
-def test_compression(full: WebHouse, accepted: str, coding: str | None) -> None:
-    got = full.site.get("/en/", {"Accept-Encoding": accepted})
+def test_compression(shown: WebHouse, accepted: str, coding: str | None) -> None:
+    got = shown.site.get("/en/", {"Accept-Encoding": accepted})
     assert got.headers.get("content-encoding") == coding
     assert got.text.startswith("<!DOCTYPE html>")
 
 
-def test_static_files_are_named_by_their_content(full: WebHouse) -> None:
-    links = [link for link in Page(full.site.get("/en/").text).addresses() if link.startswith("/static/")]
+def test_static_files_are_named_by_their_content(shown: WebHouse) -> None:
+    links = [link for link in Page(shown.site.get("/en/").text).addresses() if link.startswith("/static/")]
     assert len(links) == 3
     for link in links:
-        got = full.site.get(link)
+        got = shown.site.get(link)
         assert (got.status, got.headers["cache-control"]) == (200, "public, max-age=31536000, immutable")
         assert got.headers["content-type"].partition(";")[0] in ("text/css", "text/javascript", "image/svg+xml")
 
@@ -169,19 +154,19 @@ def test_static_files_are_named_by_their_content(full: WebHouse) -> None:
         "/standings.xml",
     ],
 )
-def test_all_that_is_not_there_is_missed_in_the_same_words(full: WebHouse, path: str) -> None:
-    got, nowhere = full.site.get(path), full.site.get("/en/nowhere")
+def test_all_that_is_not_there_is_missed_in_the_same_words(shown: WebHouse, path: str) -> None:
+    got, nowhere = shown.site.get(path), shown.site.get("/en/nowhere")
     assert (got.status, got.body) == (404, nowhere.body)
     assert "There is no such page" in got.text
     assert set(got.headers) == set(nowhere.headers)
 
 
-def test_a_missing_page_is_in_the_readers_language(full: WebHouse) -> None:
-    assert "ऐसा कोई पृष्ठ नहीं है" in full.site.get("/hi/runs/x").text
-    assert "ऐसा कोई पृष्ठ नहीं है" in full.site.get("/fr/", {"Accept-Language": "hi"}).text
+def test_a_missing_page_is_in_the_readers_language(shown: WebHouse) -> None:
+    assert "ऐसा कोई पृष्ठ नहीं है" in shown.site.get("/hi/runs/x").text
+    assert "ऐसा कोई पृष्ठ नहीं है" in shown.site.get("/fr/", {"Accept-Language": "hi"}).text
 
 
-def test_nothing_of_a_hidden_split_is_on_any_page(full: WebHouse) -> None:
+def test_nothing_of_a_hidden_split_is_on_any_page(shown: WebHouse) -> None:
     hidden = [
         *(address for address in EVERYWHERE if "open" not in address and OPEN_RUN not in address),
         *(
@@ -194,40 +179,40 @@ def test_nothing_of_a_hidden_split_is_on_any_page(full: WebHouse) -> None:
         f"/en/runs/{HIDDEN_RUN}/episodes/quokka-1",
     ]
     for address in hidden:
-        got = full.site.get(address)
+        got = shown.site.get(address)
         said = got.text + ("" if "episode" in address else str(got.headers))
         assert [word for word in PECULIAR if word in said] == [], address
     # The same words are on the pages of the same episodes where they are open, so they would have been found.
-    shown = full.site.get(f"/en/runs/{OPEN_RUN}").text + full.site.get(f"/en/runs/{OPEN_RUN}/episodes/quokka-1").text
-    assert {word for word in PECULIAR if word not in shown} == {"रेतघड़ी"}
+    said = shown.site.get(f"/en/runs/{OPEN_RUN}").text + shown.site.get(f"/en/runs/{OPEN_RUN}/episodes/quokka-1").text
+    assert {word for word in PECULIAR if word not in said} == {"रेतघड़ी"}
 
 
-def test_a_hidden_receipt_says_no_more_than_the_api(full: WebHouse) -> None:
+def test_a_hidden_receipt_says_no_more_than_the_api(shown: WebHouse) -> None:
     """It chains actions by episode, whose ids every participant is given; nothing else of them is in it."""
-    got = full.site.get(f"/runs/{HIDDEN_RUN}/receipt.json")
+    got = shown.site.get(f"/runs/{HIDDEN_RUN}/receipt.json")
     payload = json.loads(json.loads(got.text)["payload"])
     assert {key for episode in payload["episodes"] for key in episode} == {"episode_id", "cause", "steps", "head"}
     assert [word for word in PECULIAR[1:] if word in got.text] == []
 
 
-def test_the_receipt_is_the_clients_own_kind_of_file(full: WebHouse, tmp_path: Path) -> None:
-    got = full.site.get(f"/runs/{OPEN_RUN}/receipt.json")
+def test_the_receipt_is_the_clients_own_kind_of_file(shown: WebHouse, tmp_path: Path) -> None:
+    got = shown.site.get(f"/runs/{OPEN_RUN}/receipt.json")
     file = tmp_path / "it.receipt.json"
     file.write_bytes(got.body)
     receipt = read_receipt(file)
     assert receipt.run["run_id"] == OPEN_RUN
-    assert receipt.public_key.hex() in full.site.get(f"/en/runs/{OPEN_RUN}").text
+    assert receipt.public_key.hex() in shown.site.get(f"/en/runs/{OPEN_RUN}").text
     assert got.headers["content-disposition"] == f'attachment; filename="{OPEN_RUN}.receipt.json"'
 
 
-def test_names_are_shown_as_they_were_given(full: WebHouse) -> None:
-    text = full.site.get("/en/?split=open&language=hi").text
+def test_names_are_shown_as_they_were_given(shown: WebHouse) -> None:
+    text = shown.site.get("/en/?split=open&language=hi").text
     assert "&lt;i&gt;lab&lt;/i&gt;" in text
     assert "<i>" not in text
 
 
-def test_standings_of_both_languages_together(full: WebHouse) -> None:
-    text = full.site.get("/en/?split=open&language=both").text
+def test_standings_of_both_languages_together(shown: WebHouse) -> None:
+    text = shown.site.get("/en/?split=open&language=both").text
     assert "all languages together" in text
     assert ("0.750" in text, "<bdi>truth</bdi>" in text) == (True, False)
     assert [f"/en/runs/{number:032x}" in text for number in (1, 2)] == [True, True]
@@ -245,18 +230,18 @@ def test_ranks_ties_and_marks(web: WebHouse) -> None:
     assert '<span class="mark">privileged</span>' in text
 
 
-def test_one_column_says_that_it_sorts(full: WebHouse) -> None:
+def test_one_column_says_that_it_sorts(shown: WebHouse) -> None:
     for address, column, order in [
         ("/en/?split=open&language=en", "PTC", "descending"),
         ("/en/?split=open&language=en&sort=agent&order=asc", "Agent", "ascending"),
     ]:
-        text = full.site.get(address).text
+        text = shown.site.get(address).text
         (found,) = re.findall(r'aria-sort="(\w+)"><a [^>]*>(\w+)', text)
         assert found == (order, column)
 
 
 def test_the_papers_lines_are_marked_as_other_data(web: WebHouse) -> None:
-    web.splits["val_seen"] = web.splits["tiny"]
+    web.restart(val_seen=web.splits["tiny"])
     page = Page(web.site.get("/en/?split=val_seen&language=hi").text)
     said = " ".join(" ".join(page.words).split())
     assert "From the paper, with English instructions: measured on other data" in said
@@ -281,25 +266,25 @@ def test_long_lists_come_in_pages(web: WebHouse, monkeypatch: pytest.MonkeyPatch
     assert 'aria-current="page">2<' in second
 
 
-def test_downloads(full: WebHouse) -> None:
-    got = full.site.get("/standings.csv?split=open&language=en&sort=ndtw")
+def test_downloads(shown: WebHouse) -> None:
+    got = shown.site.get("/standings.csv?split=open&language=en&sort=ndtw")
     assert got.headers["content-type"] == "text/csv; charset=utf-8"
     assert got.headers["content-disposition"] == 'attachment; filename="arramon-open-en.csv"'
     assert [row["agent"] for row in csv.DictReader(io.StringIO(got.text))] == ["truth", "both-hands"]
-    document = json.loads(full.site.get("/standings.json?split=open&language=both").text)
+    document = json.loads(shown.site.get("/standings.json?split=open&language=both").text)
     assert [line["agent"] for line in document["standings"]] == ["both-hands"]
 
 
-def test_a_run_that_was_played_by_the_ground_truth(full: WebHouse) -> None:
-    text = full.site.get(f"/en/runs/{OPEN_RUN}").text
-    assert full.board.entry(OPEN_RUN).signature in text
-    assert f"{full.splits['open'].data_hash}" in text
+def test_a_run_that_was_played_by_the_ground_truth(shown: WebHouse) -> None:
+    text = shown.site.get(f"/en/runs/{OPEN_RUN}").text
+    assert shown.board.entry(OPEN_RUN).signature in text
+    assert f"{shown.splits['open'].data_hash}" in text
     assert f"arramon-client verify {OPEN_RUN}.receipt.json --key " in text
     assert "The server never had to offer an episode anew." in text
 
 
-def test_the_path_played_is_drawn_where_the_ground_truth_is(full: WebHouse) -> None:
-    page = Page(full.site.get(f"/en/runs/{OPEN_RUN}/episodes/quokka-1").text)
+def test_the_path_played_is_drawn_where_the_ground_truth_is(shown: WebHouse) -> None:
+    page = Page(shown.site.get(f"/en/runs/{OPEN_RUN}/episodes/quokka-1").text)
     lines = {
         attributes["class"]: attributes["points"]
         for attributes in page.all("polyline")
@@ -308,18 +293,19 @@ def test_the_path_played_is_drawn_where_the_ground_truth_is(full: WebHouse) -> N
     assert lines["truth"] == lines["played"] == "26.44,24 27.44,24 28.44,24"
 
 
-def test_an_episode_is_found_by_its_number(full: WebHouse) -> None:
-    got = full.site.get(f"/hi/runs/{OPEN_RUN}/episodes?episode=quokka-1")
+def test_an_episode_is_found_by_its_number(shown: WebHouse) -> None:
+    got = shown.site.get(f"/hi/runs/{OPEN_RUN}/episodes?episode=quokka-1")
     assert (got.status, got.headers["location"]) == (303, f"/hi/runs/{OPEN_RUN}/episodes/quokka-1")
-    strange = full.site.get(f"/hi/runs/{OPEN_RUN}/episodes?episode=//evil.example/%0d%0aX:%20y")
+    strange = shown.site.get(f"/hi/runs/{OPEN_RUN}/episodes?episode=//evil.example/%0d%0aX:%20y")
     assert strange.headers["location"] == f"/hi/runs/{OPEN_RUN}/episodes/%2F%2Fevil.example%2F%0D%0AX%3A%20y"
 
 
-def test_paths_are_not_drawn_on_other_data(full: WebHouse) -> None:
-    full.splits["open"] = full.splits["tiny"]
-    text = full.site.get(f"/en/runs/{OPEN_RUN}").text
+def test_paths_are_not_drawn_on_other_data(web: WebHouse) -> None:
+    web.fill()
+    web.restart(open=web.splits["tiny"])
+    text = web.site.get(f"/en/runs/{OPEN_RUN}").text
     assert ("so the paths cannot be drawn" in text, "other data" in text) == (True, True)
-    assert full.site.get(f"/en/runs/{OPEN_RUN}/episodes/quokka-1").status == 404
+    assert web.site.get(f"/en/runs/{OPEN_RUN}/episodes/quokka-1").status == 404
 
 
 def test_pages_are_light(web: WebHouse) -> None:
@@ -332,21 +318,21 @@ def test_pages_are_light(web: WebHouse) -> None:
     assert sum(got.size for got in loaded if "javascript" in got.headers["content-type"]) < 5_000
 
 
-def test_too_many_requests_at_once_are_put_off(full: WebHouse, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_many_requests_at_once_are_put_off(shown: WebHouse, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pages, "MAX_WAITING", 0)
-    got = full.site.get("/hi/")
+    got = shown.site.get("/hi/")
     assert (got.status, got.headers["retry-after"], got.headers["cache-control"]) == (503, "2", "no-store")
     assert "थोड़ी देर में" in got.text
 
 
-def test_a_database_that_is_gone_is_said_without_detail(full: WebHouse) -> None:
-    with full.database.write() as connection:
+def test_a_database_that_is_gone_is_said_without_detail(web: WebHouse) -> None:
+    with web.database.write() as connection:
         connection.exec_driver_sql("ALTER TABLE leaderboard_entries RENAME TO away")
-    got = full.site.get("/en/")
+    got = web.site.get("/en/")
     assert (got.status, got.text) == (503, "The standings cannot be read just now. Please try again in a moment.")
 
 
-def test_a_slow_drawing_holds_up_no_other_page(full: WebHouse, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_slow_drawing_holds_up_no_other_page(shown: WebHouse, monkeypatch: pytest.MonkeyPatch) -> None:
     begun, go_on = threading.Event(), threading.Event()
 
     def slow(*_: object) -> None:
@@ -354,11 +340,11 @@ def test_a_slow_drawing_holds_up_no_other_page(full: WebHouse, monkeypatch: pyte
         go_on.wait(30)
 
     monkeypatch.setattr("server.web.mapping.ground", slow)
-    drawing = threading.Thread(target=full.site.get, args=(f"/en/runs/{OPEN_RUN}/episodes/quokka-1",))
+    drawing = threading.Thread(target=shown.site.get, args=(f"/en/runs/{OPEN_RUN}/episodes/quokka-1",))
     drawing.start()
     try:
         assert begun.wait(30)
-        assert full.site.get("/en/").status == 200
+        assert shown.site.get("/en/").status == 200
     finally:
         go_on.set()
         drawing.join(30)
