@@ -69,7 +69,8 @@ class Config:
     max_message_bytes: int = setting(1 << 20, "the largest message accepted", unit="bytes", least=4096, most=64 << 20)
     anonymous: bool | None = setting(
         None,
-        "whether those without a token may play; not set: where `listen` is a Unix socket or of the loopback",
+        "whether those without a token may play; not set: where `listen` is a Unix socket or of the loopback, "
+        "and `trust_proxy` is off",
     )
     runs_per_day: int = setting(
         0, "that a participant may create on a split in 24 hours; 0 for any", unit="runs", least=0
