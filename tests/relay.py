@@ -71,7 +71,7 @@ class Relay:
                 await self._thawed.wait()
                 writer.write(data)
                 await writer.drain()
-        except OSError:  # one end is gone: the other is told below
+        except (OSError, asyncio.CancelledError):  # one end is gone, or the relay: the other is told below
             pass
         finally:
             writer.close()
