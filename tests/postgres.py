@@ -15,13 +15,10 @@ from typing import Any
 import psycopg
 import pytest
 
-from tests.programs import free_port, program
+from tests.programs import free_port, program, start, stop
 
 SETTINGS = {"listen_addresses": "127.0.0.1", "unix_socket_directories": "", "fsync": "off", "shared_buffers": "32MB"}
 """Without fsync: what these tests break are processes, not the machine."""
-
-_UNTIL_PARENT_ENDS = '"$@" < /dev/null & trap "" INT TERM; cat > /dev/null; kill -INT $! 2> /dev/null; wait $!'
-"""For a shell: runs a program until its own standard input ends, however its parent went."""
 
 
 class Cluster:
@@ -61,16 +58,7 @@ class Cluster:
     def start(self) -> None:
         settings = [part for name, value in SETTINGS.items() for part in ("-c", f"{name}={value}")]
         command = [str(self._binaries / "postgres"), "-D", str(self._data), "-p", str(self.port), *settings]
-        with self._log.open("ab") as log:
-            self._process = subprocess.Popen(
-                ["sh", "-c", _UNTIL_PARENT_ENDS, "sh", *command],
-                user=self._user,
-                stdin=subprocess.PIPE,
-                stdout=log,
-                stderr=log,
-                cwd=self._data,
-                start_new_session=True,
-            )
+        self._process = start(command, self._log, user=self._user)
         for _ in range(600):
             try:
                 self.run("SELECT 1")
@@ -93,15 +81,10 @@ class Cluster:
     def crash(self) -> None:
         """Ends it without a goodbye; what was committed is there at the next start."""
         self.signal(signal.SIGQUIT)
-        self._end()
+        self.stop()
 
     def stop(self) -> None:
-        self._end()
-
-    def _end(self) -> None:
-        assert self._process.stdin is not None
-        self._process.stdin.close()
-        self._process.wait(timeout=60)
+        stop(self._process)
 
 
 @pytest.fixture(scope="session")

@@ -4,6 +4,7 @@ import os
 import shutil
 import socket
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,31 @@ def program(name: str, package: str, *folders: str) -> Path:
     if found is None:
         pytest.skip(f"there is no {name}: as root, scripts/services {package} installs it")
     return found
+
+
+_UNTIL_PARENT_ENDS = '"$@" < /dev/null & cat > /dev/null; kill -INT $! 2> /dev/null; wait $!'
+"""For a shell: runs a program until its own standard input ends, however its parent went."""
+
+
+def start(command: Sequence[str], log: Path, *, user: str | None = None) -> "subprocess.Popen[bytes]":
+    """Starts a program that ends, as by an interrupt, with the process that is returned, and with this one."""
+    with log.open("ab") as said:
+        return subprocess.Popen(
+            ["sh", "-c", _UNTIL_PARENT_ENDS, "sh", *command],
+            user=user,
+            stdin=subprocess.PIPE,
+            stdout=said,
+            stderr=said,
+            cwd=log.parent,
+            start_new_session=True,
+        )
+
+
+def stop(process: "subprocess.Popen[bytes]") -> None:
+    """Ends a program that `start` started."""
+    assert process.stdin is not None
+    process.stdin.close()
+    process.wait(timeout=60)
 
 
 def _found(name: str, folders: tuple[str, ...]) -> Path | None:

@@ -157,7 +157,15 @@ def anonymous_caller(config: Config) -> Caller | None:
 
 def is_private(context: _Context) -> bool:
     """Whether nobody on the way can read a call: it is encrypted, or does not leave this machine."""
-    if context.auth_context().get("transport_security_type") == [b"ssl"]:
-        return True
+    return context.auth_context().get("transport_security_type") == [b"ssl"] or _is_from_here(context)
+
+
+def is_near(context: _Context) -> bool:
+    """Whether the caller is on this machine: not only a proxy on it, through which others come from anywhere."""
+    proxied = {"forwarded", "via", "x-forwarded-for"} & {key for key, _ in context.invocation_metadata() or ()}
+    return _is_from_here(context) and not proxied
+
+
+def _is_from_here(context: _Context) -> bool:
     kind, _, address = context.peer().partition(":")
     return kind == "unix" or (kind in ("ipv4", "ipv6") and is_loopback(address.replace("%5B", "[").replace("%5D", "]")))
