@@ -29,12 +29,12 @@ STEPS = 150
 class House:
     """A database with everything of the leaderboard on it, and two splits, of which one is hidden."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, url: str = "") -> None:
         self.splits: dict[str, Split] = {
             "secret": tiny.write(folder, "secret", 3, hidden=True),
             "tiny": tiny.write(folder),
         }
-        self.database = Database(f"sqlite:///{folder / 'journal.db'}")
+        self.database = Database(url or f"sqlite:///{folder / 'journal.db'}")
         self.journal = Journal(self.database)
         self.entries = Entries(self.database)
         receipts = Receipts(self.database, self.splits, SigningKey(folder / "key.pem"))

@@ -1,4 +1,8 @@
-"""Who may publish and withdraw what."""
+"""Who may publish and withdraw what, on every database."""
+
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
 
 import pytest
 
@@ -7,6 +11,13 @@ from server.runs.callers import ANONYMOUS, HOST, STRANGER, Caller, Role
 from tests.board.made import House
 
 ANN, BOB = Caller(Role.PARTICIPANT, "ann"), Caller(Role.PARTICIPANT, "bob")
+
+
+@pytest.fixture
+def house(tmp_path: Path, database_url: str) -> Iterator[House]:
+    made = House(tmp_path, database_url)
+    with closing(made.database):
+        yield made
 
 
 @pytest.fixture
