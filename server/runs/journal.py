@@ -283,7 +283,8 @@ class Journal:
             if steps and connection.execute(_INSERT_STEP, steps).rowcount != len(steps):
                 raise TakenOver(taken_over)
             for ending in batch.endings:
-                values = {name: getattr(ending, name) for name in ("cause", "steps", "scores", "note")}
+                values = {name: getattr(ending, name) for name in ("cause", "steps", "scores")}
+                values["note"] = ending.note.replace("\0", "")  # PostgreSQL's texts hold none
                 done = connection.execute(
                     tables.episodes.update()
                     .where(_is_held(ending.run_id, ending.episode_id, ending.epoch))

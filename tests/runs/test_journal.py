@@ -244,6 +244,12 @@ def test_a_url_of_another_kind_is_refused_and_its_password_not_shown(url: str) -
     assert "hunter2" not in str(refused.value)
 
 
+def test_what_an_agent_says_of_a_forfeit_never_stops_a_commit(journal: Journal) -> None:
+    journal.create(a_run(), ["a"])
+    journal.commit(Batch(endings=[Ending("r", "a", "FORFEITED", 0, [{}, {}], "no\0thing")]))
+    assert journal.endings("r")[0].note == "nothing"
+
+
 def test_what_a_database_cannot_hold_is_bad_input(postgres_url: str) -> None:
     with closing(Database(postgres_url)) as database:
         with pytest.raises(BadInput, match="the journal cannot hold this"):
