@@ -161,7 +161,9 @@ def _written(scores: Scores) -> dict[str, Any]:
 
 
 def _read(written: Mapping[str, Any]) -> Scores:
-    progress = Progress(**{**written["progress"], "images": tuple(written["progress"]["images"])})
+    kept = written["progress"]  # by this release or, in a database that came along, by another one
+    known = {name: kept[name] for name in Progress.__slots__ if name in kept}
+    progress = Progress(**{**known, "images": tuple(known["images"])})
     rows = {
         row: {metric: Interval(*numbers) for metric, numbers in values.items()}
         for row, values in written["rows"].items()
