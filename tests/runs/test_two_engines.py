@@ -1,0 +1,178 @@
+"""Two processes that play one run: each in turn is cut off, believes what is no longer so, or dies."""
+
+import asyncio
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+import pytest
+
+from server.errors import ArraMonError, StorageError, TakenOver
+from server.runs.database import Database
+from server.runs.engine import Engine
+from server.runs.events import Observed, RunEnded
+from server.runs.offering import LEASE
+from server.runs.records import COMPLETE, Run
+from tests import tiny
+from tests.runs.engines import House, Seat, quick, until
+
+__all__ = ["quick"]
+
+
+class Line(Database):
+    """A process's own way to the database, which can be cut."""
+
+    is_cut = False
+
+    @contextmanager
+    def _errors(self) -> Iterator[None]:
+        if self.is_cut:
+            raise StorageError("the line is cut")
+        with super()._errors():
+            yield
+
+
+@pytest.fixture
+def house(database_url: str, tmp_path: Path) -> Iterator[House]:
+    house = House(tmp_path, url=database_url)
+    with closing(house.database):
+        yield house
+
+
+@pytest.fixture
+def line(house: House) -> Iterator[Line]:
+    with closing(Line(house.url, clock=lambda: house.wall)) as line:
+        yield line
+
+
+def check_played_to_the_end(house: House) -> None:
+    """Every episode has the ground truth's steps, each once, and its scores."""
+    assert house.journal.run("run").state == COMPLETE
+    assert house.causes() == {"AGENT_FINISHED": 3}
+    for ending in house.journal.endings("run"):
+        assert house.journal.actions("run", ending.episode_id) == [*tiny.ACTIONS]
+        assert [turn["PTC"] for turn in ending.scores] == [1.0, 1.0]
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_process_that_was_cut_off_learns_that_its_episode_is_played_elsewhere(house: House, line: Line) -> None:
+    async def body() -> None:
+        run = house.run()
+        async with house.engine(database=line) as one, house.engine() as other:
+            old = Seat(one, run)
+            episode_id = (await old.observation()).episode.episode_id
+            old.act(episode_id, 0, tiny.F)
+            assert (await old.observation()).state.step == 1
+            line.is_cut = True
+            new = Seat(other, run)  # the same client, whose connection broke
+            assert (await new.observation()).state.step == 1
+            line.is_cut = False
+            old.act(episode_id, 1, tiny.L)
+            await until(lambda: bool(old.closed))
+            assert isinstance(old.closed[0], TakenOver)
+            new.act(episode_id, 1, tiny.F)
+            assert (await new.observation()).state.step == 2
+            assert house.journal.actions("run", episode_id) == [tiny.F, tiny.F]
+            (claim,) = house.journal.open_claims("run")
+            assert claim.worker == other.worker  # what the loser let go of was not its own
+            new.act(episode_id, 2, tiny.ACTIONS[2])
+            await new.play()
+        check_played_to_the_end(house)
+
+    asyncio.run(body())
+
+
+@pytest.mark.usefixtures("quick")
+def test_what_a_process_that_is_cut_off_is_asked_it_does_not_answer(house: House, line: Line) -> None:
+    async def body() -> None:
+        run = house.run()
+        async with house.engine(database=line) as one, house.engine() as other:
+            old = Seat(one, run)
+            episode_id = (await old.observation()).episode.episode_id
+            line.is_cut = True
+            told = len(old.events)
+            old.act(episode_id, 0, tiny.L)
+            await until(lambda: bool(old.closed))
+            assert isinstance(old.closed[0], StorageError)
+            assert len(old.events) == told
+            await Seat(other, run).play()
+            line.is_cut = False
+            await until(lambda: house.journal.run("run").state == COMPLETE)
+        check_played_to_the_end(house)
+
+    asyncio.run(body())
+
+
+@pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize("seconds", [LEASE + 1.0, -3600.0, 86_400.0], ids=["waits", "jumps back", "jumps on"])
+def test_what_a_dead_process_held_is_free_after_a_lease_whatever_the_clock_does(tmp_path: Path, seconds: float) -> None:
+    house = House(tmp_path)
+
+    async def body() -> None:
+        run = house.run()
+        with closing(Line(house.url, clock=lambda: house.wall)) as line:
+            async with house.engine(database=line) as one, house.engine() as other:
+                dead = Seat(one, run, episodes=3)
+                await dead.observation()
+                line.is_cut = True  # nothing more is heard of it
+                heir = Seat(other, run, episodes=3, player="heir")
+                await asyncio.sleep(0.1)
+                assert not any(isinstance(event, Observed) for event in heir.events)
+                house.wall += seconds
+                await heir.play()
+        check_played_to_the_end(house)
+
+    with closing(house.database):
+        asyncio.run(body())
+
+
+@pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize("seconds", [-3600.0, 3600.0])
+def test_a_clock_that_jumps_under_two_living_processes_costs_nothing(tmp_path: Path, seconds: float) -> None:
+    house = House(tmp_path)
+
+    async def body() -> None:
+        run = house.run()
+        with closing(Database(house.url, clock=lambda: house.wall)) as own:
+            async with house.engine(database=own) as one, house.engine() as other:
+                playing = [
+                    asyncio.create_task(keep_playing(engine, run, name)) for engine, name in ((one, "a"), (other, "b"))
+                ]
+                await until(lambda: house.journal.progress("run").steps > 5)
+                house.wall += seconds
+                await asyncio.gather(*playing)
+        check_played_to_the_end(house)
+
+    with closing(house.database):
+        asyncio.run(body())
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_client_that_connects_twice_at_once_takes_every_step_once(house: House, line: Line) -> None:
+    async def body() -> None:
+        run = house.run()
+        async with house.engine(database=line) as one, house.engine() as other:
+            lost = await asyncio.gather(*(keep_playing(engine, run, "the same", episodes=3) for engine in (one, other)))
+            assert sum(lost) > 0
+        check_played_to_the_end(house)
+
+    asyncio.run(body())
+
+
+async def keep_playing(engine: Engine, run: Run, player: str, episodes: int = 2) -> int:
+    """Plays the ground truth as a client does, which joins again when it is sent away; returns how often it was."""
+    lost = 0
+    while True:
+        seat, taken = Seat(engine, run, episodes, player), 0
+        while not seat.closed:
+            await asyncio.sleep(0.001)
+            for event in seat.events[taken:]:
+                taken += 1
+                if isinstance(event, RunEnded):
+                    return lost
+                if isinstance(event, Observed) and event.taken is None:
+                    seat.act(event.episode.episode_id, event.state.step, tiny.ACTIONS[event.state.step])
+        error = seat.closed[0]
+        assert isinstance(error, ArraMonError) or error is None
+        lost += 1
+        await asyncio.sleep(0.005 * lost)
