@@ -13,7 +13,7 @@ import grpc
 from server.addresses import is_loopback
 from server.api.status import status_of
 from server.config import Config
-from server.errors import ArraMonError, Forbidden, Unauthenticated
+from server.errors import ArraMonError, Forbidden, StorageError, Unauthenticated
 from server.runs.accounts import Accounts
 from server.runs.callers import ANONYMOUS, STRANGER, Caller
 
@@ -56,6 +56,7 @@ class Authentication(grpc.aio.ServerInterceptor):
         self._accounts = accounts
         self._trust_proxy = config.trust_proxy
         self._nobody = anonymous_caller(config)
+        self._is_said = config.anonymous is not None
         self._known: dict[bytes, tuple[Caller, float]] = {}
 
     async def intercept_service(
@@ -94,21 +95,22 @@ class Authentication(grpc.aio.ServerInterceptor):
             async with aclosing(work(request, context)) as responses:
                 async for response in responses:
                     if time.monotonic() >= again:
-                        await self._admit(context, method)
+                        await self._admit(context, method, known=True)
                         again = time.monotonic() + KNOWN_SECONDS
                     yield response
 
         return make(guarded, handler.request_deserializer, handler.response_serializer)
 
-    async def _admit(self, context: _Context, method: str) -> None:
-        """Notes who calls; ends the call where they may not."""
+    async def _admit(self, context: _Context, method: str, *, known: bool = False) -> None:
+        """Notes who calls; ends the call where they may not. Whom it has let in it keeps while the database is away."""
         try:
             caller = await self._find(context)
             if caller is None and method not in OPEN:
                 raise Unauthenticated("this server wants a token, and none was sent; ask its host for one")
             _caller.set(caller or STRANGER)
         except ArraMonError as error:
-            await context.abort(status_of(error), str(error))
+            if not (known and isinstance(error, StorageError)):
+                await context.abort(status_of(error), str(error))
 
     async def _find(self, context: _Context) -> Caller | None:
         """Whom the call comes from; None where it has no token, and needs one.
@@ -118,7 +120,8 @@ class Authentication(grpc.aio.ServerInterceptor):
         """
         sent = [str(value) for key, value in context.invocation_metadata() or () if key == "authorization"]
         if not sent:
-            return self._nobody
+            # Where the host said nothing, even a proxy that they forgot to tell of does not let others in.
+            return self._nobody if self._is_said or is_near(context) else None
         scheme, _, token = sent[0].partition(" ")
         if len(sent) > 1 or scheme.lower() != "bearer" or not token.strip():
             raise Unauthenticated("the metadata `authorization` is not of the form `Bearer TOKEN`, once")

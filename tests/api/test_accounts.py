@@ -1,5 +1,6 @@
 """Accounts over gRPC: who is let in, what each may see, and that a token is nowhere but in its owner's hands."""
 
+import asyncio
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -14,7 +15,9 @@ from grpc_reflection.v1alpha.proto_reflection_descriptor_database import ProtoRe
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import leaderboard_pb2
-from server.api.authentication import anonymous_caller, is_private
+from arramon.v1.evaluation_pb2_grpc import EvaluationStub
+from server.api import authentication
+from server.api.authentication import Authentication, anonymous_caller, caller_of, is_private
 from server.config import Config
 from server.errors import BadInput, Conflict, NotFound
 from server.runs.accounts import Accounts
@@ -335,3 +338,51 @@ def test_strangers_reach_a_run_by_its_id_alone(tmp_path: Path) -> None:
 def test_where_nobody_reads_along(peer: str, transport: bytes, private: bool) -> None:
     context: Any = SimpleNamespace(peer=lambda: peer, auth_context=lambda: {"transport_security_type": [transport]})
     assert is_private(context) is private
+
+
+async def account_of(request: pb.GetAccountRequest, context: Any) -> pb.Account:
+    return pb.Account(participant=caller_of(context).account or "")
+
+
+def test_a_token_that_others_could_read_is_refused(kept: Accounts, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No test listens where others could reach it, so that this one's callers only pass for being elsewhere."""
+    monkeypatch.setattr(authentication, "is_private", lambda _: False)
+    metadata = bearing(f"Bearer {kept.create_token('ann', Role.PARTICIPANT)}")
+
+    async def answer(**settings: bool) -> str:
+        config = Config(data=Path(), **settings)  # type: ignore[arg-type]
+        server = grpc.aio.server(interceptors=[Authentication(kept, config)])
+        handler: Any = grpc.unary_unary_rpc_method_handler(
+            account_of, pb.GetAccountRequest.FromString, pb.Account.SerializeToString
+        )
+        server.add_generic_rpc_handlers([
+            grpc.method_handlers_generic_handler("arramon.v1.Evaluation", {"GetAccount": handler})
+        ])  # fmt: skip
+        port = server.add_insecure_port("127.0.0.1:0")
+        await server.start()
+        try:
+            async with grpc.aio.insecure_channel(f"127.0.0.1:{port}") as channel:
+                call: Any = EvaluationStub(channel).GetAccount
+                account = await call(pb.GetAccountRequest(), metadata=metadata)
+                return str(account.participant)
+        finally:
+            await server.stop(None)
+
+    with pytest.raises(grpc.RpcError) as caught:
+        asyncio.run(answer())
+    assert caught.value.code() == grpc.StatusCode.PERMISSION_DENIED
+    assert "tokens are taken over TLS only, and this connection is not encrypted" in (caught.value.details() or "")
+    assert asyncio.run(answer(trust_proxy=True)) == "ann"
+
+
+def test_a_proxy_that_nobody_told_of_lets_no_stranger_in(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    server = Server(tmp_path)
+    try:
+        with Person(server.address) as anybody:
+            assert len(anybody.stub.ListRuns(pb.ListRunsRequest(), metadata=METADATA).runs) == 0
+            proxied = (*METADATA, ("x-forwarded-for", "192.0.2.7"))
+            code, _ = refused(lambda: anybody.stub.ListRuns(pb.ListRunsRequest(), metadata=proxied))
+            assert code == grpc.StatusCode.UNAUTHENTICATED
+    finally:
+        assert server.stop() == 0
