@@ -16,16 +16,20 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
+from tempfile import TemporaryDirectory
+
+from prometheus_client.multiprocess import mark_process_dead
 
 from server.config import Config
 from server.configuring import environment_of, without_settings
 from server.errors import BadInput, Unavailable
+from server.metrics import FOLDER as METRICS_FOLDER
 
 START_SECONDS = 120.0
 """How long a worker may take to start: the first one may have the camera to compile."""
 
 STOP_SECONDS = 20.0
-"""How long a worker may take to stop."""
+"""How long a worker may take to stop, beyond the time for draining."""
 
 RESTARTS = 5
 """Deaths in a row, each within a minute of the start, after which a worker is given up, and the server with it."""
@@ -52,15 +56,25 @@ def serve_with_workers(config: Config, announce: Callable[[str], None]) -> None:
         BadInput: if the address cannot be listened on.
         Unavailable: if a worker does not start, or dies again and again.
     """
-    stopping = threading.Event()
+    stopping, workers = threading.Event(), list[_Worker]()
+
+    def stop(*_: object) -> None:
+        if stopping.is_set():  # whoever asks a second time does not want to wait
+            for worker in workers:
+                worker.process.terminate()
+        stopping.set()
+
     for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: stopping.set())
+        signal.signal(number, stop)
     with ExitStack() as stack:
         address = stack.enter_context(_reserved(config.listen))
         web = stack.enter_context(_reserved(config.web))
         metrics = web if config.metrics == config.web else stack.enter_context(_reserved(config.metrics))
         environment = environment_of(replace(config, workers=1, listen=address, web=web, metrics=metrics))
-        workers = [_Worker(number, address, environment) for number in range(config.workers)]
+        # There each writes what it counts, and finds what the others have.
+        environment[METRICS_FOLDER] = stack.enter_context(TemporaryDirectory(prefix="arramon-metrics-"))
+        patience = config.drain_seconds + STOP_SECONDS
+        workers += [_Worker(number, address, environment, patience) for number in range(config.workers)]
         try:
             for worker in workers:
                 worker.start()
@@ -99,7 +113,7 @@ class _Worker:
 
     process: "subprocess.Popen[str]"
 
-    def __init__(self, number: int, listen: str, environment: Mapping[str, str]) -> None:
+    def __init__(self, number: int, listen: str, environment: Mapping[str, str], patience: float) -> None:
         # A Unix socket belongs to the first worker; the others have only their own.
         own = own_address(listen, number)
         shared = own if listen.startswith("unix:") and number else listen
@@ -110,6 +124,7 @@ class _Worker:
         if own and own != shared:
             self._command += ["--own-address", own]
         self._environment = {**without_settings(os.environ), **environment}
+        self._patience = patience
         self._deaths = 0
 
     def start(self) -> None:
@@ -142,10 +157,11 @@ class _Worker:
     def end(self) -> None:
         """Waits until the process is gone; kills it if it does not go."""
         try:
-            self.process.wait(STOP_SECONDS)
+            self.process.wait(self._patience)
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()
+        mark_process_dead(self.process.pid, self._environment[METRICS_FOLDER])  # type: ignore[no-untyped-call]
         if self.process.stdin is not None:
             self.process.stdin.close()
 

@@ -123,7 +123,7 @@ def play(
             history=history,
             adopt=adopt,
         )
-        before, broken = session.advances, ""
+        before, broken, moved = session.advances, "", False
         stream = PlayStream(stub, opening)
         try:
             session.start_stream(history=history)
@@ -134,7 +134,7 @@ def play(
             notify(f"images travel in messages: {error}")
             settings = replace(settings, encoding=types_pb2.ENCODING_RAW)
         except StreamEnded:
-            broken = "the server closed the stream"
+            broken, moved = "the server closed the stream", True
         except grpc.RpcError as error:
             if error.code() not in BROKEN:
                 raise explain(error, address) from error
@@ -147,7 +147,7 @@ def play(
         adopt = adopt and session.advances == before
         reconnections += 1
         if broken:
-            retry.wait(broken)
+            retry.wait(broken, quiet=moved)
             revive()
 
 
@@ -178,16 +178,22 @@ class _Retry:
     def __init__(self, run_id: str, patience: float, notify: Callable[[str], None]) -> None:
         self._run_id, self._patience, self._notify = run_id, patience, notify
         self._lost_at: float | None = None
+        self._told = False
         self._delay = FIRST_DELAY
 
     def succeeded(self) -> None:
         """The server said something new."""
-        if self._lost_at is not None:
+        if self._lost_at is not None and self._told:
             self._notify(f"connected again after {time.monotonic() - self._lost_at:.1f} s")
-        self._lost_at, self._delay = None, FIRST_DELAY
+        self._lost_at, self._told, self._delay = None, False, FIRST_DELAY
 
-    def wait(self, reason: str) -> None:
+    def wait(self, reason: str, *, quiet: bool = False) -> None:
         """Waits for the next attempt.
+
+        Args:
+            reason: why there is to be one.
+            quiet: whether a first attempt is nothing that a participant should read: a server that ends a stream in
+                good order, as a process of it drains, most often has another.
 
         Raises:
             ServerUnreachableError: if patience has run out.
@@ -195,6 +201,8 @@ class _Retry:
         now = time.monotonic()
         if self._lost_at is None:
             self._lost_at = now
+        if not (self._told or (quiet and self._lost_at == now)):
+            self._told = True
             self._notify(f"the connection is lost ({reason}); trying again")
         if now - self._lost_at >= self._patience:
             raise ServerUnreachableError(
