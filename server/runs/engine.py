@@ -154,6 +154,7 @@ class Engine:
     async def run(self) -> None:
         """Plays until it is cancelled."""
         while True:
+            self._work.clear()  # before anything is looked at: who calls while this works is not to be missed
             self._sweep()
             self._apply()
             for stream in list(self._streams):
@@ -166,7 +167,6 @@ class Engine:
                     stream.close(None)
                 await asyncio.sleep(0)
             if not self._is_busy():
-                self._work.clear()
                 await self._work.wait()
 
     def stop(self) -> None:
