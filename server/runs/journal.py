@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from datetime import UTC, datetime
-from operator import itemgetter
+from operator import attrgetter, itemgetter
 from typing import Any
 
 import sqlalchemy as sa
@@ -113,10 +113,11 @@ class Journal:
         )
 
     def note_images(self, run_id: str, images: str) -> None:
-        """A run's images travel in this form, too."""
-        table = tables.images
+        """A run's images travel in this form, too. Of a run that is over nothing is noted: it stays what it was."""
+        table, runs = tables.images, tables.runs
         known = sa.exists().where(table.c.run_id == run_id, table.c.images == images)
-        row = sa.select(sa.literal(run_id), sa.literal(images)).where(~known)
+        played = sa.exists().where(runs.c.run_id == run_id, runs.c.state == RUNNING)
+        row = sa.select(sa.literal(run_id), sa.literal(images)).where(~known, played)
         with suppress(TakenOver), self._database.write() as connection:  # by another worker, which has written the same
             connection.execute(table.insert().from_select(["run_id", "images"], row))
 
@@ -214,7 +215,7 @@ class Journal:
         """
         table, left = tables.episodes, self._database.now - ago
         with self._database.write() as connection:
-            for episode_id, epoch in epochs.items():
+            for episode_id, epoch in sorted(epochs.items()):  # in one order everywhere, as in `commit`
                 connection.execute(
                     table.update()
                     .where(table.c.run_id == run_id, table.c.episode_id == episode_id, table.c.epoch == epoch)
@@ -282,7 +283,7 @@ class Journal:
         with self._database.commit() as connection:
             if steps and connection.execute(_INSERT_STEP, steps).rowcount != len(steps):
                 raise TakenOver(taken_over)
-            for ending in batch.endings:
+            for ending in sorted(batch.endings, key=attrgetter("run_id", "episode_id")):
                 values = {name: getattr(ending, name) for name in ("cause", "steps", "scores")}
                 values["note"] = ending.note.replace("\0", "")  # PostgreSQL's texts hold none
                 done = connection.execute(
@@ -296,6 +297,16 @@ class Journal:
                 left = tables.runs.c.bank_left
                 values = {"bank_left": sa.case((left > seconds, left - seconds), else_=0.0)}
                 connection.execute(tables.runs.update().where(tables.runs.c.run_id == run_id).values(values))
+
+    def lost(self, batch: Batch) -> set[tuple[str, str]]:
+        """The episodes of a batch, by run and id, that are not held any more under the claims that it names."""
+        epochs = {(step["run"], step["episode"]): step["epoch"] for step in batch.steps}
+        epochs |= {(ending.run_id, ending.episode_id): ending.epoch for ending in batch.endings}
+        c = tables.episodes.c
+        query = sa.select(c.run_id, c.episode_id, c.epoch).where(c.state != ENDED)
+        rows = self._database.read(query.where(sa.tuple_(c.run_id, c.episode_id).in_(list(epochs))))
+        held = {(row.run_id, row.episode_id): row.epoch for row in rows}
+        return {key for key, epoch in epochs.items() if held.get(key) != epoch}
 
     def is_published(self, run_id: str) -> bool:
         """Whether a run stands on the leaderboard."""

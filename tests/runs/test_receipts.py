@@ -142,6 +142,15 @@ def test_of_two_who_make_it_at_once_one_is_kept(database: Database, split: Split
     assert len(database.read(sa.select(tables.receipts))) == 1
 
 
+def test_who_joins_a_run_that_is_over_changes_nothing_of_it(database: Database, split: Split) -> None:
+    journal = Journal(database)
+    play(database, split, actions={"0": tiny.ACTIONS}, over=False)
+    journal.note_images("r", "lossless-224")
+    journal.set_state("r", "COMPLETE")
+    journal.note_images("r", "jpeg50-128")
+    assert journal.progress("r").images == ("lossless-224",)
+
+
 def test_no_receipt_of_a_run_that_is_played_or_unknown(database: Database, split: Split, receipts: Receipts) -> None:
     play(database, split, actions={"0": tiny.ACTIONS, "1": [0]}, over=False)
     with pytest.raises(Conflict, match="run 'r' is still being played: 1 of 2 episodes have ended"):
