@@ -183,8 +183,8 @@ class StreamClock:
         }
 
     def _granted(self, step: _Step) -> float:
-        first = not self.bank.answered
-        return (self._clocks.first_step_seconds if first else self._clocks.step_seconds) - step.waited
+        granted = self._clocks.step_seconds if self.bank.answered else self._clocks.first_step_seconds
+        return max(0.0, granted - step.waited)  # what it was overdue before has been charged
 
     def _first_due(self) -> float:
         """When the first of what the client is to do was or will be due; never where it has nothing to do."""

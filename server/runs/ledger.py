@@ -1,6 +1,6 @@
 """What the journal keeps of a run beside its play: its bank, when it was last active, and the server's faults."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import sqlalchemy as sa
 
@@ -8,6 +8,12 @@ from server.runs import tables
 from server.runs.database import Database
 from server.runs.journal import run_of
 from server.runs.records import ENDED, RUNNING, Claim, Run
+
+EXCUSE_SECONDS = 86_400.0
+"""What runs have at least after the server was away, before they are closed for lying idle."""
+
+EXCUSED_AFTER = 60.0
+"""Seconds without any process from which on it was away."""
 
 
 class Ledger:
@@ -57,10 +63,29 @@ class Ledger:
             with self._database.write() as connection:
                 connection.execute(tables.runs.update().where(c.run_id == run_id).values(active_at=self._database.now))
 
-    def idle(self, seconds: float) -> Run | None:
-        """A run that nobody has played for so long, if there is one."""
+    def idle(self, seconds: float, data_hashes: Sequence[str]) -> Run | None:
+        """A run on this data that nobody has played for so long, if there is one."""
         c = tables.runs.c
-        created = sa.extract("epoch", c.created_at)
-        idle = self._database.now - sa.func.coalesce(c.active_at, created) > seconds
-        rows = self._database.read(sa.select(tables.runs).where(c.state == RUNNING, idle).limit(1))
+        idle = sa.and_(c.state == RUNNING, c.data_hash.in_(data_hashes), self._database.now - _last_active() > seconds)
+        rows = self._database.read(sa.select(tables.runs).where(idle).limit(1))
         return run_of(rows[0]) if rows else None
+
+    def excuse_idle(self, seconds: float) -> None:
+        """The first process of a server starts: whoever could not play without it has a day yet before runs are closed.
+
+        Args:
+            seconds: for which a run may lie idle.
+        """
+        c, now = tables.runs.c, self._database.now
+        since = now - seconds + min(seconds, EXCUSE_SECONDS)
+        is_first = ~sa.exists().where(tables.workers.c.seen > now - EXCUSED_AFTER)
+        with self._database.write() as connection:
+            connection.execute(
+                tables.runs.update().where(c.state == RUNNING, _last_active() < since, is_first).values(active_at=since)
+            )
+
+
+def _last_active() -> sa.ColumnElement[float]:
+    """When a run was last played, or created; in seconds since 1970."""
+    c = tables.runs.c
+    return sa.func.coalesce(c.active_at, sa.extract("epoch", c.created_at))

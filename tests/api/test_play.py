@@ -253,8 +253,10 @@ def test_history_shows_an_episode_from_its_first_observation(stub: EvaluationStu
         past = [back.observation() for _ in range(3)]
         now = back.observation()
     assert [o.taken for o in past] == [F, R, F]
-    for shown in past:
-        shown.ClearField("taken")
+    assert not any(shown.HasField("step_seconds_left") for shown in past)
+    for shown in (*past, now, *live):
+        for name in ("taken", "step_seconds_left", "bank_seconds_left"):
+            shown.ClearField(name)
     assert [*past, now][1:] == live
 
 

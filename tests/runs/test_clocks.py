@@ -20,10 +20,10 @@ class Time:
 class Desk:
     """A stream's clock, and the moves that a test makes on it."""
 
-    def __init__(self, step: float = 60.0, first: float = 600.0, bank: float = 100.0, *, answered: bool = True) -> None:
+    def __init__(self, bank: float) -> None:
         self.time = Time()
-        self.bank = Bank(bank, answered)
-        self.clock = StreamClock(Clocks(step, first, bank), self.bank, self.time)
+        self.bank = Bank(bank, answered=True)
+        self.clock = StreamClock(Clocks(60.0, 600.0, bank), self.bank, self.time)
 
     def show(self, *observations: tuple[str, int]) -> None:
         """Observations are delivered, and leave at once."""
@@ -40,8 +40,8 @@ class Desk:
         return self.clock.out_of_time(self.time.now)
 
 
-def desk_with(*episodes: str, **limits: float) -> Desk:
-    desk = Desk(**limits)
+def desk_with(*episodes: str, bank: float = 100.0) -> Desk:
+    desk = Desk(bank=bank)
     for episode in episodes:
         desk.clock.open(episode, 0.0)
     return desk
@@ -197,6 +197,15 @@ def test_an_episode_that_comes_back_goes_on_with_the_time_it_had() -> None:
     desk.time.now += 20.0
     other.charge(desk.time.now)
     assert desk.bank.left == 95.0
+
+
+def test_what_was_overdue_before_is_not_charged_again() -> None:
+    desk = desk_with("a")
+    desk.clock.open("a", 80.0)
+    desk.show(("a", 0))
+    desk.time.now += 10.0
+    desk.answer("a", 0)
+    assert desk.bank.left == 90.0
 
 
 def test_an_episode_that_ended_is_charged_no_more() -> None:
