@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 
 from server.episodes.splits import Split
-from server.errors import ArraMonError, Conflict, Unavailable
+from server.errors import ArraMonError, Conflict, TakenOver, Unavailable
 from server.runs.answering import Answering
 from server.runs.clocks import Stopwatch
 from server.runs.closing import Closing
@@ -251,6 +251,7 @@ class Engine:
     def _apply(self) -> None:
         asking = [stream for stream in self._streams if stream.is_asking]
         batch, now = Batch(), self._time.now()
+        holders = {(stream.run.run_id, episode_id): stream for stream in asking for episode_id in stream.sessions}
         for stream in asking:
             stream.since = stream.asked[0].at
             self._meter.took(Stage.QUEUE, now - stream.since)
@@ -258,14 +259,31 @@ class Engine:
             told = [(stream, self._answering.answers(stream, batch)) for stream in asking]
             if asking:
                 self._meter.took(Stage.RULES, self._time.now() - now)
-            self._journal.commit(batch)
+            losers = self._commit(batch, holders)
             for stream, answers in told:
-                stream.told.extend(answers)
+                if stream not in losers:
+                    stream.told.extend(answers)
         self._take_faulty()
         for stream in asking:
             if stream in self._streams and any(isinstance(event, EpisodeEnded) for event in stream.told):
                 with self._guard(stream):
                     self._after_ending(stream)
+
+    def _commit(self, batch: Batch, holders: Mapping[tuple[str, str], Stream]) -> set[Stream]:
+        """Commits what streams did. One that lost an episode to another process is dropped alone, and returned."""
+        try:
+            self._journal.commit(batch)
+            return set()
+        except TakenOver as error:
+            losers = {holders[key] for key in self._journal.lost(batch)}
+            if not losers:
+                raise
+            _log.warning("%s", error)
+            self._meter.faulted(type(error).__name__)
+            for stream in losers:
+                self._drop(stream, error)
+        self._journal.commit(batch.without({key for key, stream in holders.items() if stream in losers}))
+        return losers
 
     @contextmanager
     def _guard(self, *streams: Stream) -> Iterator[None]:

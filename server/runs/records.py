@@ -1,5 +1,6 @@
 """What the journal tells of runs: a run, its progress, who holds its episodes, how they ended, what a commit writes."""
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any
@@ -114,6 +115,12 @@ class Batch:
     def add_step(self, run_id: str, episode_id: str, epoch: int, step: int, action: int) -> None:
         """Step number `step` (from 0) of an episode was `action`, under the claim of an epoch."""
         self.steps.append({"run": run_id, "episode": episode_id, "epoch": epoch, "number": step, "taken": action})
+
+    def without(self, episodes: Collection[tuple[str, str]]) -> "Batch":
+        """The batch but for some episodes, by run and id."""
+        steps = [step for step in self.steps if (step["run"], step["episode"]) not in episodes]
+        endings = [ending for ending in self.endings if (ending.run_id, ending.episode_id) not in episodes]
+        return Batch(steps, endings, self.charges)
 
     def charge(self, run_id: str, seconds: float) -> None:
         """A run's bank loses so many seconds."""

@@ -83,6 +83,27 @@ def test_a_process_that_was_cut_off_learns_that_its_episode_is_played_elsewhere(
 
 
 @pytest.mark.usefixtures("quick")
+def test_who_loses_an_episode_is_sent_away_alone(house: House, line: Line) -> None:
+    async def body() -> None:
+        run = house.run()
+        async with house.engine(database=line) as one, house.engine() as other:
+            old, beside = Seat(one, run), Seat(one, run, player="beside")
+            lost, kept = [(await seat.observation()).episode.episode_id for seat in (old, beside)]
+            new = Seat(other, run)
+            assert (await new.observation()).episode.episode_id == lost
+            # Both act in the same turn, and so in the same commit.
+            old.act(lost, 0, tiny.L)
+            beside.act(kept, 0, tiny.F)
+            assert (await beside.observation()).state.step == 1
+            await until(lambda: bool(old.closed))
+            assert isinstance(old.closed[0], TakenOver)
+            assert not beside.closed
+            assert (house.journal.actions("run", lost), house.journal.actions("run", kept)) == ([], [tiny.F])
+
+    asyncio.run(body())
+
+
+@pytest.mark.usefixtures("quick")
 def test_what_a_process_that_is_cut_off_is_asked_it_does_not_answer(house: House, line: Line) -> None:
     async def body() -> None:
         run = house.run()
