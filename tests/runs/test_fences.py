@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing, contextmanager
 from threading import Event
+from typing import Any
 
 import pytest
 from sqlalchemy import event
@@ -54,7 +55,7 @@ def paused_before_commit(database: Database) -> Iterator[Event]:
         go_on.set()
 
 
-def waits(future: "Future[object]") -> bool:
+def waits(future: "Future[Any]") -> bool:
     """Whether it does not get anywhere. It takes milliseconds where nothing is in its way."""
     try:
         future.result(timeout=0.5)
