@@ -1,0 +1,196 @@
+"""Probes and metrics over HTTP, where a host wants them, and what readiness looks at."""
+
+import asyncio
+import http.client
+import socket
+import ssl
+import time
+import urllib.request
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from server.config import Config
+from server.errors import StorageError, Unavailable
+from server.health import check
+from server.readiness import TURN_SECONDS, Readiness
+from tests import tiny
+from tests.certificates import Authority
+from tests.postgres import Cluster
+from tests.serving import Server
+
+
+def places(server: Server) -> dict[str, str]:
+    """What is served where over HTTP, as the server says at its start."""
+    told = (line.partition(" at ") for line in server.said if " at http" in line)
+    return {name: address for name, _, address in told}
+
+
+def get(address: str, path: str) -> tuple[int, str, str]:
+    host = address.rpartition("/")[2]
+    connection = http.client.HTTPConnection(host, timeout=30)
+    try:
+        connection.request("GET", path)
+        response = connection.getresponse()
+        return response.status, response.headers["Content-Type"], response.read().decode()
+    finally:
+        connection.close()
+
+
+def test_a_server_without_web_addresses(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    server = Server(tmp_path)
+    assert places(server) == {}
+    assert server.stop() == 0
+
+
+def test_probes_metrics_and_pages_on_one_address(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    server = Server(tmp_path, "127.0.0.1:0", "--web", "127.0.0.1:0")
+    try:
+        found = places(server)
+        assert found["pages"] == found["metrics"]
+        assert get(found["pages"], "/healthz")[::2] == (200, "alive\n")
+        assert get(found["pages"], "/readyz")[::2] == (200, "ready\n")
+        status, kind, text = get(found["pages"], "/metrics")
+        assert (status, kind.split(";")[0]) == (200, "text/plain")
+        assert "arramon_processes_ready 1.0" in text.splitlines()
+        assert get(found["pages"], "/en/")[0] == 200
+        assert get(found["pages"], "/nothing")[0] == 404
+    finally:
+        assert server.stop() == 0
+
+
+def test_metrics_on_an_address_of_their_own(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    server = Server(tmp_path, "127.0.0.1:0", "--web", "127.0.0.1:0", "--metrics", "[::1]:0")
+    try:
+        found = places(server)
+        assert get(found["metrics"], "/metrics")[0] == 200
+        assert get(found["metrics"], "/readyz")[0] == 200
+        assert get(found["metrics"], "/en/")[0] == 404
+        assert get(found["pages"], "/metrics")[0] == 404
+    finally:
+        assert server.stop() == 0
+
+
+@pytest.mark.parametrize(
+    ("web", "metrics", "expected"),
+    [
+        ("", "", ""),
+        ("127.0.0.1:80", "", "127.0.0.1:80"),
+        ("10.0.0.1:80", "", ""),
+        ("0.0.0.0:80", "", ""),
+        ("0.0.0.0:80", "0.0.0.0:80", "0.0.0.0:80"),
+        ("", "10.0.0.1:90", "10.0.0.1:90"),
+    ],
+)
+def test_metrics_are_for_the_machine_itself_unless_the_host_says_otherwise(
+    web: str, metrics: str, expected: str
+) -> None:
+    assert Config(web=web, metrics=metrics).metrics_address == expected
+
+
+def test_a_web_address_in_use(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        address = f"127.0.0.1:{other.getsockname()[1]}"
+        with pytest.raises(AssertionError, match=f"cannot listen on '{address}'"):
+            Server(tmp_path, "127.0.0.1:0", "--web", address)
+
+
+def test_the_certificate_is_for_the_pages_too(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    authority = Authority()
+    certificate, key = authority.sign(tmp_path)
+    options = ("--tls-certificate", str(certificate), "--tls-key", str(key))
+    server = Server(tmp_path, "127.0.0.1:0", "--web", "127.0.0.1:0", *options)
+    try:
+        address = places(server)["pages"]
+        assert address.startswith("https://")
+        context = ssl.create_default_context(cadata=authority.pem.decode())
+        with urllib.request.urlopen(address + "/readyz", timeout=30, context=context) as response:
+            assert response.read() == b"ready\n"
+    finally:
+        assert server.stop() == 0
+
+
+@pytest.mark.slow
+def test_health_follows_a_database_that_goes_and_comes_back(
+    postgres_url: str, cluster: Cluster, tmp_path: Path
+) -> None:
+    tiny.write(tmp_path)
+    server = Server(tmp_path, "127.0.0.1:0", "--web", "127.0.0.1:0", "--journal", postgres_url)
+
+    def wait_for(status: int) -> None:
+        until = time.monotonic() + 60
+        while get(places(server)["pages"], "/readyz")[0] != status:
+            assert time.monotonic() < until, f"readiness is not {status} after a minute"
+            time.sleep(0.2)
+
+    try:
+        wait_for(200)
+        cluster.stop()
+        try:
+            wait_for(503)
+            with pytest.raises(Unavailable, match="says NOT_SERVING"):
+                check(server.address)
+            assert get(places(server)["pages"], "/healthz")[0] == 200
+            assert get(places(server)["metrics"], "/metrics")[0] == 200
+        finally:
+            cluster.start()
+        wait_for(200)
+        check(server.address)
+    finally:
+        assert server.stop() == 0
+
+
+class Fake:
+    """A database and an engine that do as they are told."""
+
+    def __init__(self) -> None:
+        self.ask: Callable[[], object] = lambda: None
+        self.turned = time.monotonic()
+        self.told: list[bool] = []
+        self.readiness = Readiness(lambda: self.ask(), lambda: self.turned, self.tell)
+
+    async def tell(self, ready: bool) -> None:
+        self.told.append(ready)
+
+    def look(self) -> str:
+        asyncio.run(self.readiness.look())
+        return self.readiness.problem
+
+
+def gone() -> None:
+    raise StorageError("the journal cannot be used: it is gone")
+
+
+def test_readiness_follows_the_database() -> None:
+    fake = Fake()
+    assert fake.readiness.problem == "the server starts"
+    assert fake.look() == ""
+    fake.ask = gone
+    assert fake.look() == fake.look() == "the journal cannot be used: it is gone"
+    fake.ask = lambda: None
+    assert fake.look() == ""
+    assert fake.told == [True, False, True]
+
+
+def test_readiness_follows_the_engine() -> None:
+    fake = Fake()
+    fake.turned -= TURN_SECONDS + 5
+    assert fake.look() == f"the engine has not turned for {TURN_SECONDS + 5:.0f} seconds"
+    fake.turned = time.monotonic()
+    assert fake.look() == ""
+
+
+def test_whoever_drains_is_not_ready_again() -> None:
+    fake = Fake()
+    assert fake.look() == ""
+    asyncio.run(fake.readiness.drain())
+    assert fake.look() == "the server drains"
+    assert fake.told == [True, False]
