@@ -55,7 +55,8 @@ class Pages:
         self._receipts = receipts
         self._renderer = Renderer()
         self._standings = StandingsPage(board, splits)
-        self._runs = RunPage(board, splits, Paths(splits, journal))
+        self._played = Paths(splits, journal)
+        self._runs = RunPage(board, splits, self._played)
         # One thread for pages, which are quick, and one for paths, which take a moment: these never hold up those.
         self._pages = ThreadPoolExecutor(1, "pages")
         self._paths = ThreadPoolExecutor(1, "paths")
@@ -80,7 +81,8 @@ class Pages:
     def close(self) -> None:
         """Takes no more work, and lets its threads go."""
         self._pages.shutdown(wait=False, cancel_futures=True)
-        self._paths.shutdown(wait=False, cancel_futures=True)
+        self._paths.shutdown(wait=True, cancel_futures=True)
+        self._played.close()
 
     def _guarded(self, handler: Handler) -> Handler:
         """Turns the server's errors into pages."""

@@ -1,7 +1,6 @@
 """The paths of single episodes, for the pages of open splits alone: played again from the journal."""
 
 from collections.abc import Mapping
-from contextlib import closing
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -15,6 +14,7 @@ from server.runs.session import Session
 from server.sim.bullet import Obstacles
 from server.sim.city import city_scene
 from server.sim.rules import Limits
+from server.sim.section import Section
 from server.web import mapping
 
 EXAMPLES = 8
@@ -39,7 +39,7 @@ class Played:
 
 
 class Paths:
-    """Draws the episodes of published runs. Safe to use from several threads.
+    """Draws the episodes of published runs. Safe to use from several threads, but for `played`, which belongs to one.
 
     Args:
         splits: what is served, by name.
@@ -49,8 +49,15 @@ class Paths:
     def __init__(self, splits: Mapping[str, Split], journal: Journal) -> None:
         self._splits = splits
         self._journal = journal
+        self._last: tuple[Section, Obstacles] | None = None
         self._drawn = lru_cache(_KEPT)(self._draw)
         self.endings = lru_cache(16)(self._endings)
+
+    def close(self) -> None:
+        """Gives memory back; what is drawn after that takes it again."""
+        if self._last is not None:
+            self._last[1].close()
+            self._last = None
 
     def split(self, entry: Entry) -> Split | None:
         """The split of a run whose episodes may be shown; None where it is hidden, or its data is not what it was."""
@@ -89,11 +96,17 @@ class Paths:
         split = self._splits[run.split]
         episode = split.episodes[episode_id]
         section = split.sections[episode.section]
-        with closing(Obstacles(city_scene(section))) as ground:
-            session = Session(episode, ground, Limits(run.steps_per_phase))
-            for _ in session.replay(self._journal.actions(run.run_id, episode_id)):
-                pass
-            return tuple(mapping.track(section, turn) for turn in session.record().turns)
+        session = Session(episode, self._ground(section), Limits(run.steps_per_phase))
+        for _ in session.replay(self._journal.actions(run.run_id, episode_id)):
+            pass
+        return tuple(mapping.track(section, turn) for turn in session.record().turns)
+
+    def _ground(self, section: Section) -> Obstacles:
+        """What stands in the way in a section; kept until another is asked for, as readers go on in the same one."""
+        if self._last is None or self._last[0] is not section:
+            self.close()
+            self._last = section, Obstacles(city_scene(section))
+        return self._last[1]
 
 
 def _similarity(ending: Ending) -> float:

@@ -61,6 +61,8 @@ class Texts:
 
     def decimal(self, number: float) -> str:
         """A number with as many decimals as it needs, at most two."""
+        if number.is_integer():
+            return self.whole(int(number))
         return self._localised(f"{number:.2f}".rstrip("0").rstrip("."))
 
     def date(self, time: datetime) -> str:
