@@ -4,6 +4,7 @@ An agent's author needs `arramon_client.agent` and the command `arramon-client`;
 do what the command does.
 """
 
+from arramon_client.access import Access
 from arramon_client.agent import Action, Agent, Episode, Observation
 from arramon_client.connection import Server, connect
 from arramon_client.embedded import EmbeddedServer, embedded_server
@@ -26,6 +27,7 @@ from arramon_client.play import Outcome, Progress, Settings, play
 from arramon_client.session import AgentFailure
 
 __all__ = [
+    "Access",
     "Action",
     "Agent",
     "AgentError",
