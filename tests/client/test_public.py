@@ -6,7 +6,8 @@ from arramon_client import agent
 
 def test_public_names() -> None:
     assert sorted(arramon_client.__all__) == [
-        "Access", "Action", "Agent", "AgentError", "AgentFailure", "AgentLoadError", "ArramonClientError", "EmbeddedServer",
+        "Access",
+        "Action", "Agent", "AgentError", "AgentFailure", "AgentLoadError", "ArramonClientError", "EmbeddedServer",
         "EmbeddedServerError", "Episode", "MessageTooLargeError", "NotArramonError", "Observation", "Outcome",
         "OutputError", "Progress", "ProtocolError", "RefusedError", "Server", "ServerUnreachableError", "Settings",
         "UsageError", "VersionMismatchError", "connect", "embedded_server", "load_agent", "play",
