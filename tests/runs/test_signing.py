@@ -61,10 +61,10 @@ def test_one_that_others_can_read_is_refused(tmp_path: Path) -> None:
         SigningKey(path)
 
 
-RSA_PUBLIC = b"-----BEGIN PUBLIC KEY-----\nMCowBQYDK2VwAyEA\n-----END PUBLIC KEY-----\n"
+PUBLIC = b"-----BEGIN PUBLIC KEY-----\nMCowBQYDK2VwAyEA\n-----END PUBLIC KEY-----\n"
 
 
-@pytest.mark.parametrize("content", [b"", b"swordfish", b"\xff\xfe", RSA_PUBLIC])
+@pytest.mark.parametrize("content", [b"", b"swordfish", b"\xff\xfe", PUBLIC])
 def test_what_is_no_key_is_refused(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "key.pem"
     path.write_bytes(content)
