@@ -19,11 +19,12 @@ from tests.serving import METADATA, Server
 F, L, R, P = 0, 1, 2, 3
 
 
-@pytest.fixture(params=["tcp", "unix"])
+@pytest.fixture(params=["tcp", "unix", "postgresql"])
 def server(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Server]:
     tiny.write(tmp_path / "data", count=8)
-    listen = "127.0.0.1:0" if request.param == "tcp" else f"unix:{tmp_path}/s"
-    server = Server(tmp_path / "data", listen, "--workers", "2")
+    listen = f"unix:{tmp_path}/s" if request.param == "unix" else "127.0.0.1:0"
+    journal = ["--journal", request.getfixturevalue("postgres_url")] if request.param == "postgresql" else []
+    server = Server(tmp_path / "data", listen, "--workers", "2", *journal)
     yield server
     assert server.stop() == 0
 
