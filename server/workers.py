@@ -24,6 +24,7 @@ from server.config import Config
 from server.configuring import environment_of, without_settings
 from server.errors import BadInput, Unavailable
 from server.metrics import FOLDER as METRICS_FOLDER
+from server.web.site import served
 
 START_SECONDS = 120.0
 """How long a worker may take to start: the first one may have the camera to compile."""
@@ -70,7 +71,8 @@ def serve_with_workers(config: Config, announce: Callable[[str], None]) -> None:
         address = stack.enter_context(_reserved(config.listen))
         web = stack.enter_context(_reserved(config.web))
         metrics = web if config.metrics == config.web else stack.enter_context(_reserved(config.metrics))
-        environment = environment_of(replace(config, workers=1, listen=address, web=web, metrics=metrics))
+        config = replace(config, listen=address, web=web, metrics=metrics)
+        environment = environment_of(replace(config, workers=1))
         # There each writes what it counts, and finds what the others have.
         environment[METRICS_FOLDER] = stack.enter_context(TemporaryDirectory(prefix="arramon-metrics-"))
         patience = config.drain_seconds + STOP_SECONDS
@@ -80,6 +82,8 @@ def serve_with_workers(config: Config, announce: Callable[[str], None]) -> None:
                 worker.start()
             for worker in workers:
                 worker.wait_until_ready()
+            for name, place in served(config).items():
+                announce(f"{name} at {place}")
             announce(f"listening on {address}")
             while not stopping.wait(0.2):
                 for worker in workers:

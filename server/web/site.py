@@ -4,6 +4,7 @@ import asyncio
 import ssl
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import replace
 
 from aiohttp import web
 
@@ -38,23 +39,25 @@ class Site:
 
     @asynccontextmanager
     async def open(self) -> AsyncIterator[dict[str, str]]:
-        """Serves while the block runs. Gives what is served where: "pages" and "metrics", by address.
+        """Serves while the block runs. Gives what is served where.
 
         Raises:
             BadInput: if an address cannot be listened on.
         """
         probes = [web.get("/healthz", self._alive), web.get("/readyz", self._ready)]
         measured = [web.get("/metrics", self._measure)]
-        config, served = self._config, {}
+        config = self._config
+        web_address, metrics_address = config.web, config.metrics_address
         async with AsyncExitStack() as stack:
             if config.web:
                 here = measured if config.metrics_address == config.web else []
-                address = await stack.enter_async_context(self._serving(config.web, [*probes, *here, *self._pages]))
-                served = {"pages": address} | ({"metrics": address} if here else {})
-            if config.metrics_address != config.web:
-                address = await stack.enter_async_context(self._serving(config.metrics_address, [*probes, *measured]))
-                served["metrics"] = address
-            yield served
+                routes = [*probes, *here, *self._pages]
+                web_address = await stack.enter_async_context(self._serving(config.web, routes))
+                metrics_address = web_address if here else metrics_address
+            if config.metrics_address != config.web and config.metrics_address:
+                routes = [*probes, *measured]
+                metrics_address = await stack.enter_async_context(self._serving(config.metrics_address, routes))
+            yield served(replace(config, web=web_address, metrics=metrics_address))
 
     @asynccontextmanager
     async def _serving(self, address: str, routes: Sequence[web.AbstractRouteDef]) -> AsyncIterator[str]:
@@ -72,8 +75,7 @@ class Site:
                 await site.start()
             except OSError as error:
                 raise BadInput(f"cannot listen on {address!r}: {error.strerror}") from error
-            scheme = "https" if context else "http"
-            yield f"{scheme}://{host}:{runner.addresses[0][1]}"
+            yield f"{host}:{runner.addresses[0][1]}"
         finally:
             await runner.cleanup()
 
@@ -87,6 +89,13 @@ class Site:
     async def _measure(self, _: web.Request) -> web.Response:
         body = await asyncio.to_thread(self._metrics)
         return web.Response(body=body, headers={"Content-Type": CONTENT_TYPE})
+
+
+def served(config: Config) -> dict[str, str]:
+    """What is served where over HTTP: "pages" and "metrics", by address."""
+    scheme = "https" if config.tls_certificate else "http"
+    places = {"pages": config.web, "metrics": config.metrics_address}
+    return {name: f"{scheme}://{address}" for name, address in places.items() if address}
 
 
 def _tls(config: Config) -> ssl.SSLContext | None:
