@@ -9,6 +9,7 @@ from server import __version__, logs
 from server.commands import data, looking, quota, receipts, serving, settings, token, transfer
 from server.configuring import add_common_flags, configured
 from server.errors import ArraMonError
+from server.setting import masked
 
 FAMILIES = (serving, data, looking, settings, token, quota, receipts, transfer)
 
@@ -23,7 +24,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         logs.configure(arguments.settings.log, arguments.settings.log_format)
         status: int | None = arguments.command(arguments)
     except ArraMonError as error:
-        print(f"arramon-server: {error}", file=sys.stderr)
+        print(f"arramon-server: {masked(str(error))}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print("arramon-server: interrupted", file=sys.stderr)

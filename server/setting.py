@@ -17,7 +17,12 @@ from server.errors import BadInput
 
 T = TypeVar("T")
 
-_PASSWORD = re.compile(r"(://[^:/@\s]*:)[^/\s]*(@)")
+_SECRETS = (
+    (re.compile(r"(://[^:/@\s]*:)[^/\s]*(@)"), r"\1***\2"),
+    (re.compile(r"\b(arramon_[0-9A-Za-z]+_)[0-9A-Za-z_-]+"), r"\1***"),
+    (re.compile(r"\b(bearer\s+)(?!arramon_)[^\s\"',]+", re.IGNORECASE), r"\1***"),
+)
+"""Passwords in URLs, tokens of participants, and whatever else is sent as one; each with what is put in its place."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,8 +166,10 @@ def as_text(value: Any) -> str:
 
 
 def masked(text: str) -> str:
-    """A text in which no URL holds a password any more."""
-    return _PASSWORD.sub(r"\1***\2", text)
+    """A text without passwords in URLs, and without tokens."""
+    for pattern, instead in _SECRETS:
+        text = pattern.sub(instead, text)
+    return text
 
 
 def _parts(value: Any) -> Any:
