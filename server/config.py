@@ -65,6 +65,13 @@ class Config:
         unit="seconds",
         least=0.0,
     )
+    keepalive_seconds: float = setting(
+        20.0,
+        "silence after which a client is asked for a sign of life; without one it is gone half as long later",
+        unit="seconds",
+        least=1.0,
+        most=3600.0,
+    )
     max_episodes_per_stream: int = setting(1024, "that a stream may have open at once", unit="episodes", least=1)
     max_message_bytes: int = setting(1 << 20, "the largest message accepted", unit="bytes", least=4096, most=64 << 20)
     anonymous: bool | None = setting(

@@ -80,8 +80,8 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
         options=[
             ("grpc.max_receive_message_length", config.max_message_bytes),
             ("grpc.so_reuseport", int(config.shared_port)),
-            ("grpc.keepalive_time_ms", 20_000),
-            ("grpc.keepalive_timeout_ms", 10_000),
+            ("grpc.keepalive_time_ms", int(1000 * config.keepalive_seconds)),
+            ("grpc.keepalive_timeout_ms", int(500 * config.keepalive_seconds)),
             ("grpc.keepalive_permit_without_calls", 1),
             ("grpc.http2.min_recv_ping_interval_without_data_ms", 5_000),
         ],

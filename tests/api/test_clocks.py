@@ -1,0 +1,78 @@
+"""The clocks over the wire: what is left is said, and what runs out is an outcome."""
+
+from collections.abc import Iterator
+
+import grpc
+import pytest
+
+from arramon.v1 import evaluation_pb2 as pb
+from arramon.v1 import types_pb2
+from arramon.v1.evaluation_pb2_grpc import EvaluationStub
+from arramon_client.observations import observation_of
+from tests import tiny
+from tests.api.player import Player, create
+from tests.serving import METADATA, Server
+
+
+@pytest.fixture(scope="module")
+def hasty(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """A server that grants next to nothing."""
+    data = tmp_path_factory.mktemp("data")
+    tiny.write(data)
+    seconds = {"step": "0.3", "first-step": "0.4", "bank": "0.2"}
+    server = Server(data, "127.0.0.1:0", *(word for name, n in seconds.items() for word in (f"--{name}-seconds", n)))
+    yield server
+    assert server.stop() == 0
+
+
+@pytest.fixture
+def hurry(hasty: Server) -> Iterator[EvaluationStub]:
+    with grpc.insecure_channel(hasty.address) as channel:
+        yield EvaluationStub(channel)
+
+
+def get(stub: EvaluationStub, run_id: str) -> pb.Run:
+    return stub.GetRun(pb.GetRunRequest(run_id=run_id), metadata=METADATA)
+
+
+def test_a_host_s_clocks_are_a_run_s_and_every_observation_says_what_is_left(stub: EvaluationStub) -> None:
+    limits = stub.GetServerInfo(pb.GetServerInfoRequest(), metadata=METADATA).limits
+    assert (limits.step_seconds, limits.first_step_seconds, limits.bank_seconds) == (60.0, 600.0, 3600.0)
+    run = create(stub, episodes=1)
+    assert run.limits == limits
+    assert run.bank_seconds_left == 3600.0
+    with Player(stub, run.run_id) as player:
+        first = player.observation()
+        player.act(first.episode_id, 0, tiny.F)
+        second = player.observation()
+    assert [(seen.step_seconds_left, seen.bank_seconds_left) for seen in (first, second)] == [(600, 3600), (60, 3600)]
+    told = observation_of(second)
+    assert (told.step_seconds_left, told.bank_seconds_left) == (60.0, 3600.0)
+
+
+def test_who_says_nothing_runs_out_of_time_in_every_episode_and_the_run_ends(hurry: EvaluationStub) -> None:
+    run = create(hurry, episodes=3)
+    with Player(hurry, run.run_id, 2) as player:
+        events = list(player._events)
+    ended = [event.episode_ended.cause for event in events if event.HasField("episode_ended")]
+    assert ended == [types_pb2.CAUSE_TIME_LIMIT] * 3
+    phases = [event.phase_ended for event in events if event.HasField("phase_ended")]
+    assert len(phases) == 12
+    assert all(phase.forced for phase in phases)
+    assert events[-1].run_ended.run.state == pb.RUN_STATE_COMPLETE
+    over = get(hurry, run.run_id)
+    assert (dict(over.causes), over.steps, over.bank_seconds_left) == ({"TIME_LIMIT": 3}, 0, 0.0)
+    report = hurry.GetReport(pb.GetReportRequest(run_id=run.run_id), metadata=METADATA)
+    assert "|clock:0.3/0.4/0.2|" in report.signature
+    assert [episode.cause for episode in report.episodes] == [types_pb2.CAUSE_TIME_LIMIT] * 3
+
+
+def test_a_late_answer_is_told_the_end(hurry: EvaluationStub) -> None:
+    run = create(hurry, episodes=1)
+    with Player(hurry, run.run_id) as player:
+        seen = player.observation()
+        while not (event := player.next()).HasField("episode_ended"):
+            pass
+        assert event.episode_ended.cause == types_pb2.CAUSE_TIME_LIMIT
+        player.act(seen.episode_id, 0, tiny.F)
+        assert {event.WhichOneof("event") for event in player._events} <= {"episode_ended", "run_ended"}
