@@ -108,6 +108,7 @@ class Engine:
             if (other.run.run_id, other.player) == (stream.run.run_id, stream.player):
                 self._drop(other, Conflict("another stream of the same player took this one's place"))
         self._streams.append(stream)
+        _log.info("stream opened", extra={"run_id": stream.run.run_id, "episodes": stream.max_episodes})
         with self._guard(stream):
             self._time.start(stream, self._streams)
             self._ledger.note_active([stream.run.run_id])
@@ -127,6 +128,7 @@ class Engine:
         """A stream is gone; its episodes stay open, for its player first and after a while for others."""
         if stream in self._streams:
             self._streams.remove(stream)
+            _log.info("stream left", extra={"run_id": stream.run.run_id, "episodes": len(stream.sessions)})
             self._to_release.append(_Leaving(stream, self._time.now()))
             with self._guard():
                 self._release()
@@ -291,7 +293,8 @@ class Engine:
         try:
             yield
         except ArraMonError as error:
-            _log.error("%s", error)
+            runs = sorted({stream.run.run_id for stream in streams})
+            _log.error("%s", error, extra={"fault": type(error).__name__, "runs": runs})
             self._meter.faulted(type(error).__name__)
             for stream in streams:
                 self._drop(stream, error)

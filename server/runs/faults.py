@@ -63,7 +63,9 @@ class contained:  # noqa: N801 - reads as `with contained(...)`; a class, as thi
         if error is None or not isinstance(error, Exception) or isinstance(error, ArraMonError | EpisodeFault):
             return
         message = "a fault while %s episode %s of run %s"
-        _log.error(message, self._doing, self._claim.episode_id, self._run.run_id, exc_info=error)
+        run_id, episode_id = self._run.run_id, self._claim.episode_id
+        fields = {"run_id": run_id, "episode_id": episode_id}
+        _log.error(message, self._doing, episode_id, run_id, exc_info=error, extra=fields)
         raise EpisodeFault(self._claim) from error
 
 
