@@ -132,20 +132,25 @@ class Database:
         with self._errors(), self._kept() as connection, connection.begin():
             yield connection
 
-    def commit_rows(self, statement: sa.Insert, rows: Sequence[Mapping[str, Any]]) -> bool:
+    def commit_rows(self, statement: sa.Insert, rows: Sequence[Mapping[str, Any]], *, at_once: sa.Executable) -> bool:
         """Inserts rows, all or none, in a transaction of their own; returns whether each found its place.
 
         With SQLite it goes past SQLAlchemy, which would take twice the time of all the rest: with every step 0.2 ms.
+
+        Args:
+            statement: for one row; used with SQLite.
+            rows: what it inserts.
+            at_once: the same for all rows, of which each value is a list, and for none if any has no place; used with
+                PostgreSQL, where each question takes its time on the way.
 
         Raises:
             TakenOver: if a row is there already.
             StorageError: if the database cannot be written.
         """
         if not self._is_sqlite:
-            with self.commit() as connection:
-                done: bool = connection.execute(statement, rows).rowcount == len(rows)
-                if not done:
-                    connection.rollback()
+            columns = {name: [row[name] for row in rows] for name in rows[0]}
+            with self._errors(), self._reader.connect() as connection:  # a statement of its own is a transaction
+                done: bool = connection.execute(at_once, columns).rowcount == len(rows)
                 return done
         text, values = _written_out(statement)
         with self._errors(), self._kept() as connection:

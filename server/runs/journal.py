@@ -60,6 +60,8 @@ class Journal:
         Raises:
             NotFound: if there is none with that id.
         """
+        if "\0" in run_id:  # PostgreSQL would not even look
+            raise no_run(run_id)
         rows = self._database.read(sa.select(tables.runs).where(tables.runs.c.run_id == run_id))
         if not rows:
             raise no_run(run_id)
@@ -277,7 +279,7 @@ class Journal:
         steps = sorted(batch.steps, key=itemgetter("run", "episode", "number"))
         taken_over = "another process of this server has taken over an episode, or it has ended"
         if not (batch.endings or batch.charges):
-            if not self._database.commit_rows(_INSERT_STEP, steps):
+            if not self._database.commit_rows(_INSERT_STEP, steps, at_once=_INSERT_STEPS):
                 raise TakenOver(taken_over)
             return
         with self._database.commit() as connection:
@@ -351,6 +353,22 @@ _INSERT_STEP = (
 The episode's row is locked (on PostgreSQL; SQLite has one writer at a time): a claim that is made at the same moment
 either waits until the step is written, or is waited for and then found to have taken the episode.
 """
+
+_INSERT_STEPS = sa.text(f"""
+    WITH given AS (
+        SELECT * FROM unnest(
+            CAST(:run AS text[]), CAST(:episode AS text[]), CAST(:epoch AS int[]), CAST(:number AS int[]),
+            CAST(:taken AS int[])
+        ) AS given (run_id, episode_id, epoch, number, taken)
+    ),
+    held AS (
+        SELECT run_id, episode_id, number, taken FROM given JOIN run_episodes USING (run_id, episode_id, epoch)
+        WHERE state != '{ENDED}' ORDER BY run_id, episode_id FOR NO KEY UPDATE OF run_episodes
+    )
+    INSERT INTO steps (run_id, episode_id, step, action)
+    SELECT * FROM held WHERE (SELECT count(*) FROM held) = (SELECT count(*) FROM given)
+""").execution_options(preserve_rowcount=True)  # noqa: S608 - of a constant
+"""The same for many steps, in one statement of PostgreSQL's: all of them, or none where one is not held any more."""
 
 
 def run_of(row: Row[Any]) -> Run:

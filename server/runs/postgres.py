@@ -20,6 +20,9 @@ ANSWER_SECONDS = 8.0
 MIGRATION_SECONDS = 600
 """The same for a migration, and for the wait until another process has done it."""
 
+FRESH_SECONDS = 0.5
+"""After its last use, for which a connection is taken to stand."""
+
 _LOCK = 0x41_72_72_61  # any number that all versions of the server share
 
 _LIMITS = {"statement_timeout": "6s", "lock_timeout": "4s", "idle_in_transaction_session_timeout": "6s"}
@@ -53,7 +56,7 @@ class _Connection(psycopg.Connection[Any]):
                 ready = yield wanted  # nothing is ready: psycopg looks in now and then
                 if not ready and time.monotonic() > until:
                     self.pgconn.finish()
-                    raise psycopg.OperationalError(f"the database has not answered for {self.answer_seconds:.0f} s")
+                    raise psycopg.OperationalError(f"the database has not answered for {self.answer_seconds:g} s")
                 wanted = steps.send(ready)
         except StopIteration as end:
             result: _T = end.value
@@ -77,7 +80,7 @@ def engine(url: URL, *, fsync: bool, migrating: bool = False) -> sa.Engine:
     limits = dict(_MIGRATION_LIMITS if migrating else _LIMITS)
     limits |= {"timezone": "UTC"} if fsync else {"timezone": "UTC", "synchronous_commit": "off"}
     kind = _MigratingConnection if migrating else _Connection
-    made = sa.create_engine(url, isolation_level="READ COMMITTED", pool_pre_ping=True, pool_timeout=5)
+    made = sa.create_engine(url, isolation_level="READ COMMITTED", pool_timeout=5)
 
     @sa.event.listens_for(made, "do_connect")
     def connect(_dialect: object, _record: object, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
@@ -85,6 +88,19 @@ def engine(url: URL, *, fsync: bool, migrating: bool = False) -> sa.Engine:
         options = f"{given} {named.get('options', '')}".strip()
         settings = {"connect_timeout": CONNECT_SECONDS, "application_name": "arramon", **_TCP, **named}
         return kind.connect(*arguments, **{**settings, "options": options})
+
+    @sa.event.listens_for(made, "checkin")
+    def put_back(_connection: object, record: Any) -> None:
+        record.info["used"] = time.monotonic()
+
+    @sa.event.listens_for(made, "checkout")
+    def take(connection: Any, record: Any, _proxy: object) -> None:
+        # A connection that stood a moment ago is not asked whether it still does: that is half the time of a question.
+        if time.monotonic() - record.info.get("used", time.monotonic()) > FRESH_SECONDS:
+            try:
+                made.dialect.do_ping(connection)
+            except psycopg.Error as error:
+                raise sa.exc.DisconnectionError(str(error)) from error  # the pool makes another
 
     return made
 

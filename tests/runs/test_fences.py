@@ -40,6 +40,18 @@ def step(epoch: int, number: int = 0) -> Batch:
 
 
 @contextmanager
+def paused_at_a_step(database: Database) -> Iterator[None]:
+    """Whoever writes a step stands still in the midst of it until the block ends."""
+    wait = "BEGIN PERFORM pg_advisory_xact_lock(1); RETURN NEW; END"
+    with database.write() as connection:
+        connection.exec_driver_sql(f"CREATE FUNCTION wait() RETURNS trigger LANGUAGE plpgsql AS $${wait}$$")
+        connection.exec_driver_sql("CREATE TRIGGER waits BEFORE INSERT ON steps FOR EACH ROW EXECUTE FUNCTION wait()")
+    with database.write() as connection:
+        connection.exec_driver_sql("SELECT pg_advisory_xact_lock(1)")
+        yield
+
+
+@contextmanager
 def paused_before_commit(database: Database) -> Iterator[Event]:
     """The database's next transaction has done its work, and waits to be committed until the block ends."""
     reached, go_on = Event(), Event()
@@ -69,11 +81,11 @@ def waits(future: "Future[Any]") -> bool:
 def test_a_claim_waits_for_a_step_that_is_being_written_and_sees_it(databases: tuple[Database, Database]) -> None:
     one, other = databases
     claim = claimed(one)
+    journal = Journal(other)
     with ThreadPoolExecutor() as pool:
-        with paused_before_commit(one) as reached:
+        with paused_at_a_step(other):
             writing = pool.submit(Journal(one).commit, step(claim.epoch))
-            assert reached.wait(10)
-            journal = Journal(other)
+            assert waits(writing)
             taking = pool.submit(journal.claim, "r", journal.open_claims("r"), "p", "w2")
             assert waits(taking)
         writing.result(10)
@@ -81,6 +93,40 @@ def test_a_claim_waits_for_a_step_that_is_being_written_and_sees_it(databases: t
     assert taken.epoch == claim.epoch + 1
     assert journal.actions("r", "a") == [1]
     journal.commit(step(taken.epoch, number=1))
+
+
+def test_a_claim_waits_for_a_commit_of_several_statements(databases: tuple[Database, Database]) -> None:
+    one, other = databases
+    claim = claimed(one)
+    batch = step(claim.epoch)
+    batch.charge("r", 1.0)
+    with ThreadPoolExecutor() as pool:
+        with paused_before_commit(one) as reached:
+            writing = pool.submit(Journal(one).commit, batch)
+            assert reached.wait(10)
+            journal = Journal(other)
+            taking = pool.submit(journal.claim, "r", journal.open_claims("r"), "p", "w2")
+            assert waits(taking)
+        writing.result(10)
+        assert [taken.epoch for taken in taking.result(10)] == [claim.epoch + 1]
+    assert journal.actions("r", "a") == [1]
+
+
+def test_of_many_steps_all_are_written_or_none(databases: tuple[Database, Database]) -> None:
+    journal = Journal(databases[0])
+    claims = journal.claim("r", journal.pending("r"), "p", "w")
+    (again,) = journal.claim("r", [claims[1]], "q", "w2")
+    batch = Batch()
+    for claim in claims:
+        for number in range(3):
+            batch.add_step("r", claim.episode_id, claim.epoch, number, number)
+    with pytest.raises(TakenOver, match="taken over"):
+        journal.commit(batch)
+    assert journal.progress("r").steps == 0
+    assert journal.lost(batch) == {("r", again.episode_id)}
+    journal.commit(batch.without({("r", again.episode_id)}))
+    assert journal.actions("r", claims[0].episode_id) == [0, 1, 2]
+    assert journal.progress("r").steps == 3
 
 
 @pytest.mark.parametrize("writes", ["a step", "an ending", "both"])
@@ -139,13 +185,15 @@ def test_an_ending_is_waited_for_and_then_nothing_is_left_to_claim(databases: tu
 def test_episodes_of_a_transaction_that_failed_are_free_again(databases: tuple[Database, Database]) -> None:
     one, other = databases
     claim = claimed(one)
+    batch = step(claim.epoch)
+    batch.charge("r", 1.0)
 
     def fail(_: object) -> None:
         raise ConnectionResetError
 
     event.listen(one._engine, "commit", fail, once=True)
     with pytest.raises(ConnectionResetError):
-        Journal(one).commit(step(claim.epoch))
+        Journal(one).commit(batch)
     journal = Journal(other)
     assert [taken.epoch for taken in journal.claim("r", journal.open_claims("r"), "q", "w2")] == [claim.epoch + 1]
     assert journal.actions("r", "a") == []

@@ -253,6 +253,6 @@ def test_what_an_agent_says_of_a_forfeit_never_stops_a_commit(journal: Journal) 
 def test_what_a_database_cannot_hold_is_bad_input(postgres_url: str) -> None:
     with closing(Database(postgres_url)) as database:
         with pytest.raises(BadInput, match="the journal cannot hold this"):
-            Journal(database).run("a\0b")
+            Journal(database).actions("r", "a\0b")
         with pytest.raises(BadInput, match="the journal cannot hold this"):
             Journal(database).create(a_run("r" * 33), ["a"])
