@@ -33,8 +33,9 @@ def shown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WebHouse]:
         yield made
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
+    """Ends with its module: while it runs, nothing else can run an event loop in this thread."""
     chromium = program("chromium", "chromium")
     with sync_playwright() as playwright:
         # Its own sandbox needs privileges that containers and root do not have; the pages are this project's own.
