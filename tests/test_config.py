@@ -7,6 +7,7 @@ import sys
 import tomllib
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -22,7 +23,7 @@ from tests.serving import Server
 
 ROOT = Path(__file__).parents[1]
 
-EVERYTHING = {
+EVERYTHING: dict[str, tuple[str, Any]] = {
     "data": ("elsewhere", Path("elsewhere")),
     "listen": ("unix:/run/a", "unix:/run/a"),
     "journal": ("postgresql://u:p@h/n", "postgresql://u:p@h/n"),
@@ -56,12 +57,12 @@ EVERYTHING = {
 """A text and the value that it stands for, of each setting; none is its default."""
 
 
-def load(*arguments: str, file: Path | None = None, **variables: str) -> Configured:
+def load(*arguments: str, file: Path | None = None, **variables: Any) -> Configured:
     named = ("--config", str(file)) if file else ()
     return configured(vars(parser().parse_args(["serve", *named, *arguments])), variables)
 
 
-def refusal(*arguments: str, file: Path | None = None, **variables: str) -> str:
+def refusal(*arguments: str, file: Path | None = None, **variables: Any) -> str:
     with pytest.raises(BadInput) as caught:
         load(*arguments, file=file, **variables)
     return str(caught.value)
@@ -85,7 +86,7 @@ def test_everything_from_flags() -> None:
 
 
 def test_everything_from_the_environment_and_back_again() -> None:
-    variables = {f"ARRAMON_{name.upper()}": text for name, (text, _) in EVERYTHING.items()}
+    variables: dict[str, Any] = {f"ARRAMON_{name.upper()}": text for name, (text, _) in EVERYTHING.items()}
     config = load(**variables).config
     assert config == Config(**{name: value for name, (_, value) in EVERYTHING.items()})
     assert environment_of(config) == variables
@@ -96,7 +97,8 @@ def test_everything_from_the_environment_and_back_again() -> None:
 @pytest.mark.parametrize("name", [name for name in EVERYTHING if not name.startswith("tls_")])
 def test_each_goes_to_another_process_as_it_is(name: str) -> None:
     config = replace(Config(), **{name: EVERYTHING[name][1]})
-    assert load(**environment_of(config)).config == config
+    variables: dict[str, Any] = {**environment_of(config)}
+    assert load(**variables).config == config
 
 
 def test_everything_from_a_file(tmp_path: Path) -> None:
@@ -140,7 +142,8 @@ def test_what_is_out_of_range(tmp_path: Path, name: str, text: str, expected: st
     flag, variable, file = "--" + name.replace("_", "-"), "ARRAMON_" + name.upper(), tmp_path / "a.toml"
     file.write_text(f"{name} = {json.dumps(text)}")
     assert refusal(flag, text) == f"{name} ({flag}) is '{text}', expected {expected}"
-    assert refusal(**{variable: text}) == f"{name} (${variable}) is '{text}', expected {expected}"
+    variables: dict[str, Any] = {variable: text}
+    assert refusal(**variables) == f"{name} (${variable}) is '{text}', expected {expected}"
     assert refusal(file=file) == f"{name} ({name} in {file}) is '{text}', expected {expected}"
 
 
@@ -167,7 +170,7 @@ def test_settings_that_there_are_not(tmp_path: Path) -> None:
 
 def test_variables_that_are_no_settings() -> None:
     of_kubernetes = ("SERVICE_HOST", "SERVICE_PORT_GRPC", "PORT", "PORT_50551_TCP_ADDR", "WEB_SERVICE_PORT")
-    variables = {f"ARRAMON_{name}": "tcp://10.0.0.1:80" for name in of_kubernetes}
+    variables: dict[str, Any] = {f"ARRAMON_{name}": "tcp://10.0.0.1:80" for name in of_kubernetes}
     assert load(**variables, ARRAMON_TOKEN="t", ARRAMON_RELEASE="r", HOME="/root") == load()
 
 
