@@ -82,6 +82,7 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
             ("grpc.so_reuseport", int(config.shared_port)),
             ("grpc.keepalive_time_ms", int(1000 * config.keepalive_seconds)),
             ("grpc.keepalive_timeout_ms", int(500 * config.keepalive_seconds)),
+            ("grpc.http2.ping_timeout_ms", int(500 * config.keepalive_seconds)),  # or a minute: the longer one counts
             ("grpc.keepalive_permit_without_calls", 1),
             ("grpc.http2.min_recv_ping_interval_without_data_ms", 5_000),
         ],
