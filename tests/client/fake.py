@@ -3,6 +3,7 @@
 # ruff: noqa: N802 - the methods are named by the protocol
 
 import threading
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -32,6 +33,7 @@ class World:
         batches: acts in each action message.
         cut: numbers of acts, counted over all, at which the stream is cut: "before" or "after" the act is recorded.
         problems: numbers of acts that are answered with a problem of this code, and not recorded.
+        away: by method, for how many calls there is to be no server.
     """
 
     def __init__(self, episodes: int = 4, steps: int = 5) -> None:
@@ -56,6 +58,7 @@ class World:
         self.batches: list[int] = []
         self.cut: dict[int, str] = {}
         self.problems: dict[int, pb.Problem.Code.ValueType] = {}
+        self.away = Counter[str]()
         self.acts = 0
         self.lock = threading.RLock()
 
@@ -195,7 +198,13 @@ class Servicer(EvaluationServicer):
     def GetAccount(self, request: pb.GetAccountRequest, context: Any) -> pb.Account:
         return pb.Account(role=pb.ROLE_ANONYMOUS)
 
+    def _be_away(self, method: str, context: Any) -> None:
+        if self.world.away[method] > 0:
+            self.world.away[method] -= 1
+            context.abort(grpc.StatusCode.UNAVAILABLE, "away")
+
     def GetReceipt(self, request: pb.GetReceiptRequest, context: Any) -> pb.Receipt:
+        self._be_away("GetReceipt", context)
         context.abort(grpc.StatusCode.NOT_FOUND, "the fake server signs nothing")
         raise AssertionError
 
@@ -214,6 +223,7 @@ class Servicer(EvaluationServicer):
         return self.world.run
 
     def GetReport(self, request: pb.GetReportRequest, context: Any) -> pb.Report:
+        self._be_away("GetReport", context)
         return self.world.report()
 
     def Play(self, requests: Iterator[pb.PlayRequest], context: Any) -> Iterator[pb.PlayResponse]:

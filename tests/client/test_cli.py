@@ -56,6 +56,17 @@ def test_a_run_from_beginning_to_end(world: World, address: str, capsys: pytest.
     assert len(json.loads(Path("arramon-results/run-1.json").read_text())["episodes"]) == 4
 
 
+def test_scores_and_receipt_are_asked_for_until_the_server_is_back(
+    world: World, address: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    world.away.update({"GetReport": 2, "GetReceipt": 2})
+    assert main(["--agent", "cli_agents", "--lang", "en", "--server", address]) == 0
+    shown = capsys.readouterr()
+    assert "nDTW" in shown.out
+    assert shown.err.count("the connection is lost (no server answers") == 2
+    assert "there is no receipt: the fake server signs nothing" in shown.err
+
+
 def test_settings_reach_the_server(world: World, address: str) -> None:
     arguments = ["--agent", "cli_agents", "--lang", "en", "--server", address, "--split", "val_seen", "--parallel", "3"]
     arguments += ["--sensors", "rgb,pose", "--image-size", "128", "--encoding", "zstd", "--output", "out", "--quiet"]

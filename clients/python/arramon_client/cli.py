@@ -24,6 +24,7 @@ from arramon_client.loading import load_agent
 from arramon_client.making import SPLIT, holds_episodes, make_episodes
 from arramon_client.play import Outcome, Settings
 from arramon_client.progress import shown
+from arramon_client.retry import PATIENCE, Retry, ask
 
 AGENT_FAILED = 3
 
@@ -110,8 +111,9 @@ class _Client:
             if run.state == evaluation_pb2.RUN_STATE_RUNNING:
                 outcome = self._play(server, run, agent, revive)
             request = evaluation_pb2.GetReportRequest(run_id=run.run_id)
-            report = call(server.stub.GetReport, request, server.address)
-            receipt = self._receipt(server, run.run_id)
+            retry = Retry(run.run_id, PATIENCE, self.say)
+            report = ask(server.stub.GetReport, request, server.address, retry, revive)
+            receipt = self._receipt(server, run.run_id, retry, revive)
             public_key = server.info.public_key
         status = self._show(report, outcome)
         if receipt is not None:
@@ -189,9 +191,12 @@ class _Client:
         self.say(f"{outcome.steps} steps in {seconds:.1f} s, {outcome.steps / max(seconds, 1e-9):.0f} steps/s")
         return outcome
 
-    def _receipt(self, server: Server, run_id: str) -> evaluation_pb2.Receipt | None:
+    def _receipt(
+        self, server: Server, run_id: str, retry: Retry, revive: Callable[[], None]
+    ) -> evaluation_pb2.Receipt | None:
+        request = evaluation_pb2.GetReceiptRequest(run_id=run_id)
         try:
-            return call(server.stub.GetReceipt, evaluation_pb2.GetReceiptRequest(run_id=run_id), server.address)
+            return ask(server.stub.GetReceipt, request, server.address, retry, revive)
         except ArramonClientError as error:  # The scores are worth showing all the same.
             self.say(f"there is no receipt: {error}")
             return None

@@ -1,7 +1,5 @@
 """The play loop: opens a stream, carries batches between the server and the agent, and opens another when it breaks."""
 
-import random
-import time
 import uuid
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -11,13 +9,11 @@ import grpc
 from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc, types_pb2
 from arramon_client.agent import Agent
 from arramon_client.connection import BROKEN, explain
-from arramon_client.errors import ProtocolError, ServerUnreachableError
+from arramon_client.errors import ProtocolError
+from arramon_client.retry import PATIENCE, Retry
 from arramon_client.session import AgentFailure, Session
 from arramon_client.sharing import NotSharedError
 from arramon_client.stream import PlayStream, StreamEnded
-
-FIRST_DELAY, LAST_DELAY = 0.1, 5.0
-"""Seconds between attempts to reconnect, from the first to the longest; each is shortened by chance by up to a half."""
 
 BACKLOG = 256
 """Observations that wait for the agent before more are taken from the stream."""
@@ -56,7 +52,7 @@ class Settings:
     jpeg_quality: int = 0
     image_size: int = 0
     resume: bool = False
-    patience: float = 300.0
+    patience: float = PATIENCE
 
 
 @dataclass(frozen=True)
@@ -109,7 +105,7 @@ def play(
         ProtocolError: if client and server misunderstand each other.
     """
     session = Session(run, agent, notify)
-    retry = _Retry(run.run_id, settings.patience, notify)
+    retry = Retry(run.run_id, settings.patience, notify)
     player, reconnections, adopt = uuid.uuid4().hex, 0, settings.resume
     while True:
         history = adopt or session.needs_history
@@ -151,7 +147,7 @@ def play(
             revive()
 
 
-def _play_stream(stream: PlayStream, session: Session, progress: Callable[[Progress], None], retry: "_Retry") -> None:
+def _play_stream(stream: PlayStream, session: Session, progress: Callable[[Progress], None], retry: Retry) -> None:
     """Carries batches until the run ends, or until the stream is of no more use.
 
     Raises:
@@ -170,44 +166,3 @@ def _play_stream(stream: PlayStream, session: Session, progress: Callable[[Progr
         if acts:
             stream.send(acts)
         progress(Progress(session.run.episodes, session.episodes_ended, session.steps))
-
-
-class _Retry:
-    """Waits between attempts to reconnect, longer each time, until patience runs out."""
-
-    def __init__(self, run_id: str, patience: float, notify: Callable[[str], None]) -> None:
-        self._run_id, self._patience, self._notify = run_id, patience, notify
-        self._lost_at: float | None = None
-        self._told = False
-        self._delay = FIRST_DELAY
-
-    def succeeded(self) -> None:
-        """The server said something new."""
-        if self._lost_at is not None and self._told:
-            self._notify(f"connected again after {time.monotonic() - self._lost_at:.1f} s")
-        self._lost_at, self._told, self._delay = None, False, FIRST_DELAY
-
-    def wait(self, reason: str, *, quiet: bool = False) -> None:
-        """Waits for the next attempt.
-
-        Args:
-            reason: why there is to be one.
-            quiet: whether a first attempt is nothing that a participant should read: a server that ends a stream in
-                good order, as a process of it drains, most often has another.
-
-        Raises:
-            ServerUnreachableError: if patience has run out.
-        """
-        now = time.monotonic()
-        if self._lost_at is None:
-            self._lost_at = now
-        if not (self._told or (quiet and self._lost_at == now)):
-            self._told = True
-            self._notify(f"the connection is lost ({reason}); trying again")
-        if now - self._lost_at >= self._patience:
-            raise ServerUnreachableError(
-                f"the server was lost for {now - self._lost_at:.0f} s while run {self._run_id} was played ({reason}); "
-                f"nothing is lost: go on with --resume {self._run_id}"
-            )
-        time.sleep(self._delay * random.uniform(0.5, 1.0))  # noqa: S311 - spreads the clients of a server that restarts
-        self._delay = min(2 * self._delay, LAST_DELAY)
