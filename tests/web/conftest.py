@@ -1,5 +1,6 @@
 """A house with a site for each test that changes it; one for all the others, and a browser for all."""
 
+import shutil
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
@@ -36,7 +37,8 @@ def shown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WebHouse]:
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
     """Ends with its module: while it runs, nothing else can run an event loop in this thread."""
-    chromium = program("chromium", "chromium")
+    installed = (shutil.which(name) for name in ("chromium", "chromium-browser", "google-chrome"))
+    chromium = next((path for path in installed if path), None) or program("chromium", "chromium")
     with sync_playwright() as playwright:
         # Its own sandbox needs privileges that containers and root do not have; the pages are this project's own.
         launched = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])

@@ -5,6 +5,7 @@ import http.client
 import socket
 import ssl
 import time
+import urllib.error
 import urllib.request
 from collections.abc import Callable
 from pathlib import Path
@@ -111,11 +112,21 @@ def test_the_certificate_is_for_the_pages_too(tmp_path: Path) -> None:
     try:
         address = places(server)["pages"]
         assert address.startswith("https://")
-        context = ssl.create_default_context(cadata=authority.pem.decode())
-        with urllib.request.urlopen(address + "/readyz", timeout=30, context=context) as response:
-            assert response.read() == b"ready\n"
+        assert get_over_tls(address, authority) == "ready\n"
+        later = Authority()
+        later.sign(tmp_path)  # the same files, renewed
+        assert get_over_tls(address, later) == "ready\n"
+        with pytest.raises(urllib.error.URLError, match="CERTIFICATE_VERIFY_FAILED"):
+            get_over_tls(address, authority)
     finally:
         assert server.stop() == 0
+
+
+def get_over_tls(address: str, authority: Authority) -> str:
+    context = ssl.create_default_context(cadata=authority.pem.decode())
+    with urllib.request.urlopen(address + "/readyz", timeout=30, context=context) as response:
+        said: str = response.read().decode()
+    return said
 
 
 @pytest.mark.slow
