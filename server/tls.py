@@ -28,6 +28,31 @@ def credentials_of(config: Config) -> grpc.ServerCredentials | None:
     return grpc.dynamic_ssl_server_credentials(files.read(), fetch, require_client_authentication=False)
 
 
+def context_of(config: Config) -> ssl.SSLContext | None:
+    """As `credentials_of`, for what is served over HTTP."""
+    certificate, key = config.tls_certificate, config.tls_key
+    if certificate is None or key is None:
+        return None
+    files = _Files(certificate, key)
+    files.read()
+    first = latest = _context(certificate, key)
+
+    def choose(connection: ssl.SSLObject, _name: str | None, _context_then: ssl.SSLContext) -> None:
+        nonlocal latest
+        if files.fetch() is not None:
+            latest = _context(certificate, key)
+        connection.context = latest
+
+    first.sni_callback = choose
+    return first
+
+
+def _context(certificate: Path, key: Path) -> ssl.SSLContext:
+    context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
+    context.load_cert_chain(certificate, key)
+    return context
+
+
 class _Files:
     """Certificate and key, as they were last read."""
 

@@ -1,7 +1,6 @@
 """The web addresses of a server process: probes, metrics, and the pages beside them, on the event loop that plays."""
 
 import asyncio
-import ssl
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import replace
@@ -11,6 +10,7 @@ from aiohttp import web
 from server.config import Config
 from server.errors import BadInput
 from server.metrics import CONTENT_TYPE
+from server.tls import context_of
 
 _NOTHING: Sequence[web.AbstractRouteDef] = ()
 
@@ -68,7 +68,7 @@ class Site:
         runner = web.AppRunner(app, handle_signals=False, access_log=None, shutdown_timeout=1.0)
         await runner.setup()
         try:
-            context = _tls(self._config)
+            context = context_of(self._config)
             shared = self._config.shared_port or None
             try:
                 site = web.TCPSite(runner, host.strip("[]"), int(port), ssl_context=context, reuse_port=shared)
@@ -96,11 +96,3 @@ def served(config: Config) -> dict[str, str]:
     scheme = "https" if config.tls_certificate else "http"
     places = {"pages": config.web, "metrics": config.metrics_address}
     return {name: f"{scheme}://{address}" for name, address in places.items() if address}
-
-
-def _tls(config: Config) -> ssl.SSLContext | None:
-    if config.tls_certificate is None or config.tls_key is None:
-        return None
-    context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
-    context.load_cert_chain(config.tls_certificate, config.tls_key)
-    return context
