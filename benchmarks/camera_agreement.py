@@ -7,9 +7,9 @@ project's own sections they are drawn along the streets' middle lines, facing an
 data folder the split is that of the sample episodes. A pixel's depth agrees within 0.01 units or 0.5%, its segmentation
 when the label is the same. "Worst" is the lowest share of agreeing pixels in one frame. "Beyond edges" counts pixels in
 disagreement without an edge (another label, or a jump of depth by 5%) in the reference beside them; "unexplained" are
-those of them with no fainter one (1%, as between a pavement and its kerb) beside them either, with none two pixels away,
-and none in the other camera's frame. Colours differ by their mean absolute difference, 0 to 255: as the camera draws,
-and without mipmaps, which the reference lacks.
+those of them with no fainter one (1%, as between a pavement and its kerb) beside them either, none two pixels away, and
+none in the other frame. Colours differ by their mean absolute difference, 0 to 255: as the camera draws, and without
+mipmaps, which the reference lacks.
 """
 
 import argparse
