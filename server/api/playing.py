@@ -11,6 +11,7 @@ from server.api.messages import ACTIONS, LABEL_MESSAGES, PHASES, oracle_message,
 from server.api.sharing import IMAGES, Shared, offered
 from server.config import Config
 from server.errors import ArraMonError, BadInput
+from server.runs.accounts import is_visible
 from server.runs.callers import Caller
 from server.runs.engine import Engine
 from server.runs.events import EpisodeEnded, EpisodeStarted, Event, Observed, Opened, PhaseOver, Problem
@@ -49,6 +50,8 @@ class Playing:
             raise BadInput(f"max_episodes is {open_.max_episodes}, expected 1 to {config.max_episodes_per_stream}")
         if len(open_.player) > 100:
             raise BadInput(f"the player's name has {len(open_.player)} characters; at most 100 are allowed")
+        if not is_visible(open_.player):
+            raise BadInput(f"the player's name is {open_.player!r}, expected a text that can be seen")
         run, size = runs.playable(caller, open_.run_id), open_.image_size or config.image_sizes[0]
         self._stream = Stream(
             run=run,

@@ -33,6 +33,9 @@ from server.runs.service import Runs
 _T = TypeVar("_T")
 _Context = grpc.aio.ServicerContext[object, object]
 
+OPENING_SECONDS = 20.0
+"""How long a new stream may take to say what it wants."""
+
 
 class Servicer(EvaluationServicer):
     """Serves runs over gRPC.
@@ -129,7 +132,7 @@ class Servicer(EvaluationServicer):
         self, request_iterator: AsyncIterator[pb.PlayRequest], context: _Context
     ) -> AsyncIterator[pb.PlayResponse]:
         try:
-            first = await anext(request_iterator, None)
+            first = await _first(request_iterator)
             if first is None or first.WhichOneof("message") != "open":
                 raise BadInput("a stream's first message is `open`")
             caller = caller_of(context)
@@ -142,6 +145,19 @@ class Servicer(EvaluationServicer):
 
     def _message(self, run: Run) -> pb.Run:
         return run_message(run, self._runs.progress(run.run_id))
+
+
+async def _first(requests: AsyncIterator[pb.PlayRequest]) -> pb.PlayRequest | None:
+    """A stream's first message; None where it ends before one.
+
+    Raises:
+        BadInput: if none comes in time: a stream that says nothing costs the server as much as one that plays.
+    """
+    try:
+        async with asyncio.timeout(OPENING_SECONDS):
+            return await anext(requests, None)
+    except TimeoutError:
+        raise BadInput(f"no message came on the stream in {OPENING_SECONDS:.0f} seconds; expected `open`") from None
 
 
 async def _answer(context: _Context, function: Callable[[], _T]) -> _T:

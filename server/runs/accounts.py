@@ -155,10 +155,15 @@ def check_name(name: str) -> None:
     """Raises BadInput for a name that no participant can have."""
     if not 1 <= len(name) <= LONGEST_NAME:
         raise BadInput(f"the participant's name has {len(name)} characters, expected 1 to {LONGEST_NAME}")
-    if name != " ".join(name.split()) or not name.translate(dict.fromkeys(map(ord, _JOINERS))).isprintable():
+    if name != " ".join(name.split()) or not is_visible(name):
         raise BadInput(f"the participant's name {name!r} has characters that cannot be seen, or spaces too many")
     if _looks(name) == NOBODY:
         raise BadInput(f"{name!r} is what those without a token are called; a participant needs another name")
+
+
+def is_visible(text: str) -> bool:
+    """Whether a text is one line that shows as what it is: nothing moves a cursor, turns its direction, or hides."""
+    return text.translate(dict.fromkeys(map(ord, _JOINERS))).isprintable()
 
 
 def _looks(name: str) -> str:

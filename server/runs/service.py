@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from server import __version__
 from server.episodes.splits import Split
 from server.errors import BadInput, NotFound
-from server.runs.accounts import NOBODY, Accounts, check_name
+from server.runs.accounts import NOBODY, Accounts, check_name, is_visible
 from server.runs.callers import Caller
 from server.runs.clocks import Clocks
 from server.runs.engine import Engine
@@ -95,10 +95,13 @@ class Runs:
             )
         if len(agent) > LONGEST_AGENT:
             raise BadInput(f"the agent's name has {len(agent)} characters; at most {LONGEST_AGENT} are allowed")
-        if not agent.strip():
-            raise BadInput("the agent has no name")
+        if not agent.strip() or not is_visible(agent):
+            raise BadInput(f"the agent's name is {agent!r}, expected a text that can be seen")
         if episodes > len(order):
             raise BadInput(f"{episodes} episodes were asked for; split {split!r} has {len(order)} in {language!r}")
+        if chosen.hidden and 0 < episodes < len(order):
+            # Two runs whose parts differ by one episode would tell its scores.
+            raise BadInput(f"split {split!r} is hidden and played whole; {episodes} of its episodes were asked for")
         self._check_participant(caller, participant)
         run = Run(
             run_id=uuid.uuid4().hex,

@@ -62,9 +62,19 @@ def test_a_new_run_holds_what_it_was_created_with(stub: EvaluationStub) -> None:
     [
         ({"split": "val_unseen"}, "NOT_FOUND", "there is no split 'val_unseen'; this server has secret, tiny"),
         ({"language": "fr"}, "NOT_FOUND", "split 'tiny' has no episodes in 'fr'; it has en, hi"),
-        ({"agent": " "}, "INVALID_ARGUMENT", "the agent has no name"),
+        ({"agent": " "}, "INVALID_ARGUMENT", "the agent's name is ' ', expected a text that can be seen"),
+        (
+            {"agent": "a\x1b[2J"},
+            "INVALID_ARGUMENT",
+            "the agent's name is 'a\\x1b[2J', expected a text that can be seen",
+        ),
         ({"agent": "x" * 201}, "INVALID_ARGUMENT", "the agent's name has 201 characters; at most 200 are allowed"),
         ({"episodes": 7}, "INVALID_ARGUMENT", "7 episodes were asked for; split 'tiny' has 6 in 'en'"),
+        (
+            {"split": "secret", "episodes": 2},
+            "INVALID_ARGUMENT",
+            "split 'secret' is hidden and played whole; 2 of its episodes were asked for",
+        ),
         (
             {"sensors": ["radar"]},
             "INVALID_ARGUMENT",
