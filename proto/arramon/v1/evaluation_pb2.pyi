@@ -29,14 +29,18 @@ class _RunStateEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_RunState.Val
     RUN_STATE_UNSPECIFIED: _RunState.ValueType  # 0
     RUN_STATE_RUNNING: _RunState.ValueType  # 1
     RUN_STATE_COMPLETE: _RunState.ValueType  # 2
+    """Every episode has ended; a run that lay idle for too long forfeited what was left."""
     RUN_STATE_CANCELLED: _RunState.ValueType  # 3
+    """By its participant."""
 
 class RunState(_RunState, metaclass=_RunStateEnumTypeWrapper): ...
 
 RUN_STATE_UNSPECIFIED: RunState.ValueType  # 0
 RUN_STATE_RUNNING: RunState.ValueType  # 1
 RUN_STATE_COMPLETE: RunState.ValueType  # 2
+"""Every episode has ended; a run that lay idle for too long forfeited what was left."""
 RUN_STATE_CANCELLED: RunState.ValueType  # 3
+"""By its participant."""
 Global___RunState: _TypeAlias = RunState  # noqa: Y015
 
 class _Role:

@@ -308,8 +308,11 @@ class Limits(_message.Message):
     """Steps granted to a phase, and the other limits a run is played under. Fixed when the run is created.
 
     Two clocks: an answer to an observation is due `step_seconds` after the observation left; what it takes longer is taken
-    from the run's bank. When a step is overdue and the bank is empty, the episode is out of time: its phase ends as at the
-    step limit, and so do the phases after it. While no stream of the run is open both clocks stand still.
+    from the run's bank, once for each stream, however many of its episodes are overdue together. When a step is overdue and
+    the bank is empty, the episode is out of time: its phase ends as at the step limit, and so do the phases after it. Others
+    go on as long as they are answered in time. An observation leaves when the client takes it from the stream; one that waits
+    for longer than `step_seconds` to be taken counts as overdue. While no stream has an episode its clocks stand still, and
+    the next stream goes on with the time that was left; a history that it asks for is read in that time, too.
     """
 
     DESCRIPTOR: _descriptor.Descriptor
