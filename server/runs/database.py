@@ -1,11 +1,13 @@
 """The database behind the journal: opens it, brings it up to date, and turns its errors into the server's."""
 
+import os
 import sqlite3
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from functools import cache, partial
+from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
@@ -59,6 +61,8 @@ class Database:
             self._connect(_engine(_read_only(parsed), fsync=fsync, patient=True, read_only=True))
             self._check_revision()
             return
+        if self._is_sqlite and parsed.database:
+            _claim_file(Path(parsed.database))
         migrating = _engine(parsed, fsync=fsync, migrating=True)
         try:
             with self._errors(), migrating.begin() as connection:
@@ -206,6 +210,12 @@ class Database:
             if gone and (failed := time.monotonic()) > started + QUICK_SECONDS:
                 self._resting = failed + min(REST * (failed - started), MAX_REST_SECONDS)
             raise StorageError(self._reason) from error
+
+
+def _claim_file(path: Path) -> None:
+    """Makes a new database's file its owner's alone, as it will hold more than participants may see."""
+    with suppress(OSError):  # what is wrong with the place, SQLite says in its own words
+        os.close(os.open(path, os.O_CREAT, 0o600))
 
 
 def utc(time: datetime | None) -> datetime | None:

@@ -256,3 +256,9 @@ def test_what_a_database_cannot_hold_is_bad_input(postgres_url: str) -> None:
             Journal(database).actions("r", "a\0b")
         with pytest.raises(BadInput, match="the journal cannot hold this"):
             Journal(database).create(a_run("r" * 33), ["a"])
+
+
+def test_the_file_is_its_owners_alone(tmp_path: Path) -> None:
+    with closing(Database(f"sqlite:///{tmp_path / 'new.db'}")) as database:
+        Journal(database).create(a_run(), ["a"])
+        assert {path.stat().st_mode & 0o777 for path in tmp_path.glob("new.db*")} == {0o600}
