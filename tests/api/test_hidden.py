@@ -12,7 +12,9 @@ from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from server.episodes.generate.command import generate
 from server.episodes.generate.secret import host_secret
 from server.episodes.generate.sizes import SPLITS
+from tests import tiny
 from tests.api.player import Player, create
+from tests.api.test_runs import refused
 from tests.episodes.generate.places import make_plain
 from tests.serving import METADATA, Server
 
@@ -28,6 +30,39 @@ def leaves(message: Message) -> Iterator[Any]:
                 yield from leaves(one)
             else:
                 yield one
+
+
+def test_of_a_hidden_run_in_play_nothing_is_told_but_how_far_it_is(stub: EvaluationStub) -> None:
+    run = create(stub, split="secret")
+    with Player(stub, run.run_id) as player:
+        for _ in range(2):
+            seen = player.observation()
+            for step, action in enumerate(tiny.ACTIONS):
+                player.act(seen.episode_id, step, action)
+            while not (event := player.next()).HasField("episode_ended"):
+                pass
+            assert {field.name for field, _ in event.episode_ended.ListFields()} == {
+                "episode_id",
+                "cause",
+                "episodes_ended",
+            }
+        half = stub.GetRun(pb.GetRunRequest(run_id=run.run_id), metadata=METADATA)
+        request = pb.GetReportRequest(run_id=run.run_id)
+        code, message = refused(lambda: stub.GetReport(request, metadata=METADATA))
+        assert (code, message[-39:]) == (
+            grpc.StatusCode.FAILED_PRECONDITION,
+            "being played: 2 of 3 episodes have ended",
+        )
+        receipt = pb.GetReceiptRequest(run_id=run.run_id)
+        assert refused(lambda: stub.GetReceipt(receipt, metadata=METADATA))[0] == grpc.StatusCode.FAILED_PRECONDITION
+        changed = {field.name for field, value in half.ListFields() if getattr(run, field.name) != value}
+        assert changed == {"episodes_ended", "steps", "causes"}
+        rest = player.play(tiny.ACTIONS)
+    report = stub.GetReport(request, metadata=METADATA)
+    assert [row.name for row in report.rows] == ["turn 1", "turn 2", "total"]
+    assert not report.episodes
+    for message_ in (half, *rest):
+        assert not [leaf for leaf in leaves(message_) if isinstance(leaf, str) and ("CTC" in leaf or "nDTW" in leaf)]
 
 
 def test_nothing_of_a_generated_hidden_split_is_on_the_wire(tmp_path: Path) -> None:
