@@ -61,6 +61,7 @@ class Pages:
         self._pages = ThreadPoolExecutor(1, "pages")
         self._paths = ThreadPoolExecutor(1, "paths")
         self._waiting = 0
+        self._nothing: dict[str, bytes] = {}
 
     def routes(self) -> list[web.RouteDef]:
         """All addresses, the last of which takes whatever is nowhere else."""
@@ -101,7 +102,7 @@ class Pages:
 
     async def _home(self, request: web.Request) -> web.Response:
         language = preferred(request.headers.get("Accept-Language", ""))
-        query = f"?{request.query_string}" if request.query_string else ""
+        query = f"?{request.rel_url.raw_query_string}" if request.rel_url.raw_query_string else ""
         return moved(f"/{language}/{query}", varies="Accept-Language")
 
     async def _list(self, request: web.Request) -> web.Response:
@@ -150,7 +151,10 @@ class Pages:
 
     async def _receipt(self, request: web.Request) -> web.Response:
         def make() -> web.Response:
-            run_id = self._board.entry(request.match_info["run"]).run.run_id
+            entry = self._board.entry(request.match_info["run"])
+            if entry.seal is None:
+                raise NotFound("this run has no receipt")
+            run_id = entry.run.run_id
             receipt = self._receipts.of(STRANGER, run_id)
             content = {
                 "format": RECEIPT_FORMAT,
@@ -187,9 +191,12 @@ class Pages:
         return answer(request, self._renderer.page(template, texts, here, context), "text/html")
 
     def _missing(self, request: web.Request) -> web.Response:
-        texts = _told(request)
-        body = self._renderer.page("missing.html", texts, "/", {})
-        return answer(request, body, "text/html", status=404, varies="Accept-Encoding, Accept-Language")
+        language = _told(request).language
+        if language not in self._nothing:
+            self._nothing[language] = self._renderer.page("missing.html", all_texts()[language], "/", {})
+        return answer(
+            request, self._nothing[language], "text/html", status=404, varies="Accept-Encoding, Accept-Language"
+        )
 
     def _sorry(self, request: web.Request, key: str) -> web.Response:
         response = answer(request, _told(request)(key).encode(), "text/plain", status=503, cache="no-store")

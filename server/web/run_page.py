@@ -99,11 +99,9 @@ class RunPage:
 
     def _facts(self, t: Texts, entry: Entry) -> list[tuple[str, str]]:
         run, progress = entry.run, entry.progress
-        split = self._splits.get(run.split)
         episodes = t.whole(progress.episodes)
-        if split is not None and entry.coverage is not None:
-            everything = t.whole(split.languages[run.language])
-            episodes = t("run.episodes_of", number=episodes, all=everything)
+        if entry.coverage is not None:
+            episodes = t("run.episodes_of", number=episodes, all=t.whole(round(progress.episodes / entry.coverage)))
         sensors = ", ".join(t.named("sensors", name) for name in run.sensors) or t("sensors.none")
         told = {
             "split": run.split,

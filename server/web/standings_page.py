@@ -35,6 +35,7 @@ class StandingsPage:
     def __init__(self, board: Board, splits: Mapping[str, Split]) -> None:
         self._board = board
         self._splits = splits
+        self._episodes = {name: split.languages for name, split in splits.items()}
 
     def usual(self, language: str) -> Choice:
         """What is shown to readers of a language who have not chosen: hidden splits first, and one that has runs."""
@@ -95,7 +96,7 @@ class StandingsPage:
         if split is None:
             return t("standings.gone")
         kind = t("standings.hidden_split") if split.hidden else t("standings.open_split")
-        numbers = split.languages
+        numbers = self._episodes[choice.split]
         episodes = numbers.get(choice.language, min(numbers.values(), default=0))
         return t("standings.about_split", kind=kind, episodes=t.whole(episodes))
 

@@ -40,6 +40,7 @@ def test_the_first_page_is_in_the_browsers_language(web: WebHouse, accepted: str
     got = web.site.get("/", {"Accept-Language": accepted} if accepted else None)
     assert (got.status, got.headers["location"], got.headers["vary"]) == (303, address, "Accept-Language")
     assert web.site.get("/?split=open").headers["location"] == "/en/?split=open"
+    assert web.site.get("/?a=%0d%0aX:%20y").headers["location"] == "/en/?a=%0d%0aX:%20y"
 
 
 def test_every_page_is_sound(shown: WebHouse) -> None:
