@@ -5,13 +5,15 @@ import io
 import itertools
 import json
 import re
+import shutil
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from arramon_client.receipts import read_receipt
-from server.web import pages
+from server.web import pages, texts
 from tests.web.made import HIDDEN_RUN, OPEN_RUN, PECULIAR, UNPUBLISHED_RUN, WITHDRAWN_RUN, WebHouse
 from tests.web.reading import Page
 
@@ -69,6 +71,24 @@ def test_every_page_is_sound(shown: WebHouse) -> None:
         assert len(ids) == len(set(ids)), address
         labelled = [attributes["aria-labelledby"] for _, attributes in page.elements if "aria-labelledby" in attributes]
         assert set(labelled) <= set(ids), address
+
+
+@pytest.fixture
+def tamil(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A third language, by a third file alone."""
+    shutil.copytree(texts.FOLDER, tmp_path / "texts")
+    english = (tmp_path / "texts" / "en.toml").read_text()
+    (tmp_path / "texts" / "ta.toml").write_text(english.replace('name = "English"', 'name = "தமிழ்"'))
+    monkeypatch.setattr(texts, "FOLDER", tmp_path / "texts")
+    texts.all_texts.cache_clear()
+    yield
+    texts.all_texts.cache_clear()
+
+
+def test_a_third_language_is_a_further_file(tamil: None, web: WebHouse) -> None:
+    assert web.site.get("/", {"Accept-Language": "ta-IN, hi;q=0.9"}).headers["location"] == "/ta/"
+    assert Page(web.site.get("/ta/").text).all("html")[0]["lang"] == "ta"
+    assert '<a href="/ta/" lang="ta" hreflang="ta">தமிழ்</a>' in web.site.get("/hi/").text
 
 
 def test_nothing_is_inline_and_nothing_comes_from_elsewhere(shown: WebHouse) -> None:
