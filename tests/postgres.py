@@ -9,6 +9,7 @@ import tempfile
 import time
 import uuid
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -87,17 +88,31 @@ class Cluster:
         stop(self._process)
 
 
+def binaries() -> Path:
+    """Where PostgreSQL's programs are; skips where there are none."""
+    return program("initdb", "postgresql", "/usr/lib/postgresql/*/bin").parent
+
+
+@contextmanager
+def running_cluster() -> Iterator[Cluster]:
+    """A PostgreSQL of one's own, gone at the end with all that it held."""
+    programs = binaries()
+    folder = Path(tempfile.mkdtemp(prefix="arramon-pg-"))  # pytest's own folders are closed to other users
+    try:
+        cluster = Cluster(programs, folder)
+        try:
+            yield cluster
+        finally:
+            cluster.stop()
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
 @pytest.fixture(scope="session")
 def cluster() -> Iterator[Cluster]:
     """The tests' own PostgreSQL, one a session; whoever stops it starts it again."""
-    binaries = program("initdb", "postgresql", "/usr/lib/postgresql/*/bin").parent
-    folder = Path(tempfile.mkdtemp(prefix="arramon-pg-"))  # pytest's own folders are closed to other users
-    try:
-        cluster = Cluster(binaries, folder)
+    with running_cluster() as cluster:
         yield cluster
-        cluster.stop()
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
 
 
 @pytest.fixture

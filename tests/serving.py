@@ -55,7 +55,8 @@ class Server:
             if line.startswith("listening on "):
                 self.listen = self.address = line.removeprefix("listening on ").strip()
                 return
-        raise AssertionError(f"the server did not start: {self.process.communicate()[1]}")
+        errors = self.process.communicate()[1] if self.log is None else self.log.read_text()[-2000:]
+        raise AssertionError(f"the server did not start: {errors}")
 
     def kill(self) -> None:
         self.process.kill()

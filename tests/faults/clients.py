@@ -1,6 +1,9 @@
 """Real clients that play while something goes wrong, and what must be equal afterwards."""
 
 import json
+import os
+import signal
+import sqlite3
 import subprocess
 import sys
 import time
@@ -62,6 +65,31 @@ def played_on(url: str, run: str, recorded: int) -> int:
     raise AssertionError(f"no step after {recorded} in 60 seconds")
 
 
+def pause(process_id: int, database: Path | None) -> None:
+    """Stops a server process in its tracks.
+
+    Not while it writes to SQLite (the file `database`), whose lock it would take along: then all others wait, and
+    nothing can be done about that but PostgreSQL, which ends a transaction that stands idle.
+    """
+    for _ in range(200):
+        os.kill(process_id, signal.SIGSTOP)
+        if database is None or not is_locked(database):
+            return
+        os.kill(process_id, signal.SIGCONT)
+        time.sleep(0.01)
+    raise AssertionError("the server never let the database go")
+
+
+def is_locked(database: Path) -> bool:
+    with closing(sqlite3.connect(database, timeout=0.05, isolation_level=None)) as probe:
+        try:
+            probe.execute("BEGIN IMMEDIATE")
+        except sqlite3.OperationalError:
+            return True
+        probe.execute("ROLLBACK")
+        return False
+
+
 def undisturbed(server: Server, output: Path) -> Any:
     """The results of a run in peace."""
     finish(client(server.address, output))
@@ -70,13 +98,22 @@ def undisturbed(server: Server, output: Path) -> Any:
 
 def check_same(url: str, once: Any, again: Any) -> None:
     """Two runs have the same scores, causes and actions."""
-    assert again["episodes"] == once["episodes"]
-    assert again["table"] == once["table"]
+    assert differences(url, once, again) == []
+
+
+def differences(url: str, once: Any, again: Any) -> list[str]:
+    """What is not the same in two runs, by their results and in the journal, in words."""
     with closing(Database(url)) as database:
         journal = Journal(database)
-        first, second = (
-            {e["episode_id"]: journal.actions(r["run"]["run_id"], e["episode_id"]) for e in r["episodes"]}
-            for r in (once, again)
-        )
-    assert first == second
-    assert {e["episode_id"]: e["steps"] for e in again["episodes"]} == {k: len(v) for k, v in second.items()}
+        played = [
+            {e["episode_id"]: journal.actions(each["run"]["run_id"], e["episode_id"]) for e in each["episodes"]}
+            for each in (once, again)
+        ]
+    lengths = {e["episode_id"]: e["steps"] for e in again["episodes"]}
+    same = {
+        "scores or causes of episodes": again["episodes"] == once["episodes"],
+        "the table": again["table"] == once["table"],
+        "actions": played[0] == played[1],
+        "numbers of steps": lengths == {episode_id: len(actions) for episode_id, actions in played[1].items()},
+    }
+    return [f"{what} differ" for what, is_same in same.items() if not is_same]

@@ -1,9 +1,6 @@
 """A process stands still, loses its episodes to another, and wakes up in the belief that it still has them."""
 
 import signal
-import sqlite3
-import time
-from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -14,6 +11,7 @@ from tests.faults.clients import (
     check_same,
     client,
     finish,
+    pause,
     played_on,
     results,
     run_id,
@@ -21,31 +19,6 @@ from tests.faults.clients import (
 )
 from tests.relay import Relay
 from tests.serving import Server
-
-
-def pause(server: Server, database: Path | None) -> None:
-    """Stops a process in its tracks.
-
-    Not while it writes to SQLite, whose lock it would take along: then all others wait, and nothing can be done about
-    that but PostgreSQL, which ends a transaction that stands idle.
-    """
-    for _ in range(200):
-        server.process.send_signal(signal.SIGSTOP)
-        if database is None or not is_locked(database):
-            return
-        server.process.send_signal(signal.SIGCONT)
-        time.sleep(0.01)
-    raise AssertionError("the server never let the database go")
-
-
-def is_locked(database: Path) -> bool:
-    with closing(sqlite3.connect(database, timeout=0.05, isolation_level=None)) as probe:
-        try:
-            probe.execute("BEGIN IMMEDIATE")
-        except sqlite3.OperationalError:
-            return True
-        probe.execute("ROLLBACK")
-        return False
 
 
 @pytest.mark.slow
@@ -59,7 +32,7 @@ def test_a_paused_process_cannot_write_what_another_plays(tmp_path: Path, databa
         run = run_id(process)
         recorded = played_on(url, run, 20)
         for paused, awake in (servers, servers[::-1]):
-            pause(paused, file)
+            pause(paused.process.pid, file)
             relay.target = awake.address
             relay.reset()
             recorded = played_on(url, run, recorded)
