@@ -62,7 +62,7 @@ class Row:
         return statistics.median(self.rates)
 
 
-def _views(split: Split, section: str) -> Iterator[View]:
+def views_of(split: Split, section: str) -> Iterator[View]:
     """Every fifth of what agents see in a section's streets."""
     for episode in split.in_playing_order(min(split.languages)):
         if episode.section == section:
@@ -72,7 +72,7 @@ def _views(split: Split, section: str) -> Iterator[View]:
                 yield from [each for each in seen if not each.indoors][::5]
 
 
-def _drawing(camera: Camera, views: Sequence[View], size: int, segmentation: bool) -> Callable[[], float]:
+def drawing(camera: Camera, views: Sequence[View], size: int, segmentation: bool) -> Callable[[], float]:
     """Draws all views, again and again for half a second at least; returns frames a second."""
 
     def measure() -> float:
@@ -107,7 +107,7 @@ def _rows(scene_views: tuple[World, RasterCamera, list[View]], peers: str) -> li
             (f"tiny, {size}, RGB + depth + segmentation", reference, True),
             (f"raster, {size}, RGB + depth + segmentation", fast, True),
         ):
-            rows.append(Row(name, _drawing(camera, views, size, segmentation)))
+            rows.append(Row(name, drawing(camera, views, size, segmentation)))
     return rows + [Row(PEERS[name], _peer(peers, name)) for name in PEERS]
 
 
@@ -157,7 +157,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         split = next(iter(read_splits(data).values()))
         first = {"compiled anew": _first_frame(f"{folder}/numba"), "kept on disk": _first_frame(f"{folder}/numba")}
     section = min(split.sections)
-    scene, views = city_scene(split.sections[section]), list(islice(_views(split, section), VIEWS))
+    scene, views = city_scene(split.sections[section]), list(islice(views_of(split, section), VIEWS))
     with World(scene) as reference:
         rows = _rows((reference, RasterCamera(scene), views), arguments.peers)
         for _ in range(arguments.rounds):

@@ -9,13 +9,14 @@ is the baseline of the ratios: what one core does in process, rules and frames a
 
 import argparse
 import json
+import os
 import statistics
 import subprocess
 import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import cycle, islice
@@ -147,7 +148,9 @@ def in_process(split: Split, seconds: float, size: int = 224) -> Measured:
 
 
 @contextmanager
-def serving(data: Path, setting: Setting) -> Iterator[tuple[str, "subprocess.Popen[str]", float]]:
+def serving(
+    data: Path, setting: Setting, environment: Mapping[str, str] | None = None
+) -> Iterator[tuple[str, "subprocess.Popen[str]", float]]:
     """A server with a journal of its own: its address, its process, and the seconds it took to start."""
     with tempfile.TemporaryDirectory() as folder:
         listen = "127.0.0.1:0" if setting.tcp else f"unix:{folder}/socket"
@@ -155,7 +158,8 @@ def serving(data: Path, setting: Setting) -> Iterator[tuple[str, "subprocess.Pop
         command += ["--journal", f"sqlite:///{folder}/journal.db", "--workers", str(setting.workers)]
         command += ["--fsync" if setting.fsync else "--no-fsync"]
         started = time.perf_counter()
-        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        around = {**os.environ, **(environment or {})}
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=around) as process:
             try:
                 assert process.stdout is not None
                 address = next(line.split()[-1] for line in process.stdout if line.startswith("listening on "))
