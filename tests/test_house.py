@@ -36,6 +36,7 @@ ALLOWED = {
         "server.errors",
         "server.config",
         "server.metrics",
+        "server.tls",
     },
     "agents": {"agents", "arramon_client", "lang", "arramon"},
     "clients/python/arramon_client": {"arramon_client", "arramon"},
