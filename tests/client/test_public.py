@@ -22,5 +22,7 @@ def test_the_contract() -> None:
     assert list(agent.Observation.__dataclass_fields__) == [
         "episode_id", "turn", "phase", "step", "instruction", "phase_step", "steps_left", "rgb", "depth", "pose",
         "segmentation",
+        "step_seconds_left",
+        "bank_seconds_left",
     ]  # fmt: skip
     assert list(agent.Episode.__dataclass_fields__) == ["episode_id", "language", "split", "oracle", "labels"]
