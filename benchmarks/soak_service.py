@@ -210,13 +210,14 @@ class Faults:
             self._leave(host)
             if len(self._service.hosts) == 1:
                 host.start()
-            else:
+            else:  # it stays away until others have taken over; then a player is sent back to it
                 self._service.away.append(host)
         returned = self._service.wait_for_return(lost)
         if returned:
             self.times.append(time.monotonic() - at)
         while self._service.away:
             self._service.away.pop().start()
+            self._send(self._chance.choice(self._players), host)
         what = "a worker" if one else f"the host at {host.address}"
         return f"{what}; " + (f"played on after {self.times[-1]:.2f} s" if returned else "it played nothing")
 
@@ -299,7 +300,9 @@ class Faults:
         return f"{'by a crash' if crash else 'in good order'}, for {seconds:.1f} s"
 
     def _host(self) -> Server:
-        return self._chance.choice(self._service.hosts)
+        """One to which a player's way leads."""
+        target = self._chance.choice(self._players).relay.target
+        return next(host for host in self._service.hosts if host.address == target)
 
     def _player(self) -> Player:
         """One that plays, once there is one."""
@@ -315,5 +318,9 @@ class Faults:
         others = [each for each in self._service.hosts if each is not host]
         for player in (*self._players, *self.seconds):
             if others and player.relay.target == host.address:
-                player.relay.target = self._chance.choice(others).address
-                player.relay.reset()
+                self._send(player, self._chance.choice(others))
+
+    @staticmethod
+    def _send(player: Player, host: Server) -> None:
+        player.relay.target = host.address
+        player.relay.reset()
