@@ -23,6 +23,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         arguments.data = arguments.settings.data
         logs.configure(arguments.settings.log, arguments.settings.log_format)
         status: int | None = arguments.command(arguments)
+        sys.stdout.flush()
+    except BrokenPipeError:  # read by `head`, or a pager that was left: nothing is wrong
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
     except ArraMonError as error:
         print(f"arramon-server: {masked(str(error))}", file=sys.stderr)
         return 1

@@ -73,6 +73,9 @@ class Config:
         most=3600.0,
     )
     max_episodes_per_stream: int = setting(1024, "that a stream may have open at once", unit="episodes", least=1)
+    max_calls: int = setting(
+        4096, "calls and streams that a process has open at once; more are refused", unit="calls", least=16
+    )
     max_message_bytes: int = setting(1 << 20, "the largest message accepted", unit="bytes", least=4096, most=64 << 20)
     anonymous: bool | None = setting(
         None,

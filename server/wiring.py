@@ -77,6 +77,7 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
     journal, accounts = CountedJournal(database, metrics), Accounts(database)
     server = grpc.aio.server(
         interceptors=[Access(metrics.called), Guard(), VersionCheck(), Authentication(accounts, config)],
+        maximum_concurrent_rpcs=config.max_calls,
         options=[
             ("grpc.max_receive_message_length", config.max_message_bytes),
             ("grpc.so_reuseport", int(config.shared_port)),

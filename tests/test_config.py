@@ -38,6 +38,7 @@ EVERYTHING: dict[str, tuple[str, Any]] = {
     "idle_seconds": ("0", 0.0),
     "keepalive_seconds": ("5", 5.0),
     "max_episodes_per_stream": ("9", 9),
+    "max_calls": ("64", 64),
     "max_message_bytes": ("65536", 65536),
     "anonymous": ("true", True),
     "runs_per_day": ("4", 4),

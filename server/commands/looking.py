@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import os
 import sys
 from pathlib import Path
 
@@ -60,10 +59,7 @@ def _stats(arguments: argparse.Namespace) -> None:
     if arguments.json:
         print(json.dumps(as_json(figures), ensure_ascii=False, indent=1))
         return
-    try:
-        print(*as_text(figures), *pictures, sep="\n", flush=True)
-    except BrokenPipeError:  # Read by `head` or a pager that was left: nothing is wrong.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    print(*as_text(figures), *pictures, sep="\n")
 
 
 def _check(arguments: argparse.Namespace) -> int:

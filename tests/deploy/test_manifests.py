@@ -119,7 +119,8 @@ def test_ports_have_the_same_names_everywhere() -> None:
     (server,) = pods()["arramon"]["containers"]
     ports = {port["name"]: port["containerPort"] for port in server["ports"]}
     settings = of_kind("ConfigMap")["arramon"]["data"]
-    assert ports == {"grpc": address_port(settings["ARRAMON_LISTEN"]), "web": address_port(settings["ARRAMON_WEB"])}
+    variables = {"grpc": "ARRAMON_LISTEN", "web": "ARRAMON_WEB", "metrics": "ARRAMON_METRICS"}
+    assert ports == {name: address_port(settings[variable]) for name, variable in variables.items()}
     probes = [server[f"{kind}Probe"]["httpGet"]["port"] for kind in ("startup", "liveness", "readiness")]
     service = of_kind("Service")["arramon"]["spec"]["ports"]
     rules = [rule for ingress in of_kind("Ingress").values() for rule in ingress["spec"]["rules"]]
