@@ -32,7 +32,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1]))  # the tests make the same faults, one by one
 
 from soak_players import Player
-from soak_service import KILLS, OF_DATABASE, OTHERS, Fault, Faults, Service, Stuck, service
+from soak_service import KILL, OF_DATABASE, OTHERS, Fault, Faults, Service, Stuck, service
 
 from arramon_client import verify
 from tests.faults.clients import differences, undisturbed
@@ -46,7 +46,7 @@ def plan(kills: int, kind: str, seed: int) -> Iterator[Fault]:
     chance = random.Random(seed)  # noqa: S311 - the same faults for a seed
     others = (*OTHERS, OF_DATABASE[kind])
     for _ in range(kills):
-        yield KILLS
+        yield KILL
         if chance.random() < SHARE_OF_OTHERS:
             yield chance.choice(others)
 
@@ -84,11 +84,11 @@ class Soak:
         try:
             for fault in plan(self._options.kills, self._options.database, self._options.seed):
                 if time.monotonic() > until:
-                    self.stuck.append(f"time was up after {self.made[KILLS.name]} of {self._options.kills} kills")
+                    self.stuck.append(f"time was up after {self.made[KILL.name]} of {self._options.kills} kills")
                     break
                 self._there.wait_for_steps()
                 time.sleep(self._chance.uniform(0.0, 0.5))
-                said = self._faults.make(fault)
+                said = fault.make(self._faults)
                 self.made[fault.name] += 1
                 print(f"{sum(self.made.values()):4} {fault.name}: {said}", flush=True)
         except Stuck as error:
@@ -147,7 +147,7 @@ def rescore(there: Service, runs: Sequence[str]) -> list[str]:
 
 def show(figures: dict[str, Any]) -> None:
     """Prints the table."""
-    rows = {**figures, **figures["faults"]}
+    rows = {**figures, **{f"fault: {name}": number for name, number in figures["faults"].items()}}
     times = rows.pop("seconds to resume")
     if times:
         rows["seconds to resume, p50"] = f"{statistics.median(times):.2f}"
@@ -185,6 +185,9 @@ def main() -> int:
                     figures = soak.figures(once)
     except pytest.skip.Exception as missing:  # how the tests say that there is no PostgreSQL
         parser.error(str(missing))
+    except KeyboardInterrupt:
+        print("interrupted")
+        return 130
     settings = {name: getattr(options, name) for name in ("database", "workers", "clients", "seed")}
     figures = {**settings, **figures, "minutes": round((time.monotonic() - started) / 60.0, 1)}
     show(figures)

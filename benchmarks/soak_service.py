@@ -5,8 +5,8 @@ import random
 import resource
 import signal
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, closing, contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -66,7 +66,8 @@ class Service:
             .scalar_subquery()
         )
         query = sa.select(episodes.run_id, episodes.episode_id, episodes.epoch, last).where(episodes.state == OPEN)
-        return {(run, episode): (epoch, (step or -1) + 1) for run, episode, epoch, step in self._database.read(query)}
+        rows = self._database.read(query)
+        return {(run, episode): (epoch, 0 if step is None else step + 1) for run, episode, epoch, step in rows}
 
     def wait_for_steps(self) -> None:
         """Waits until something new is recorded."""
@@ -137,38 +138,13 @@ def _end(host: Server) -> None:
     """Stops a host, whatever state it is in."""
     if host.process.poll() is None:
         for process in (host.process.pid, *children(host.process.pid)):
-            os.kill(process, signal.SIGCONT)
+            with suppress(ProcessLookupError):
+                os.kill(process, signal.SIGCONT)
         host.stop()
 
 
-class Fault(NamedTuple):
-    """A kind of fault: how it is called, and the method of `Faults` that makes it."""
-
-    name: str
-    method: str
-
-
-KILLS = Fault("server killed", "kill_server")
-
-OTHERS = (
-    Fault("client killed", "kill_client"),
-    Fault("client stood still", "pause_client"),
-    Fault("a second client played the run", "double_client"),
-    Fault("connections reset", "reset"),
-    Fault("connections fell silent", "silence"),
-    Fault("server stood still", "pause_server"),
-    Fault("server stopped in good order", "stop_server"),
-)
-"""Those of every arrangement."""
-
-OF_DATABASE = {
-    "sqlite": Fault("disk full", "fill_disk"),
-    "postgresql": Fault("database ended", "end_database"),
-}
-
-
 class Faults:
-    """Makes faults, one at a time.
+    """Makes faults, one at a time; each method says what it did.
 
     Args:
         service: to be disturbed.
@@ -187,11 +163,6 @@ class Faults:
         self.times: list[float] = []
         self.seconds: list[Player] = []
         self.complaints: list[str] = []
-
-    def make(self, fault: Fault) -> str:
-        """Makes a fault; returns what was done, in words."""
-        said: str = getattr(self, fault.method)()
-        return said
 
     def kill_server(self) -> str:
         """SIGKILL to a worker, or to all processes of a host."""
@@ -244,6 +215,7 @@ class Faults:
         """SIGKILL; it is started again with --resume."""
         player = self._player()
         player.signal(signal.SIGKILL)
+        self._until_back(player)
         return f"in run {player.run}"
 
     def pause_client(self) -> str:
@@ -263,10 +235,11 @@ class Faults:
 
     def reset(self) -> str:
         """Every connection of a player is reset, as by a proxy that restarts."""
-        relay = self._player().relay
-        before = relay.resets
-        relay.reset()
-        return f"{relay.resets - before} of them"
+        player = self._player()
+        before = player.relay.resets
+        player.relay.reset()
+        self._until_back(player)
+        return f"{player.relay.resets - before} of them"
 
     def silence(self) -> str:
         """Nothing passes for a while, and nobody is told; then all of it."""
@@ -313,6 +286,11 @@ class Faults:
             time.sleep(0.02)
         raise Stuck(f"no client has begun a run in {PATIENCE:.0f} seconds")
 
+    def _until_back(self, player: Player) -> None:
+        """Waits until a player whose connection broke goes on with what it had: the next kill's time is its own."""
+        mine = {episode: known for episode, known in self._service.open_episodes().items() if episode[0] == player.run}
+        self._service.wait_for_return(mine)
+
     def _leave(self, host: Server) -> None:
         """Where there are several hosts, the clients' ways lead to another one, as behind a proxy that knows."""
         others = [each for each in self._service.hosts if each is not host]
@@ -324,3 +302,29 @@ class Faults:
     def _send(player: Player, host: Server) -> None:
         player.relay.target = host.address
         player.relay.reset()
+
+
+class Fault(NamedTuple):
+    """A kind of fault."""
+
+    name: str
+    make: Callable[[Faults], str]
+
+
+KILL = Fault("server killed", Faults.kill_server)
+
+OTHERS = (
+    Fault("client killed", Faults.kill_client),
+    Fault("client stood still", Faults.pause_client),
+    Fault("a second client played the run", Faults.double_client),
+    Fault("connections reset", Faults.reset),
+    Fault("connections fell silent", Faults.silence),
+    Fault("server stood still", Faults.pause_server),
+    Fault("server stopped in good order", Faults.stop_server),
+)
+"""Those of every arrangement."""
+
+OF_DATABASE = {
+    "sqlite": Fault("disk full", Faults.fill_disk),
+    "postgresql": Fault("database ended", Faults.end_database),
+}

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from server.api.guard import AWAY
 from tests.faults.clients import check_same, client, finish, journal_url, played_on, results, run_id, undisturbed
 from tests.serving import Server
 
@@ -24,7 +25,9 @@ def test_no_file_of_the_server_can_grow_for_a_while(server: Server, tmp_path: Pa
         time.sleep(1.0)
         resource.prlimit(server.process.pid, resource.RLIMIT_FSIZE, UNLIMITED)
         recorded = played_on(journal_url(server.data), run, recorded)
-    finish(process)
+    said = finish(process)
+    assert AWAY in said
+    assert "sqlite" not in said.lower()
     check_same(journal_url(server.data), once, results(tmp_path / "again"))
     assert server.log is not None
     assert "the journal cannot be used" in server.log.read_text()
