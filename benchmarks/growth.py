@@ -22,7 +22,7 @@ from pathlib import Path
 
 from cameras import VIEWS, drawing, views_of
 from common import data_or_sample
-from serving import Setting, Timed, family, resident, see_all_sections, serving, warm_up
+from serving import Setting, Timed, family, resident, see_all_sections, serving, some, warm_up
 
 from arramon.v1 import evaluation_pb2
 from arramon_client.connection import METADATA, Server, connect
@@ -30,7 +30,7 @@ from arramon_client.play import Settings, play
 from server.episodes.splits import Split, read_splits
 from server.sim.bullet import Obstacles
 from server.sim.city import city_scene
-from server.sim.raster import RasterCamera, compile_kernels
+from server.sim.raster import RasterCamera
 from server.sim.scene import Scene
 from server.sim.view import View
 
@@ -58,7 +58,6 @@ def loads(data: Path, split: Split, seconds: float) -> Iterator[tuple[str, Figur
     with serving(data, setting) as (address, process, _), connect(address) as server:
         request = evaluation_pb2.CreateRunRequest(agent="growth", split=split.name, language=min(split.languages))
         request.sensors.extend(setting.sensors)
-        request.episodes = 64 if len(split.episodes) > 64 else 0
         see_all_sections(server, request)
         empty = memory(process.pid)
 
@@ -80,10 +79,7 @@ def loads(data: Path, split: Split, seconds: float) -> Iterator[tuple[str, Figur
 @contextmanager
 def playing(server: Server, request: evaluation_pb2.CreateRunRequest, streams: int, episodes: int) -> Iterator[Timed]:
     """Plays a run for a while, on several streams with an equal share of the episodes; gives the agent of all."""
-    # More than will end meanwhile, and no more than that: what is left at the end has to be cancelled.
-    there = next(split.episodes[request.language] for split in server.info.splits if split.name == request.split)
-    request.episodes = 4 * episodes + 16 if 4 * episodes + 16 < there else 0
-    run = server.stub.CreateRun(request, metadata=METADATA)
+    run = server.stub.CreateRun(some(server, request, 4 * episodes + 16), metadata=METADATA)
     agent, settings = Timed(), Settings(episodes // streams, Setting("").encoding)
     arguments = server.stub, run, agent, settings
     threads = [threading.Thread(target=play, args=arguments, daemon=True) for _ in range(streams)]
@@ -108,9 +104,9 @@ def watched(agent: Timed, seconds: float) -> Figures:
 
 def bodies(split: Split) -> Iterator[tuple[str, Figures]]:
     """The largest section with some of its bodies."""
-    compile_kernels()
     section = max(split.sections, key=lambda name: len(city_scene(split.sections[name]).bodies))
     whole, views = city_scene(split.sections[section]), list(islice(views_of(split, section), VIEWS))
+    RasterCamera(whole)  # what all cameras share is made once
     for share in SHARES:
         scene = thinned(whole, share)
         started = time.perf_counter()

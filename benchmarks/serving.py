@@ -200,13 +200,22 @@ def measure(data: Path, split: Split, setting: Setting, seconds: float) -> Measu
 
 def see_all_sections(server: Server, request: evaluation_pb2.CreateRunRequest) -> None:
     """Opens enough episodes that every section is made: that is once, and no part of a step."""
-    run = server.stub.CreateRun(request, metadata=METADATA)
+    run = server.stub.CreateRun(some(server, request, 64), metadata=METADATA)
     agent, settings = Timed(), Settings(min(64, run.episodes))
     playing = threading.Thread(target=play_in_lanes, args=(server, run, agent, settings), daemon=True)
     playing.start()
     warm_up(agent, settings.parallel)
     server.stub.CancelRun(evaluation_pb2.CancelRunRequest(run_id=run.run_id), metadata=METADATA)
     playing.join()
+
+
+def some(server: Server, request: evaluation_pb2.CreateRunRequest, episodes: int) -> evaluation_pb2.CreateRunRequest:
+    """The request for a run of so many episodes, where there are more: what is not played has to be cancelled."""
+    there = next(split.episodes[request.language] for split in server.info.splits if split.name == request.split)
+    fewer = evaluation_pb2.CreateRunRequest()
+    fewer.CopyFrom(request)
+    fewer.episodes = episodes if episodes < there else 0
+    return fewer
 
 
 def warm_up(agent: Timed, parallel: int) -> None:
