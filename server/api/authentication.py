@@ -11,9 +11,8 @@ from typing import Any, TypeAlias
 import grpc
 
 from server.addresses import is_loopback
-from server.api.status import status_of
 from server.config import Config
-from server.errors import ArraMonError, Forbidden, StorageError, Unauthenticated
+from server.errors import Forbidden, StorageError, Unauthenticated
 from server.runs.accounts import Accounts
 from server.runs.callers import ANONYMOUS, STRANGER, Caller
 
@@ -102,15 +101,19 @@ class Authentication(grpc.aio.ServerInterceptor):
         return make(guarded, handler.request_deserializer, handler.response_serializer)
 
     async def _admit(self, context: _Context, method: str, *, known: bool = False) -> None:
-        """Notes who calls; ends the call where they may not. Whom it has let in it keeps while the database is away."""
+        """Notes who calls. Whom it has let in it keeps while the database is away.
+
+        Raises:
+            Unauthenticated, Forbidden: where they may not call.
+        """
         try:
             caller = await self._find(context)
             if caller is None and method not in OPEN:
                 raise Unauthenticated("this server wants a token, and none was sent; ask its host for one")
             _caller.set(caller or STRANGER)
-        except ArraMonError as error:
-            if not (known and isinstance(error, StorageError)):
-                await context.abort(status_of(error), str(error))
+        except StorageError:
+            if not known:
+                raise
 
     async def _find(self, context: _Context) -> Caller | None:
         """Whom the call comes from; None where it has no token, and needs one.

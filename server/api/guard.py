@@ -8,13 +8,16 @@ import grpc
 from google.protobuf.message import DecodeError
 
 from server.api.status import status_of
-from server.errors import ArraMonError, BadInput
+from server.errors import ArraMonError, BadInput, StorageError
 
 Handler: TypeAlias = "grpc.RpcMethodHandler[Any, Any] | None"
 Context: TypeAlias = "grpc.aio.ServicerContext[Any, Any]"
 
 BROKEN = "the server failed at this; it is a defect of the server, and its host can find it in the log"
 """All that a caller is told of an error that nobody foresaw."""
+
+AWAY = "the server cannot reach its journal just now; nothing that was answered is lost, try again"
+"""All that a caller is told of the storage: its own words name hosts, paths and queries."""
 
 _log = logging.getLogger(__name__)
 
@@ -92,6 +95,9 @@ async def _refuse(error: Exception, context: Context, method: str) -> None:
     """
     if isinstance(error, grpc.aio.AbortError):
         raise error
+    if isinstance(error, StorageError):
+        _log.error("%s failed: %s", method, error)
+        await context.abort(grpc.StatusCode.UNAVAILABLE, AWAY)
     if isinstance(error, ArraMonError):
         await context.abort(status_of(error), str(error))
     _log.error("%s failed", method, exc_info=error)

@@ -1,8 +1,7 @@
-"""The Evaluation service: translate, call, translate."""
+"""The Evaluation service: translate, call, translate. `server.api.guard` turns errors into statuses."""
 
 import asyncio
-from collections.abc import AsyncIterator, Callable
-from typing import TypeVar
+from collections.abc import AsyncIterator
 
 import grpc
 
@@ -22,15 +21,13 @@ from server.api.messages import (
 )
 from server.api.playing import Playing
 from server.api.sharing import offered
-from server.api.status import status_of
 from server.config import Config
-from server.errors import ArraMonError, BadInput
+from server.errors import BadInput
 from server.runs.engine import Engine
 from server.runs.receipts import Receipts
 from server.runs.records import Run
 from server.runs.service import Runs
 
-_T = TypeVar("_T")
 _Context = grpc.aio.ServicerContext[object, object]
 
 OPENING_SECONDS = 20.0
@@ -56,7 +53,7 @@ class Servicer(EvaluationServicer):
 
     async def GetServerInfo(self, request: pb.GetServerInfoRequest, context: _Context) -> pb.ServerInfo:
         near = is_near(context) and not self._config.trust_proxy
-        addresses = await _answer(context, self._runs.addresses) if near else []
+        addresses = await asyncio.to_thread(self._runs.addresses) if near else []
         return pb.ServerInfo(
             version=__version__,
             protocol=PROTOCOL,
@@ -87,11 +84,11 @@ class Servicer(EvaluationServicer):
                 )
             )
 
-        return await _answer(context, create)
+        return await asyncio.to_thread(create)
 
     async def GetRun(self, request: pb.GetRunRequest, context: _Context) -> pb.Run:
         caller = caller_of(context)
-        return await _answer(context, lambda: self._message(self._runs.visible(caller, request.run_id)))
+        return await asyncio.to_thread(lambda: self._message(self._runs.visible(caller, request.run_id)))
 
     async def ListRuns(self, request: pb.ListRunsRequest, context: _Context) -> pb.ListRunsResponse:
         caller = caller_of(context)
@@ -102,22 +99,18 @@ class Servicer(EvaluationServicer):
             token = runs[-1].run_id if len(runs) == size else ""
             return pb.ListRunsResponse(runs=map(self._message, runs), next_page_token=token)
 
-        return await _answer(context, page)
+        return await asyncio.to_thread(page)
 
     async def CancelRun(self, request: pb.CancelRunRequest, context: _Context) -> pb.Run:
-        try:
-            return self._message(self._runs.cancel(caller_of(context), request.run_id))
-        except ArraMonError as error:
-            await context.abort(status_of(error), str(error))
-            raise  # abort has raised
+        return self._message(self._runs.cancel(caller_of(context), request.run_id))
 
     async def GetReport(self, request: pb.GetReportRequest, context: _Context) -> pb.Report:
         caller = caller_of(context)
-        return await _answer(context, lambda: report_message(self._runs.report(caller, request.run_id)))
+        return await asyncio.to_thread(lambda: report_message(self._runs.report(caller, request.run_id)))
 
     async def GetReceipt(self, request: pb.GetReceiptRequest, context: _Context) -> pb.Receipt:
         caller = caller_of(context)
-        return await _answer(context, lambda: receipt_message(self._receipts.of(caller, request.run_id)))
+        return await asyncio.to_thread(lambda: receipt_message(self._receipts.of(caller, request.run_id)))
 
     async def GetAccount(self, request: pb.GetAccountRequest, context: _Context) -> pb.Account:
         caller = caller_of(context)
@@ -126,22 +119,19 @@ class Servicer(EvaluationServicer):
             standings = {split: self._runs.quotas.standing(caller, split) for split in self._runs.splits}
             return account_message(caller, standings)
 
-        return await _answer(context, account)
+        return await asyncio.to_thread(account)
 
     async def Play(
         self, request_iterator: AsyncIterator[pb.PlayRequest], context: _Context
     ) -> AsyncIterator[pb.PlayResponse]:
-        try:
-            first = await _first(request_iterator)
-            if first is None or first.WhichOneof("message") != "open":
-                raise BadInput("a stream's first message is `open`")
-            caller = caller_of(context)
-            playing = Playing(first.open, caller, self._runs, self._engine, self._config)
-            async with self._counting.counted(caller, playing.stream.run, playing.stream.player):
-                async for response in playing.serve(request_iterator):
-                    yield response
-        except ArraMonError as error:
-            await context.abort(status_of(error), str(error))
+        first = await _first(request_iterator)
+        if first is None or first.WhichOneof("message") != "open":
+            raise BadInput("a stream's first message is `open`")
+        caller = caller_of(context)
+        playing = Playing(first.open, caller, self._runs, self._engine, self._config)
+        async with self._counting.counted(caller, playing.stream.run, playing.stream.player):
+            async for response in playing.serve(request_iterator):
+                yield response
 
     def _message(self, run: Run) -> pb.Run:
         return run_message(run, self._runs.progress(run.run_id))
@@ -158,12 +148,3 @@ async def _first(requests: AsyncIterator[pb.PlayRequest]) -> pb.PlayRequest | No
             return await anext(requests, None)
     except TimeoutError:
         raise BadInput(f"no message came on the stream in {OPENING_SECONDS:.0f} seconds; expected `open`") from None
-
-
-async def _answer(context: _Context, function: Callable[[], _T]) -> _T:
-    """Calls a function beside the event loop, as it may wait for the journal; its error becomes the call's status."""
-    try:
-        return await asyncio.to_thread(function)
-    except ArraMonError as error:
-        await context.abort(status_of(error), str(error))
-        raise  # abort has raised
