@@ -18,6 +18,7 @@ from arramon.v1 import leaderboard_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from server.api import authentication
 from server.api.authentication import Authentication, anonymous_caller, caller_of, is_private
+from server.api.guard import Guard
 from server.config import Config
 from server.errors import BadInput, Conflict, NotFound
 from server.runs.accounts import Accounts
@@ -351,7 +352,7 @@ def test_a_token_that_others_could_read_is_refused(kept: Accounts, monkeypatch: 
 
     async def answer(**settings: bool) -> str:
         config = Config(data=Path(), **settings)  # type: ignore[arg-type]
-        server = grpc.aio.server(interceptors=[Authentication(kept, config)])
+        server = grpc.aio.server(interceptors=[Guard(), Authentication(kept, config)])
         handler: Any = grpc.unary_unary_rpc_method_handler(
             account_of, pb.GetAccountRequest.FromString, pb.Account.SerializeToString
         )
