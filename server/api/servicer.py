@@ -102,7 +102,7 @@ class Servicer(EvaluationServicer):
         return await asyncio.to_thread(page)
 
     async def CancelRun(self, request: pb.CancelRunRequest, context: _Context) -> pb.Run:
-        return self._message(self._runs.cancel(caller_of(context), request.run_id))
+        return self._message(await self._runs.cancel(caller_of(context), request.run_id))
 
     async def GetReport(self, request: pb.GetReportRequest, context: _Context) -> pb.Report:
         caller = caller_of(context)

@@ -7,7 +7,7 @@ from server.runs.journal import Journal
 from server.runs.opening import Opening
 from server.runs.records import PENDING, Batch, Claim, Ending, Run
 
-CHUNK = 256
+CHUNK = 64
 """Episodes that are ended at once; other streams are served between two such."""
 
 

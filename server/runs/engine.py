@@ -87,6 +87,7 @@ class Engine:
         self._time = Timekeeper(ledger, now or Stopwatch())
         self._answering = Answering(journal, self._time)
         self._delivering = Delivering(self._worlds, self._take, self._drop, meter)
+        self._cancelling: set[str] = set()
         self._streams: list[Stream] = []
         self._to_release: list[_Leaving] = []
         self._next_sweep = self._next_note = 0.0
@@ -180,18 +181,24 @@ class Engine:
             self._journal.retire(self._worker)
         self._worlds.close()
 
-    def cancel(self, run: Run) -> None:
-        """Forfeits what is left of a run.
+    async def cancel(self, run: Run) -> None:
+        """Forfeits what is left of a run, in portions, between which others are served.
 
         Raises:
-            Conflict: if the run is over already.
+            Conflict: if the run is over already, or is just being cancelled.
         """
         run = self._journal.run(run.run_id)
-        if run.state != RUNNING:
-            raise Conflict(f"run {run.run_id!r} is {run.state.lower()} already")
-        while self._closing.forfeit_some(run, "the run was cancelled"):
-            pass
-        self._finish(run, CANCELLED)
+        if run.state != RUNNING or run.run_id in self._cancelling:
+            state = run.state if run.state != RUNNING else CANCELLED
+            raise Conflict(f"run {run.run_id!r} is {state.lower()} already")
+        self._cancelling.add(run.run_id)
+        try:
+            while self._closing.forfeit_some(run, "the run was cancelled"):
+                await asyncio.sleep(0)
+            if self._journal.run(run.run_id).state == RUNNING:  # or another process has seen its end first
+                self._finish(run, CANCELLED)
+        finally:
+            self._cancelling.discard(run.run_id)
         self.wake()
 
     def _is_busy(self) -> bool:
@@ -316,6 +323,8 @@ class Engine:
         run = self._journal.run(stream.run.run_id)
         if run.state != RUNNING:
             stream.told.append(RunEnded(run, self._journal.progress(run.run_id)))
+        elif run.run_id in self._cancelling:
+            pass  # it is told with all others that the run is over
         elif not self._journal.count_unended(run.run_id):
             self._finish(run, COMPLETE)
         else:

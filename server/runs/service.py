@@ -168,14 +168,14 @@ class Runs:
         split_of(run, self.splits)
         return run
 
-    def cancel(self, caller: Caller, run_id: str) -> Run:
+    async def cancel(self, caller: Caller, run_id: str) -> Run:
         """Forfeits what is left of a run. To be called on the engine's event loop.
 
         Raises:
             NotFound: if there is none of that id that the caller may see.
             Conflict: if it is over already.
         """
-        self._engine.cancel(self.playable(caller, run_id))
+        await self._engine.cancel(self.playable(caller, run_id))
         return self.visible(caller, run_id)
 
     def report(self, caller: Caller, run_id: str) -> Report:

@@ -210,7 +210,7 @@ def test_causes_add_up_to_the_episodes(tmp_path: Path) -> None:
             house.now += 701.0
             assert (await seat.ended()).episode_id == late
             await seat.observation()
-            engine.cancel(run)
+            await engine.cancel(run)
             over = await seat.next(RunEnded)
             assert isinstance(over, RunEnded)
             assert over.progress.causes == {"TIME_LIMIT": 1, "FORFEITED": 5}
