@@ -1,6 +1,7 @@
 """A client connects twice at once: its first stream still stands, and plays on, when its second one is there."""
 
 import random
+import signal
 import threading
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -85,8 +86,10 @@ def test_two_clients_play_one_run(server: Server, tmp_path: Path) -> None:
         first = client(first_way.address, tmp_path / "first")
         run = run_id(first)
         recorded = played_on(url, run, 0)
+        first.send_signal(signal.SIGSTOP)  # or the run might be over before the second one has started
         second = client(second_way.address, tmp_path / "second", "--resume", run)
         assert run_id(second) == run
+        first.send_signal(signal.SIGCONT)
         for way in (first_way, second_way, first_way):
             recorded = played_on(url, run, recorded)
             way.reset()
