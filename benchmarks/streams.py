@@ -1,9 +1,9 @@
-"""Many clients at once: what open streams cost a server while they lie idle, and how it answers 64 that play beside them.
+"""Many clients at once: what open streams cost a server while they lie idle, and how it answers those that play.
 
     python benchmarks/streams.py [--data DIR] [--streams 1 100 1000] [--playing 64] [--seconds 5] [--json FILE]
 
-Each stream is a client of its own with one episode, over TCP on the loopback, RGB and depth of 224x224, raw. All of them
-are in this one process: latency is from sending an action to having its observation, theirs and the server's together.
+Each stream is a client of its own with one episode, over TCP on the loopback, RGB and depth of 224x224, raw. All are in
+this one process: latency is from sending an action to having its observation, theirs and the server's work together.
 The memory of the first streams has that of the sections in it, which are made when they are first played in.
 """
 
