@@ -39,12 +39,12 @@ class Client:
 
     def __init__(self, stub: EvaluationStub, run_id: str) -> None:
         self.waits: list[float] = []
+        self._stub: Any = stub  # asynchronous, which the stub's types do not know
         self._run_id = run_id
-        stub_: Any = stub  # asynchronous, which the stub's types do not know
-        self._call: Any = stub_.Play(metadata=METADATA)
 
     async def open(self) -> None:
         """Opens the stream, and waits for the first observation."""
+        self._call = self._stub.Play(metadata=METADATA)
         opening = evaluation_pb2.Open(run_id=self._run_id, max_episodes=1, encoding=types_pb2.ENCODING_RAW)
         await self._call.write(evaluation_pb2.PlayRequest(open=opening))
         self._seen = await anext(self._observations())
