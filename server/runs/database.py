@@ -4,7 +4,7 @@ import os
 import sqlite3
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from datetime import UTC, datetime
 from functools import cache, partial
 from pathlib import Path
@@ -172,11 +172,10 @@ class Database:
         """The connection that is kept from one commit to the next."""
         if self._committer is None:
             self._committer = self._engine.connect()
-        try:
+        with ExitStack() as broken:
+            broken.callback(self._drop_committer)  # whatever goes wrong, no transaction stays open
             yield self._committer
-        except BaseException:  # whatever it was, no transaction stays open
-            self._drop_committer()
-            raise
+            broken.pop_all()
 
     def _check_revision(self) -> None:
         with self.snapshot() as connection:
