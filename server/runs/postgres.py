@@ -105,6 +105,19 @@ def engine(url: URL, *, fsync: bool, migrating: bool = False) -> sa.Engine:
     return made
 
 
+def stands(connection: Connection, unused: float) -> bool:
+    """Whether a connection of either database that was not used for so many seconds still stands; closes it if not."""
+    driver: Any = connection.connection.driver_connection
+    if not isinstance(driver, psycopg.Connection) or unused < FRESH_SECONDS:
+        return True
+    try:
+        dialect: Any = connection.dialect
+        return bool(dialect.do_ping(driver))
+    except psycopg.Error as error:
+        connection.invalidate(error)
+        return False
+
+
 def lock_migrations(connection: Connection) -> None:
     """Waits until no other process migrates, and keeps others waiting until the transaction ends."""
     connection.execute(sa.select(sa.func.pg_advisory_xact_lock(_LOCK)))
