@@ -1,6 +1,6 @@
 """Steps a second from end to end: a real server, a real client, a random walk, on this machine.
 
-    python benchmarks/serving.py [--data DIR] [--seconds 6] [--rounds 3] [--json FILE]
+    python benchmarks/serving.py [--data DIR] [--seconds 6] [--rounds 3] [--postgres URL] [--json FILE]
 
 Every setting starts its own server process and plays for some seconds with the client's own play loop. The settings
 take turns, round by round, so that a machine that gets slower does so for all, and the medians are shown. The first row
@@ -50,6 +50,7 @@ class Setting:
     workers: int = 1
     sensors: tuple[str, ...] = SENSORS
     fsync: bool = False
+    postgres: bool = False
 
 
 SETTINGS = (
@@ -70,6 +71,9 @@ SETTINGS = (
     Setting("16, 2 workers", workers=2),
     Setting("128, 2 workers", parallel=128, workers=2),
     Setting("16, no images", sensors=()),
+    Setting("1, PostgreSQL", parallel=1, postgres=True),
+    Setting("16, PostgreSQL", postgres=True),
+    Setting("128, PostgreSQL", parallel=128, postgres=True),
 )
 
 
@@ -149,13 +153,13 @@ def in_process(split: Split, seconds: float, size: int = 224) -> Measured:
 
 @contextmanager
 def serving(
-    data: Path, setting: Setting, environment: Mapping[str, str] | None = None
+    data: Path, setting: Setting, environment: Mapping[str, str] | None = None, *, journal: str = ""
 ) -> Iterator[tuple[str, "subprocess.Popen[str]", float]]:
-    """A server with a journal of its own: its address, its process, and the seconds it took to start."""
+    """A server, with a journal of its own unless a URL is given: its address, process, and seconds that it took to start."""
     with tempfile.TemporaryDirectory() as folder:
         listen = "127.0.0.1:0" if setting.tcp else f"unix:{folder}/socket"
         command = [sys.executable, "-m", "server", "serve", "--data", str(data), "--listen", listen]
-        command += ["--journal", f"sqlite:///{folder}/journal.db", "--workers", str(setting.workers)]
+        command += ["--journal", journal or f"sqlite:///{folder}/journal.db", "--workers", str(setting.workers)]
         command += ["--fsync" if setting.fsync else "--no-fsync"]
         started = time.perf_counter()
         around = {**os.environ, **(environment or {})}
@@ -168,9 +172,12 @@ def serving(
                 process.terminate()
 
 
-def measure(data: Path, split: Split, setting: Setting, seconds: float) -> Measured:
+def measure(data: Path, split: Split, setting: Setting, seconds: float, postgres: str = "") -> Measured:
     """One round: plays for a while to warm up, then for the seconds that count."""
-    with serving(data, setting) as (address, process, ready), connect(address) as server:
+    with (
+        serving(data, setting, journal=postgres if setting.postgres else "") as (address, process, ready),
+        connect(address) as server,
+    ):
         language = next(iter(split.languages))
         request = evaluation_pb2.CreateRunRequest(agent="benchmark", split=split.name, language=language)
         request.sensors.extend(setting.sensors)
@@ -251,16 +258,21 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=6.0, help="of each round (default: %(default)s)")
     parser.add_argument("--rounds", type=int, default=3, help="of each setting (default: %(default)s)")
     parser.add_argument("--only", default="", help="settings whose name holds this text")
+    parser.add_argument("--postgres", default="", help="URL of an empty database, for the settings that need one")
     parser.add_argument("--json", type=Path, help="file for the figures")
     options = parser.parse_args()
     with data_or_sample(options.data) as data:
         split = max(read_splits(data).values(), key=lambda split: len(split.episodes))
-        chosen = [setting for setting in SETTINGS if options.only in setting.name]
+        chosen = [
+            setting
+            for setting in SETTINGS
+            if options.only in setting.name and (options.postgres or not setting.postgres)
+        ]
         rounds: dict[str, list[Measured]] = {"in process": [], **{setting.name: [] for setting in chosen}}
         for _ in range(options.rounds):
             rounds["in process"].append(in_process(split, options.seconds))
             for setting in chosen:
-                rounds[setting.name].append(measure(data, split, setting, options.seconds))
+                rounds[setting.name].append(measure(data, split, setting, options.seconds, options.postgres))
     show({name: median(measured) for name, measured in rounds.items()}, split)
     if options.json:
         figures = {name: [vars(each) for each in measured] for name, measured in rounds.items()}
