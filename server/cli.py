@@ -4,19 +4,30 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 
 from server import __version__, logs
-from server.commands import data, looking, quota, receipts, serving, settings, token, transfer
 from server.configuring import add_common_flags, configured
 from server.errors import ArraMonError
 from server.setting import masked
 
-FAMILIES = (serving, data, looking, settings, token, quota, receipts, transfer)
+FAMILIES = {
+    "serving": ("serve", "health"),
+    "data": ("import-release", "generate"),
+    "looking": ("show", "stats", "check-instruction"),
+    "settings": ("config",),
+    "token": ("token",),
+    "quota": ("quota",),
+    "receipts": ("key", "rescore"),
+    "transfer": ("export", "import"),
+}
+"""The modules of `server.commands`, and the commands of each: only that of the command given is loaded, to be quick."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs a command; returns the exit status: 0 fine, 1 something was wrong and was said, 2 usage, 130 interrupted."""
-    arguments = parser().parse_args(argv)
+    given = sys.argv[1:] if argv is None else argv
+    arguments = parser(given[0] if given else "").parse_args(given)
     try:
         arguments.configured = configured(vars(arguments), os.environ)
         arguments.settings = arguments.configured.config
@@ -36,13 +47,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     return status or 0
 
 
-def parser() -> argparse.ArgumentParser:
-    """The whole command line."""
+def parser(command: str = "") -> argparse.ArgumentParser:
+    """The command line of a command; the whole one for a word that is none."""
     parser = argparse.ArgumentParser(prog="arramon-server", description="The ArraMon evaluation server.")
     parser.add_argument("--version", action="version", version=f"arramon-server {__version__}")
     common = argparse.ArgumentParser(add_help=False)
     add_common_flags(common)
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for family in FAMILIES:
-        family.add(commands, common)
+    for family in [name for name, its in FAMILIES.items() if command in its] or FAMILIES:
+        import_module(f"server.commands.{family}").add(commands, common)
     return parser

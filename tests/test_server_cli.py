@@ -1,15 +1,18 @@
 """The server's command line: what it says, and what it says when something is wrong."""
 
+import argparse
 import json
 import signal
 import socket
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from server.cli import FAMILIES
 from tests import tiny
 from tests.release_format import record
 from tests.serving import Server
@@ -159,3 +162,25 @@ def test_show_draws_and_names_what_is_missing(tmp_path: Path) -> None:
     assert error("show", "3", "--split", "x", "--data", tmp_path) == "there is no split 'x'; there are tiny"
     blocked = tmp_path / "pictures" / "tiny-3-map.png"
     assert error("show", "3", "--data", tmp_path, "--output", blocked).startswith(f"cannot write {blocked}")
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_the_commands_of_each_family_are_those_that_it_is_loaded_for(family: str) -> None:
+    commands = argparse.ArgumentParser().add_subparsers()
+    import_module(f"server.commands.{family}").add(commands, argparse.ArgumentParser(add_help=False))
+    assert tuple(commands.choices) == FAMILIES[family]
+
+
+def test_every_family_is_in_the_help() -> None:
+    assert {command for its in FAMILIES.values() for command in its} <= set(run("--help").stdout.split())
+    modules = {path.stem for path in Path(__file__).parents[1].glob("server/commands/*.py")}
+    assert modules - {"__init__", "describing"} == set(FAMILIES)
+
+
+def test_a_token_is_listed_without_loading_what_draws(tmp_path: Path) -> None:
+    code = (
+        f"import sys; from server.cli import main; main(['token', 'list', '--data', {str(tmp_path)!r}]); "
+        "print([name for name in ('numba', 'grpc', 'scipy') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"

@@ -7,11 +7,8 @@ from server.runs.events import EpisodeStarted, Event, Observed, Opened
 from server.runs.faults import EpisodeFault, Faults, contained
 from server.runs.journal import Journal
 from server.runs.opening import Opening
-from server.runs.records import OPEN, Claim
+from server.runs.records import LEASE, OPEN, Claim
 from server.runs.stream import Stream
-
-LEASE = 5.0
-"""Seconds after its last sign of life from which on a worker counts as dead, and what it held as left."""
 
 SILENT = 2.0
 """Seconds without the sign of life that a worker gives each second: if its own player comes to another, it has died."""

@@ -15,8 +15,7 @@ from server.runs.accounts import NOBODY
 from server.runs.callers import ANONYMOUS, Caller, Role
 from server.runs.causes import SERVER_FAULT
 from server.runs.database import Database, utc
-from server.runs.offering import LEASE
-from server.runs.records import RUNNING, Run
+from server.runs.records import LEASE, RUNNING, Run
 
 DAY = timedelta(days=1)
 

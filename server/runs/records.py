@@ -11,6 +11,9 @@ RUNNING, COMPLETE, CANCELLED = "RUNNING", "COMPLETE", "CANCELLED"
 PENDING, OPEN, ENDED = "PENDING", "OPEN", "ENDED"
 """States of an episode in a run."""
 
+LEASE = 5.0
+"""Seconds after its last sign of life from which on a worker counts as dead, and what it held as left."""
+
 
 @dataclass(frozen=True, slots=True)
 class Run:

@@ -12,9 +12,8 @@ from server.runs.callers import Caller
 from server.runs.clocks import Clocks
 from server.runs.engine import Engine
 from server.runs.journal import Journal, no_run
-from server.runs.offering import LEASE
 from server.runs.quotas import Quotas
-from server.runs.records import RUNNING, Progress, Run
+from server.runs.records import LEASE, RUNNING, Progress, Run
 from server.runs.reports import Report, report_of, split_of
 from server.sim.rules import Limits
 

@@ -11,8 +11,7 @@ from server.errors import ArraMonError, StorageError, TakenOver
 from server.runs.database import Database
 from server.runs.engine import Engine
 from server.runs.events import Observed, RunEnded
-from server.runs.offering import LEASE
-from server.runs.records import COMPLETE, Run
+from server.runs.records import COMPLETE, LEASE, Run
 from tests import tiny
 from tests.runs.engines import House, Seat, quick, until
 

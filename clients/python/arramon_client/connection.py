@@ -36,7 +36,7 @@ CHANNEL_OPTIONS = (
     # A server that restarts is to be found again within seconds; the default backs off for two minutes.
     ("grpc.initial_reconnect_backoff_ms", 100),
     ("grpc.min_reconnect_backoff_ms", 1_000),
-    ("grpc.max_reconnect_backoff_ms", 5_000),
+    ("grpc.max_reconnect_backoff_ms", 2_000),
 )
 
 UNARY_TIMEOUT = 60.0

@@ -10,7 +10,7 @@ from arramon_client.errors import ServerUnreachableError
 
 Answer = TypeVar("Answer")
 
-FIRST_DELAY, LAST_DELAY = 0.1, 5.0
+FIRST_DELAY, LAST_DELAY = 0.1, 2.0
 """Seconds between attempts to reconnect, from the first to the longest; each is shortened by chance by up to a half."""
 
 PATIENCE = 300.0
