@@ -16,11 +16,12 @@ from server.sim.raster import RasterCamera
 from server.sim.room_scene import room_scene
 from server.sim.rules import Ground, State
 from server.sim.scene import Scene
+from server.sim.section import Section
 from server.sim.view import view
 
 
 class Worlds:
-    """Scenes, pybullet worlds and cameras by split and section. To be used from one thread.
+    """Scenes, pybullet worlds and cameras by section; splits share those that are the same. For use from one thread.
 
     Args:
         splits: by name.
@@ -29,6 +30,13 @@ class Worlds:
 
     def __init__(self, splits: Mapping[str, Split], camera: str = CAMERAS[0]) -> None:
         self._splits = splits
+        first: dict[Section, tuple[str, str]] = {}
+        self._first = {
+            (split.name, id_): first.setdefault(section, (split.name, id_))
+            for split in splits.values()
+            for id_, section in split.sections.items()
+        }
+        """By split and section: the same, or where an equal one comes first."""
         self._camera = camera
         self._scenes: dict[tuple[str, str], Scene] = {}
         self._grounds: dict[tuple[str, str], Obstacles] = {}
@@ -38,14 +46,14 @@ class Worlds:
 
     def scene(self, split: str, section: str) -> Scene:
         """The scene of a section."""
-        key = (split, section)
+        key = self._first[split, section]
         if key not in self._scenes:
-            self._scenes[key] = city_scene(self._splits[split].sections[section])
+            self._scenes[key] = city_scene(self._splits[key[0]].sections[key[1]])
         return self._scenes[key]
 
     def ground(self, split: str, section: str) -> Ground:
         """What answers the rules' question in a section."""
-        key = (split, section)
+        key = self._first[split, section]
         if key not in self._grounds:
             # The reference camera is both; for others what is solid will do: no looks, 55 MB and 0.1 s less.
             self._grounds[key] = (World if self._camera == "tiny" else Obstacles)(self.scene(split, section))
@@ -57,7 +65,7 @@ class Worlds:
         A segmentation, where it is asked for, holds places in `labels.LABELS`, the same in every section and the room.
         """
         seen = view(state, episode.layout)
-        key = None if seen.indoors else (split, episode.section)
+        key = None if seen.indoors else self._first[split, episode.section]
         if key not in self._cameras:
             self._cameras[key] = self._made(key)
             self._places[key] = places_of(self._cameras[key].labels)

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from server.sim.scene import Mesh
+from server.sim.vectors import cross
 
 Vector = tuple[float, float, float]
 _CREASE = math.cos(math.radians(40.0))
@@ -68,7 +69,7 @@ def quad(corners: Sequence[Vector], u: tuple[float, float] = (0.0, 1.0), v: tupl
         v: of the lower and the upper edge.
     """
     points = np.asarray(corners, np.float32)
-    normal = np.cross(points[1] - points[0], points[3] - points[0])
+    normal = cross(points[1] - points[0], points[3] - points[0])
     normal = normal / np.linalg.norm(normal)
     uvs = np.array([(u[0], v[0]), (u[1], v[0]), (u[1], v[1]), (u[0], v[1])], np.float32)
     triangles = np.array([(0, 1, 2), (0, 2, 3)], np.int32)

@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from server.sim.scene import Mesh
+from server.sim.vectors import cross, following
 
 _FLAT, _SAME_UV, _SAME_NORMAL = 1e-5, 1e-4, 0.03
 """How far, in units, parts of a texture, and of a unit normal, two triangles may be apart to be joined."""
@@ -61,14 +62,14 @@ def _one_number_for_a_place(vertices: npt.NDArray[np.float32]) -> list[int]:
 def _parts(mesh: Mesh, points: Vector, places: list[int]) -> Iterator[_Part]:
     """The triangles; those without an area are left out."""
     a, b, c = (points[mesh.triangles[:, i]] for i in range(3))
-    normals = np.cross(b - a, c - a)
+    normals = cross(b - a, c - a)
     areas = np.linalg.norm(normals, axis=1)
     kept = areas > 1e-10
     a, b, c, areas, triangles = a[kept], b[kept], c[kept], areas[kept, None], mesh.triangles[kept]
     normals = normals[kept] / areas
     values = np.concatenate([mesh.uvs, mesh.normals], axis=1).astype(np.float64)[triangles]
     # The gradients, in the triangle's plane, of what has these values at its corners.
-    along, across = np.cross(c - a, normals) / areas, np.cross(normals, b - a) / areas
+    along, across = cross(c - a, normals) / areas, cross(normals, b - a) / areas
     factors = (values[:, 1] - values[:, 0])[:, :, None] * along[:, None]
     factors += (values[:, 2] - values[:, 0])[:, :, None] * across[:, None]
     constants = values[:, 0] - np.einsum("ijk,ik->ij", factors, a)
@@ -128,10 +129,10 @@ def _union(part: _Part, other: _Part, edge: tuple[int, int], points: Vector) -> 
 
 def _is_convex(places: Vector, normal: Vector) -> bool:
     """Whether an outline never turns right, seen against the normal, nor back on itself."""
-    steps = np.roll(places, -1, axis=0) - places
+    steps = following(places) - places
     steps = steps[np.abs(steps).max(axis=1) > _SAME_PLACE]
-    after = np.roll(steps, -1, axis=0)
-    turns, along = np.cross(steps, after) @ normal, (steps * after).sum(axis=1)
+    after = following(steps)
+    turns, along = cross(steps, after) @ normal, (steps * after).sum(axis=1)
     return bool((turns > -1e-9).all() and ((along > 0.0) | (turns > 1e-3 * -along)).all())
 
 
@@ -144,7 +145,7 @@ def _polygon(part: _Part, points: Vector) -> Polygon:
     smooth = bool(np.ptp(normals, axis=0).max() > 1e-4)
     if not smooth:
         functions[2:, :3], functions[2:, 3] = 0.0, normals[0]
-    spread = float(np.linalg.norm(np.cross(functions[0, :3], functions[1, :3])))
+    spread = float(np.linalg.norm(cross(functions[0, :3], functions[1, :3])))
     if np.abs(functions[:2, :3]).max() < 1e-6:
         functions[:2, :3] = spread = 0.0
     plane = np.concatenate([part.normal, [part.distance], functions[0], functions[1], [spread], functions[2:].ravel()])
