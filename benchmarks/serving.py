@@ -51,6 +51,7 @@ class Setting:
     sensors: tuple[str, ...] = SENSORS
     fsync: bool = False
     postgres: bool = False
+    program: tuple[str, ...] = ("-m", "server")
 
 
 SETTINGS = (
@@ -155,10 +156,10 @@ def in_process(split: Split, seconds: float, size: int = 224) -> Measured:
 def serving(
     data: Path, setting: Setting, environment: Mapping[str, str] | None = None, *, journal: str = ""
 ) -> Iterator[tuple[str, "subprocess.Popen[str]", float]]:
-    """A server, with a journal of its own unless a URL is given: its address, process, and seconds that it took to start."""
+    """A server, with its own journal unless a URL is given: its address, process, and the seconds until it listened."""
     with tempfile.TemporaryDirectory() as folder:
         listen = "127.0.0.1:0" if setting.tcp else f"unix:{folder}/socket"
-        command = [sys.executable, "-m", "server", "serve", "--data", str(data), "--listen", listen]
+        command = [sys.executable, *setting.program, "serve", "--data", str(data), "--listen", listen]
         command += ["--journal", journal or f"sqlite:///{folder}/journal.db", "--workers", str(setting.workers)]
         command += ["--fsync" if setting.fsync else "--no-fsync"]
         started = time.perf_counter()

@@ -1,0 +1,56 @@
+"""What it costs to measure: steps a second of a server that counts and times every step, against one that does not.
+
+    python benchmarks/metering.py [--data DIR] [--seconds 6] [--rounds 6] [--parallel 1 16]
+
+The second server is the same program with a meter that does nothing in the place of the one for Prometheus. They take
+turns, each first in every other round; the median of the rounds' ratios is shown, and the rounds.
+"""
+
+import argparse
+import statistics
+from pathlib import Path
+
+from common import data_or_sample
+from serving import Setting, measure
+
+from server.episodes.splits import read_splits
+
+UNMEASURED = """
+import sys
+from server.cli import main
+from server.metrics import Metrics
+from server.runs.meter import Meter
+
+for name in vars(Meter):
+    if not name.startswith("_"):
+        setattr(Metrics, name, getattr(Meter, name))
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def main() -> None:
+    """Runs the benchmark and prints its table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("--data", type=Path, help="data folder (default: the sample episodes)")
+    parser.add_argument("--seconds", type=float, default=6.0, help="of each round (default: %(default)s)")
+    parser.add_argument("--rounds", type=int, default=6, help="(default: %(default)s)")
+    parser.add_argument("--parallel", type=int, nargs="+", default=[1, 16], help="episodes open at once")
+    options = parser.parse_args()
+    with data_or_sample(options.data) as data:
+        split = max(read_splits(data).values(), key=lambda split: len(split.episodes))
+        for parallel in options.parallel:
+            with_, without = (
+                Setting("measured", parallel),
+                Setting("not measured", parallel, program=("-c", UNMEASURED)),
+            )
+            ratios = []
+            for number in range(options.rounds):
+                pair = (with_, without) if number % 2 else (without, with_)
+                rates = {setting.name: measure(data, split, setting, options.seconds).rate for setting in pair}
+                ratios.append(rates["measured"] / rates["not measured"])
+            rounds = " ".join(f"{ratio:.3f}" for ratio in ratios)
+            print(f"{parallel} episodes: {statistics.median(ratios):.3f} of the steps, by rounds {rounds}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
