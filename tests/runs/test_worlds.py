@@ -30,8 +30,8 @@ def test_sections_of_one_name_that_differ_are_not_mixed_up() -> None:
     one, two = split("one", "1"), split("two", "1", "2")
     with closing(Worlds({"one": one, "two": two})) as worlds:
         assert worlds.scene("one", "1") is not worlds.scene("two", "1")
-        frames = [
+        first, second = (
             worlds.render(each.name, each.episodes["0"], begin(each.episodes["0"].layout), 32).rgb
             for each in (one, two)
-        ]
-    assert not np.array_equal(*frames)
+        )
+    assert not np.array_equal(first, second)
