@@ -108,7 +108,7 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
     receipts = Receipts(database, splits, key)
     add_EvaluationServicer_to_server(Servicer(runs, engine, receipts, config), server)
     entries = Entries(database)
-    board = Board(entries, splits, steps_per_phase=config.limits.steps_per_phase)
+    board = Board(entries, splits, steps_per_phase=config.limits.steps_per_phase, clocks=config.clocks)
     publishing = Publishing(journal, splits, entries, receipts)
     add_LeaderboardServicer_to_server(BoardServicer(board, publishing), server)
     health_servicer = health.HealthServicer()

@@ -11,6 +11,7 @@ from server.board.standings import BOTH, COLUMNS, HEADLINE, PRIVILEGED, Entry, M
 from server.episodes.splits import Split
 from server.errors import BadInput, NotFound
 from server.runs import causes
+from server.runs.clocks import Clocks
 from server.scoring.aggregate import Interval
 
 
@@ -39,14 +40,14 @@ class Board:
     Args:
         entries: what is published.
         splits: what is served, by name.
-        steps_per_phase: this server's step limit; runs under another are marked.
+        steps_per_phase, clocks: what this server gives to runs now; those under others are marked.
     """
 
-    def __init__(self, entries: Entries, splits: Mapping[str, Split], *, steps_per_phase: int) -> None:
+    def __init__(self, entries: Entries, splits: Mapping[str, Split], *, steps_per_phase: int, clocks: Clocks) -> None:
         self._entries = entries
         self._splits = splits
         self._episodes = {name: split.languages for name, split in splits.items()}
-        self._steps_per_phase = steps_per_phase
+        self._steps_per_phase, self._clocks = steps_per_phase, clocks
         self._references = read_references()
         self._kept: tuple[tuple[int, int], dict[tuple[str, str, str], Listing]] = ((-1, -1), {})
 
@@ -135,6 +136,7 @@ class Board:
             Mark.PRIVILEGED: bool(PRIVILEGED.intersection(run.sensors)),
             Mark.OTHER_DATA: not current,
             Mark.OTHER_LIMITS: run.steps_per_phase != self._steps_per_phase,
+            Mark.OTHER_CLOCKS: Clocks.of(run) != self._clocks,
             Mark.SERVER_FAULT: scores.progress.causes.get(causes.SERVER_FAULT, 0) > 0,
         }
         marks = tuple(mark for mark in Mark if found[mark])

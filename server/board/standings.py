@@ -47,11 +47,13 @@ class Mark(StrEnum):
     """The split's data is not what it was when the run was played, or is gone."""
     OTHER_LIMITS = "other-limits"
     """It was played under another step limit than this server's."""
+    OTHER_CLOCKS = "other-clocks"
+    """It was played under other clocks than this server's, or one of the two has none."""
     SERVER_FAULT = "server-fault"
     """Some of its episodes ended by the server's fault and count as not played: its scores are rather too low."""
 
 
-UNRANKED = frozenset({Mark.PARTIAL, Mark.PRIVILEGED, Mark.OTHER_DATA, Mark.OTHER_LIMITS})
+UNRANKED = frozenset(Mark) - {Mark.SERVER_FAULT}
 """Marks with which an entry is listed, but not ranked: it cannot be compared with the others."""
 
 

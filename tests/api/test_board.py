@@ -5,7 +5,7 @@ import hashlib
 import io
 import json
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import grpc
@@ -292,3 +292,34 @@ def test_strangers_on_an_open_server_cannot_publish(tmp_path: Path) -> None:
                 "publishing and withdrawing take a token on this server; ask its host for one",
             )
     assert server.stop() == 0
+
+
+@contextmanager
+def served(data: Path, step_seconds: int) -> Iterator[grpc.Channel]:
+    server = Server(data, "127.0.0.1:0", "--steps", "8", "--step-seconds", str(step_seconds))
+    with grpc.insecure_channel(server.address) as channel:
+        yield channel
+    assert server.stop() == 0
+
+
+def standings(board: LeaderboardStub) -> list[tuple[str, int, list[int], str]]:
+    """Agent, rank, marks, and the marks in the file to download."""
+    form = pb.ExportRequest.FORMAT_CSV
+    text = board.Export(pb.ExportRequest(split="tiny", language="en", format=form), metadata=METADATA).content
+    lines = zip(listed(board).standings, csv.DictReader(io.StringIO(text, newline="")), strict=True)
+    return [(line.agent, line.rank, list(line.marks), cells["marks"]) for line, cells in lines]
+
+
+def test_a_host_who_changes_the_clocks_mixes_no_runs(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    with served(tmp_path, 60) as channel:
+        board = LeaderboardStub(channel)
+        publish(board, played(EvaluationStub(channel), agent="before"))
+        assert standings(board) == [("before", 1, [], "")]
+    with served(tmp_path, 0) as channel:
+        board = LeaderboardStub(channel)
+        publish(board, played(EvaluationStub(channel), agent="after"))
+        assert standings(board) == [("after", 1, [], ""), ("before", 0, [pb.MARK_OTHER_CLOCKS], "other-clocks")]
+    with served(tmp_path, 60) as channel:
+        board = LeaderboardStub(channel)
+        assert standings(board) == [("before", 1, [], ""), ("after", 0, [pb.MARK_OTHER_CLOCKS], "other-clocks")]

@@ -1,6 +1,7 @@
 """Runs that were never played, with scores as a test wants them, and lines made of numbers alone."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from server.board.standings import COLUMNS, Entry, Mark, Standing
 from server.episodes.splits import Split
 from server.runs import tables
 from server.runs.callers import HOST, Caller
+from server.runs.clocks import Clocks
 from server.runs.database import Database
 from server.runs.journal import Journal
 from server.runs.receipts import Receipts
@@ -23,7 +25,8 @@ from server.scoring.episode import METRICS
 from tests import tiny
 
 NOON = datetime(2030, 1, 1, 12, tzinfo=UTC)
-STEPS = 150
+STEPS, CLOCKS = 150, Clocks(60.0, 600.0, 3600.0)
+"""Of the runs, and of the board that shows them."""
 
 
 class House:
@@ -39,7 +42,7 @@ class House:
         self.entries = Entries(self.database)
         receipts = Receipts(self.database, self.splits, SigningKey(folder / "key.pem"))
         self.publishing = Publishing(self.journal, self.splits, self.entries, receipts)
-        self.board = Board(self.entries, self.splits, steps_per_phase=STEPS)
+        self.board = Board(self.entries, self.splits, steps_per_phase=STEPS, clocks=CLOCKS)
 
     def participant(self, *names: str) -> None:
         """Participants of these names."""
@@ -59,6 +62,7 @@ class House:
         account: str | None = None,
         sensors: tuple[str, ...] = ("rgb", "depth"),
         steps: int = STEPS,
+        clocks: Clocks = CLOCKS,
         cause: str = "AGENT_FINISHED",
         over: bool = True,
     ) -> str:
@@ -68,7 +72,7 @@ class House:
         run = Run(
             run_id=run_id, participant=participant, agent=agent, split=split, language=language, sensors=sensors,
             steps_per_phase=steps, data_hash=self.splits[split].data_hash, server_version="9", state=RUNNING,
-            created_at=NOON, account=account,
+            created_at=NOON, account=account, **asdict(clocks),
         )  # fmt: skip
         self.journal.create(run, order[: len(values)])
         if over:

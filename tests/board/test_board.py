@@ -9,9 +9,10 @@ from server.board.board import Board
 from server.board.standings import BOTH, Mark
 from server.errors import BadInput, NotFound
 from server.runs.callers import HOST
+from server.runs.clocks import Clocks
 from server.scoring.aggregate import Interval
 from tests import tiny
-from tests.board.made import STEPS, House
+from tests.board.made import CLOCKS, STEPS, House
 
 
 def test_a_board_without_runs(house: House) -> None:
@@ -37,7 +38,7 @@ def test_scores_are_the_same_when_they_are_read_from_the_database(house: House) 
     run = house.run("r1", [0.1, 0.2, 0.3, 1 / 3, 0.7, 0.0])
     house.publish(run)
     first = house.entries.scores(run)
-    again = Board(type(house.entries)(house.database), house.splits, steps_per_phase=STEPS)
+    again = Board(type(house.entries)(house.database), house.splits, steps_per_phase=STEPS, clocks=CLOCKS)
     assert again.entry(run).rows == first.rows
     assert again.entry(run).progress == first.progress
 
@@ -61,6 +62,10 @@ def test_only_the_split_and_language_asked_for(house: House) -> None:
         ({"sensors": ("rgb", "pose")}, (Mark.PRIVILEGED,), 1.0, 0),
         ({"sensors": ("oracle",)}, (Mark.PRIVILEGED,), 1.0, 0),
         ({"steps": STEPS + 1}, (Mark.OTHER_LIMITS,), 1.0, 0),
+        ({"clocks": Clocks(30.0, 600.0, 3600.0)}, (Mark.OTHER_CLOCKS,), 1.0, 0),
+        ({"clocks": Clocks(60.0, 60.0, 3600.0)}, (Mark.OTHER_CLOCKS,), 1.0, 0),
+        ({"clocks": Clocks(60.0, 600.0, 7200.0)}, (Mark.OTHER_CLOCKS,), 1.0, 0),
+        ({"clocks": Clocks()}, (Mark.OTHER_CLOCKS,), 1.0, 0),
         ({"cause": "SERVER_FAULT"}, (Mark.SERVER_FAULT,), 1.0, 1),
         ({"scores": [1.0], "sensors": ("oracle",)}, (Mark.PARTIAL, Mark.PRIVILEGED), 1 / 6, 0),
     ],
@@ -71,10 +76,26 @@ def test_marks(house: House, fields: dict[str, Any], marks: tuple[Mark, ...], co
     assert (line.marks, line.coverage, line.rank) == (marks, coverage, rank)
 
 
+def test_a_host_who_changes_the_clocks_begins_a_ranking_anew(house: House) -> None:
+    house.publish(house.run("timed", agent="timed"))
+    house.publish(house.run("untimed", 0.5, agent="untimed", clocks=Clocks()))
+    now = Board(house.entries, house.splits, steps_per_phase=STEPS, clocks=Clocks())
+    assert [(line.agent, line.rank, line.marks) for line in house.board.standings("tiny", "en")] == [
+        ("timed", 1, ()),
+        ("untimed", 0, (Mark.OTHER_CLOCKS,)),
+    ]
+    assert [(line.agent, line.rank, line.marks) for line in now.standings("tiny", "en")] == [
+        ("untimed", 1, ()),
+        ("timed", 0, (Mark.OTHER_CLOCKS,)),
+    ]
+
+
 def test_runs_on_data_that_is_gone_stay_listed_and_are_marked(house: House, tmp_path: Path) -> None:
     house.publish(house.run("r1", [0.5] * 6))
-    changed = Board(house.entries, {"tiny": tiny.write(tmp_path / "other", "tiny", 4)}, steps_per_phase=STEPS)
-    gone = Board(house.entries, {}, steps_per_phase=STEPS)
+    changed = Board(
+        house.entries, {"tiny": tiny.write(tmp_path / "other", "tiny", 4)}, steps_per_phase=STEPS, clocks=CLOCKS
+    )
+    gone = Board(house.entries, {}, steps_per_phase=STEPS, clocks=CLOCKS)
     for board in (changed, gone):
         (line,) = board.standings("tiny", "en")
         assert (line.marks, line.coverage, line.rank) == ((Mark.OTHER_DATA,), None, 0)

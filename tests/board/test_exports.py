@@ -11,6 +11,7 @@ from server.board.board import Listing
 from server.board.exports import CSV_COLUMNS, as_csv, as_json
 from server.board.reference import read_references
 from server.board.standings import BOTH
+from server.runs.clocks import Clocks
 from tests.board.made import House
 
 
@@ -39,6 +40,15 @@ def test_csv_gives_the_numbers_back(house: House) -> None:
     assert (whole["kind"], whole["rank"], whole["tied"], whole["agent"]) == ("run", "1", "no", "walker, mine")
     assert (whole["note"], whole["run_id"], whole["coverage"], whole["marks"]) == ('says "hello"', "r1", "1.0", "")
     assert (part["rank"], part["marks"], part["sensors"]) == ("", "partial privileged", "oracle")
+
+
+def test_other_clocks_are_marked_in_both_files(house: House) -> None:
+    house.publish(house.run("r1", clocks=Clocks(30.0, 600.0, 3600.0)))
+    listing = house.board.listing("tiny", "en")
+    (cells,) = read(as_csv(listing))
+    (line,) = json.loads(as_json(listing))["standings"]
+    assert (cells["rank"], cells["marks"]) == ("", "other-clocks")
+    assert (line["rank"], line["marks"], line["entries"][0]["marks"]) == (None, ["other-clocks"], ["other-clocks"])
 
 
 def test_csv_of_both_languages_names_both_runs(house: House) -> None:

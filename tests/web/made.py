@@ -1,6 +1,6 @@
 """A house with a web site: published runs on an open split and on a hidden one, some of which were really played."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 from server.board.board import Board
@@ -19,7 +19,7 @@ from server.sim.geometry import Point, Pose
 from server.sim.rules import Collectible, Limits
 from server.web.pages import Pages
 from tests import tiny
-from tests.board.made import NOON, STEPS, House
+from tests.board.made import CLOCKS, NOON, STEPS, House
 from tests.web.serving import Site
 
 OPEN_RUN, HIDDEN_RUN, UNPUBLISHED_RUN, WITHDRAWN_RUN, PRIVILEGED_RUN = (letter * 32 for letter in "abcdf")
@@ -51,7 +51,7 @@ class WebHouse(House):
         self.site = self._served()
 
     def _served(self) -> Site:
-        self.board = Board(self.entries, self.splits, steps_per_phase=STEPS)
+        self.board = Board(self.entries, self.splits, steps_per_phase=STEPS, clocks=CLOCKS)
         return Site(Pages(self.board, self.journal, self.receipts, self.splits))
 
     def play(
@@ -62,7 +62,7 @@ class WebHouse(House):
         run = Run(
             run_id=run_id, participant="lab", agent="truth", split=split, language=language, sensors=sensors,
             steps_per_phase=STEPS, data_hash=self.splits[split].data_hash, server_version="9", state=RUNNING,
-            created_at=NOON,
+            created_at=NOON, **asdict(CLOCKS),
         )  # fmt: skip
         self.journal.create(run, [episode.episode_id for episode in order])
         with Obstacles(city_scene(tiny.SECTION)) as ground:

@@ -37,6 +37,8 @@ class _MarkEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_Mark.ValueType],
     """Played under another step limit than the server's present one. Not ranked."""
     MARK_SERVER_FAULT: _Mark.ValueType  # 5
     """Some of its episodes ended by the server's fault, and count as not played."""
+    MARK_OTHER_CLOCKS: _Mark.ValueType  # 6
+    """Played under other clocks than the server's present ones. Not ranked."""
 
 class Mark(_Mark, metaclass=_MarkEnumTypeWrapper):
     """What a reader must know of an entry beside its scores."""
@@ -52,6 +54,8 @@ MARK_OTHER_LIMITS: Mark.ValueType  # 4
 """Played under another step limit than the server's present one. Not ranked."""
 MARK_SERVER_FAULT: Mark.ValueType  # 5
 """Some of its episodes ended by the server's fault, and count as not played."""
+MARK_OTHER_CLOCKS: Mark.ValueType  # 6
+"""Played under other clocks than the server's present ones. Not ranked."""
 Global___Mark: _TypeAlias = Mark  # noqa: Y015
 
 @_typing.final
