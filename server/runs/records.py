@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any
 
+from server.runs.causes import SERVER_FAULT
+
 RUNNING, COMPLETE, CANCELLED = "RUNNING", "COMPLETE", "CANCELLED"
 """States of a run."""
 
@@ -101,6 +103,11 @@ class Ending:
     scores: list[dict[str, float]]
     note: str = ""
     epoch: int = 0
+
+    @property
+    def has_played(self) -> bool:
+        """Whether its recorded steps count: what the server could not play to its end counts for nothing."""
+        return self.steps > 0 or self.cause != SERVER_FAULT
 
 
 @dataclass

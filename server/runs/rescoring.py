@@ -114,9 +114,7 @@ class Rescorer:
         """How an episode ends when its recorded actions are played."""
         episode = split.episodes[ending.episode_id]
         session = Session(episode, self._worlds.ground(split.name, episode.section), Limits(run.steps_per_phase))
-        # What the server could not play to its end counts for nothing, whatever was recorded of it.
-        counted = ending.steps or ending.cause != causes.SERVER_FAULT
-        actions = self._journal.actions(run.run_id, ending.episode_id) if counted else []
+        actions = self._journal.actions(run.run_id, ending.episode_id) if ending.has_played else []
         for _ in session.replay(actions):
             pass
         cause = ending.cause

@@ -8,6 +8,7 @@ from server.board.standings import Entry
 from server.episodes.episode import Episode
 from server.episodes.splits import Split
 from server.errors import NotFound
+from server.runs import causes
 from server.runs.journal import Journal
 from server.runs.records import Ending, Run
 from server.runs.session import Session
@@ -87,18 +88,22 @@ class Paths:
             raise NotFound(f"run {entry.run.run_id!r} has no episode {episode_id!r} to show")
         episode = split.episodes[episode_id]
         ground = mapping.ground(split.sections[episode.section])
-        return Played(episode, ending, ground, self._drawn(entry.run, episode_id))
+        tracks = self._drawn(entry.run, episode_id, ending.cause if ending.has_played else "")
+        return Played(episode, ending, ground, tracks)
 
     def _endings(self, run_id: str) -> list[Ending]:
         return self._journal.endings(run_id)
 
-    def _draw(self, run: Run, episode_id: str) -> tuple[mapping.Track, ...]:
+    def _draw(self, run: Run, episode_id: str, cause: str) -> tuple[mapping.Track, ...]:
+        """The tracks of what was played and ended by a cause; an empty one where nothing of it counts."""
         split = self._splits[run.split]
         episode = split.episodes[episode_id]
         section = split.sections[episode.section]
         session = Session(episode, self._ground(section), Limits(run.steps_per_phase))
-        for _ in session.replay(self._journal.actions(run.run_id, episode_id)):
+        for _ in session.replay(self._journal.actions(run.run_id, episode_id) if cause else ()):
             pass
+        if cause == causes.TIME_LIMIT and not session.state.finished:
+            session.run_out()
         return tuple(mapping.track(section, turn) for turn in session.record().turns)
 
     def _ground(self, section: Section) -> Obstacles:

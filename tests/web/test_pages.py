@@ -13,7 +13,13 @@ from pathlib import Path
 import pytest
 
 from arramon_client.receipts import read_receipt
+from server.runs import causes
+from server.runs.clocks import Clocks
+from server.runs.records import COMPLETE, Batch, Ending
+from server.scoring.episode import METRICS
 from server.web import pages, texts
+from tests import tiny
+from tests.played import play
 from tests.web.made import HIDDEN_RUN, OPEN_RUN, PECULIAR, UNPUBLISHED_RUN, WITHDRAWN_RUN, WebHouse
 from tests.web.reading import Page
 
@@ -251,6 +257,13 @@ def test_ranks_ties_and_marks(web: WebHouse) -> None:
     assert '<span class="mark">privileged</span>' in text
 
 
+def test_runs_with_other_clocks_are_marked_on_every_page(web: WebHouse) -> None:
+    run = web.publish(web.run(f"{1:032x}", clocks=Clocks()))
+    for language, mark in (("en", "other clocks"), ("hi", "अन्य घड़ियाँ")):
+        for address in (f"/{language}/?split=tiny&language=en", f"/{language}/runs/{run}"):
+            assert f'<span class="mark">{mark}</span>' in web.site.get(address).text, address
+
+
 def test_one_column_says_that_it_sorts(shown: WebHouse) -> None:
     for address, column, order in [
         ("/en/?split=open&language=en", "PTC", "descending"),
@@ -312,6 +325,27 @@ def test_the_path_played_is_drawn_where_the_ground_truth_is(shown: WebHouse) -> 
         if "halo" not in str(attributes)
     }
     assert lines["truth"] == lines["played"] == "26.44,24 27.44,24 28.44,24"
+
+
+def drawn(web: WebHouse, run: str, episode: str) -> list[str]:
+    """The paths played that an episode's page draws, one for each turn that was begun."""
+    lines = Page(web.site.get(f"/en/runs/{run}/episodes/{episode}").text).all("polyline")
+    return [str(line["points"]) for line in lines if line["class"] == "played" and "points" in line][1:]
+
+
+def test_what_a_clock_or_the_server_ended_is_drawn_as_it_was_scored(web: WebHouse) -> None:
+    run, first_turn = "e" * 32, tiny.ACTIONS[:3]
+    actions = {f"quokka-{number}": first_turn for number in range(3)}
+    ended = {"quokka-0": causes.TIME_LIMIT, "quokka-1": causes.FORFEITED}
+    play(web.database, web.splits["open"], run, actions, ended=ended, over=False)
+    unplayed = [dict.fromkeys(METRICS, 0.0)] * 2
+    web.journal.commit(Batch(endings=[Ending(run, "quokka-2", causes.SERVER_FAULT, 0, unplayed, epoch=1)]))
+    web.journal.set_state(run, COMPLETE)
+    web.publish(run)
+    walked = "26.44,26 26.44,25 26.44,24"
+    assert drawn(web, run, "quokka-0") == [walked, "26.44,24"]  # at the end of the time the second turn begins, too
+    assert drawn(web, run, "quokka-1") == [walked]
+    assert drawn(web, run, "quokka-2") == ["26.44,26"]  # its steps are in the journal, and do not count
 
 
 def test_an_episode_is_found_by_its_number(shown: WebHouse) -> None:
