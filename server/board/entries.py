@@ -97,8 +97,11 @@ class Entries:
         rows = self._database.read(sa.select(tables.receipts).where(tables.receipts.c.run_id == run_id))
         return Seal(hashlib.sha256(rows[0].payload).digest(), rows[0].public_key) if rows else None
 
-    def publish(self, run_id: str, note: str, scores: Scores) -> None:
+    def publish(self, run_id: str, note: str, scores: Scores, *, by_host: bool) -> bool:
         """Puts a run on the leaderboard, again where it was withdrawn; where it is listed, its note is renewed.
+
+        Returns whether that was done: what a host has withdrawn is published by a host alone, and asked in the same
+        statement, or a host's withdrawal could come to nothing by a publication that began before it.
 
         Raises:
             TakenOver: if another process has published it at the same time.
@@ -114,13 +117,18 @@ class Entries:
             "revision": table.c.revision + 1,
         }
         with self._database.write() as connection:
-            done = connection.execute(table.update().where(table.c.run_id == run_id).values(values))
-            if not done.rowcount:
-                row = {"run_id": run_id, "published_at": now, "note": note, "scores": _written(scores)}
-                connection.execute(table.insert().values(row))
+            mine = table.c.run_id == run_id
+            may = sa.true() if by_host else table.c.withdrawn_by_host.is_(False)
+            if connection.execute(table.update().where(mine, may).values(values)).rowcount:
+                return True
+            if connection.execute(sa.select(table.c.run_id).where(mine)).all():
+                return False
+            row = {"run_id": run_id, "published_at": now, "note": note, "scores": _written(scores)}
+            connection.execute(table.insert().values(row))
+            return True
 
     def withdraw(self, run_id: str, *, by_host: bool) -> None:
-        """Takes a run off the leaderboard; its row stays."""
+        """Takes a run off the leaderboard; its row stays. A host's word holds for one that was withdrawn before, too."""
         table = tables.entries
         values = {
             "withdrawn_at": datetime.now(UTC),
@@ -128,7 +136,8 @@ class Entries:
             "revision": table.c.revision + 1,
         }
         with self._database.write() as connection:
-            connection.execute(table.update().where(table.c.run_id == run_id, _LISTED).values(values))
+            may = sa.true() if by_host else _LISTED
+            connection.execute(table.update().where(table.c.run_id == run_id, may).values(values))
 
     def _read_scores(self, run_id: str) -> Scores:
         query = sa.select(tables.entries.c.scores).where(tables.entries.c.run_id == run_id)

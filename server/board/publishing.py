@@ -50,26 +50,31 @@ class Publishing:
         """
         run = self._own(caller, run_id)
         _check_note(note := note.strip())
+        by_host = caller.role is Role.HOST
         entry = self._entries.find(run_id)
-        if entry is not None and entry.withdrawn_by_host and caller.role is not Role.HOST:
-            raise Forbidden(f"the host has withdrawn run {run_id!r}; only the host can publish it again")
+        if entry is not None and entry.withdrawn_by_host and not by_host:
+            raise _withdrawn_by_host(run_id)
         report = report_of(run, self._journal, self._splits)
         _check_whole(report, self._splits[run.split])
         self._receipts.of(caller, run_id)
-        self._entries.publish(run_id, note, Scores(report.progress, report.table.rows, report.signature))
+        scores = Scores(report.progress, report.table.rows, report.signature)
+        if not self._entries.publish(run_id, note, scores, by_host=by_host):
+            raise _withdrawn_by_host(run_id)
 
     def withdraw(self, caller: Caller, run_id: str) -> None:
         """Takes a run off the leaderboard. It can be published again; after a host has withdrawn it, by a host alone.
+
+        A host may withdraw what its participant has withdrawn already, so that it does not come back.
 
         Raises:
             NotFound: if there is none of that id that the caller may see, or it is not on the leaderboard.
             Forbidden: for somebody anonymous on a server that is open to everyone.
         """
         self._own(caller, run_id)
-        entry = self._entries.find(run_id)
-        if not _is_listed(entry):
+        entry, by_host = self._entries.find(run_id), caller.role is Role.HOST
+        if not (_is_listed(entry) or (by_host and entry is not None and not entry.withdrawn_by_host)):
             raise NotFound(f"run {run_id!r} is not on the leaderboard")
-        self._entries.withdraw(run_id, by_host=caller.role is Role.HOST)
+        self._entries.withdraw(run_id, by_host=by_host)
 
     def _own(self, caller: Caller, run_id: str) -> Run:
         if caller == STRANGER:
@@ -78,6 +83,10 @@ class Publishing:
         if not caller.may_see(run):
             raise no_run(run_id)
         return run
+
+
+def _withdrawn_by_host(run_id: str) -> Forbidden:
+    return Forbidden(f"the host has withdrawn run {run_id!r}; only the host can publish it again")
 
 
 def _is_listed(entry: Published | None) -> bool:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from server.board.entries import Published
 from server.errors import ArraMonError, BadInput, Conflict, Forbidden, NotFound
 from server.runs.callers import ANONYMOUS, HOST, STRANGER, Caller, Role
 from tests.board.made import House
@@ -104,6 +105,34 @@ def test_what_the_host_withdrew_only_the_host_publishes_again(runs: House) -> No
     runs.publishing.withdraw(ANN, "anns")
     runs.publish("anns", caller=ANN)
     assert listed(runs) == ["anns"]
+
+
+def test_a_publication_that_began_before_the_host_withdrew_does_not_undo_that(
+    runs: House, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    runs.publish("anns", caller=ANN)
+    find = runs.entries.find
+
+    def found_just_before(run_id: str) -> Published | None:
+        entry = find(run_id)
+        monkeypatch.setattr(runs.entries, "find", find)
+        runs.publishing.withdraw(HOST, run_id)
+        return entry
+
+    monkeypatch.setattr(runs.entries, "find", found_just_before)
+    with pytest.raises(Forbidden, match="the host has withdrawn run 'anns'"):
+        runs.publish("anns", caller=ANN)
+    assert listed(runs) == []
+
+
+def test_a_host_withdraws_what_its_participant_has_withdrawn_to_bring_it_back_later(runs: House) -> None:
+    runs.publish("anns", caller=ANN)
+    runs.publishing.withdraw(ANN, "anns")
+    runs.publishing.withdraw(HOST, "anns")
+    with pytest.raises(Forbidden):
+        runs.publish("anns", caller=ANN)
+    with pytest.raises(NotFound, match="run 'anns' is not on the leaderboard"):
+        runs.publishing.withdraw(HOST, "anns")
 
 
 def test_what_is_not_listed_cannot_be_withdrawn(runs: House) -> None:
