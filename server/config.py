@@ -153,6 +153,13 @@ class Config:
         """Where the metrics are; empty where they are not."""
         return self.metrics or (self.web if self.web and is_loopback(self.web) else "")
 
+    @property
+    def http(self) -> dict[str, str]:
+        """What is served where over HTTP, if anything: "pages" and "metrics", by URL."""
+        scheme = "https" if self.tls_certificate else "http"
+        places = {"pages": self.web, "metrics": self.metrics_address}
+        return {name: f"{scheme}://{address}" for name, address in places.items() if address}
+
 
 SETTINGS = settings_of(Config)
 """The settings by name, in order."""

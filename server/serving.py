@@ -50,27 +50,26 @@ async def _serve(
     config: Config, splits: Mapping[str, Split], database: Database, announce: Callable[[str], None]
 ) -> None:
     parts = wire(config, splits, database)
-    with closing(parts.pages):
-        async with parts.site.open() as served:
-            await parts.server.start()
-            signals = _Signals()
-            parts.engine.start()
-            playing = asyncio.create_task(parts.engine.run())
-            await parts.readiness.look()
-            watching = asyncio.create_task(parts.readiness.watch())
-            for name, address in served.items():
-                announce(f"{name} at {address}")
-            announce(f"listening on {parts.address}")
-            # An engine that breaks down ends the process, and with it what is only in memory.
-            told = asyncio.create_task(signals.first.wait())
-            await asyncio.wait([playing, watching, told], return_when=asyncio.FIRST_COMPLETED)
-            told.cancel()
-            try:
-                await _drain(parts, playing, watching, signals.second, config.drain_seconds)
-            finally:
-                for task in (playing, watching):
-                    with suppress(asyncio.CancelledError):
-                        await task
+    async with parts.web as served:
+        await parts.server.start()
+        signals = _Signals()
+        parts.engine.start()
+        playing = asyncio.create_task(parts.engine.run())
+        await parts.readiness.look()
+        watching = asyncio.create_task(parts.readiness.watch())
+        for name, address in served.items():
+            announce(f"{name} at {address}")
+        announce(f"listening on {parts.address}")
+        # An engine that breaks down ends the process, and with it what is only in memory.
+        told = asyncio.create_task(signals.first.wait())
+        await asyncio.wait([playing, watching, told], return_when=asyncio.FIRST_COMPLETED)
+        told.cancel()
+        try:
+            await _drain(parts, playing, watching, signals.second, config.drain_seconds)
+        finally:
+            for task in (playing, watching):
+                with suppress(asyncio.CancelledError):
+                    await task
 
 
 async def _drain(

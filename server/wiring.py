@@ -1,6 +1,7 @@
 """Puts the parts of a server process together; `serving` starts and stops them."""
 
 from collections.abc import Mapping
+from contextlib import AbstractAsyncContextManager, nullcontext
 from dataclasses import dataclass
 
 import grpc
@@ -14,6 +15,7 @@ from arramon.v1.leaderboard_pb2_grpc import add_LeaderboardServicer_to_server
 from server.api.access import Access
 from server.api.authentication import Authentication
 from server.api.board import BoardServicer
+from server.api.crowding import Crowding
 from server.api.guard import Guard
 from server.api.servicer import Servicer
 from server.api.versions import VersionCheck
@@ -36,8 +38,6 @@ from server.runs.receipts import Receipts
 from server.runs.service import Runs
 from server.runs.signing import KnownKeys, SigningKey
 from server.tls import credentials_of
-from server.web.pages import Pages
-from server.web.site import Site
 
 SERVICES = (
     evaluation_pb2.DESCRIPTOR.services_by_name["Evaluation"].full_name,
@@ -55,16 +55,14 @@ class Parts:
         address: where it listens.
         engine: plays.
         readiness: tells the health service, and the metrics.
-        site: probes, metrics and pages.
-        pages: to close at the end.
+        web: serves probes, metrics and pages while it is entered, and gives what is served where.
     """
 
     server: grpc.aio.Server
     address: str
     engine: Engine
     readiness: Readiness
-    site: Site
-    pages: Pages
+    web: AbstractAsyncContextManager[dict[str, str]]
 
 
 def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Parts:
@@ -75,19 +73,7 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
     """
     metrics = Metrics(config.camera, lambda: runs_by_state(database))
     journal, accounts = CountedJournal(database, metrics), Accounts(database)
-    server = grpc.aio.server(
-        interceptors=[Access(metrics.called), Guard(), VersionCheck(), Authentication(accounts, config)],
-        maximum_concurrent_rpcs=config.max_calls,
-        options=[
-            ("grpc.max_receive_message_length", config.max_message_bytes),
-            ("grpc.so_reuseport", int(config.shared_port)),
-            ("grpc.keepalive_time_ms", int(1000 * config.keepalive_seconds)),
-            ("grpc.keepalive_timeout_ms", int(500 * config.keepalive_seconds)),
-            ("grpc.http2.ping_timeout_ms", int(500 * config.keepalive_seconds)),  # or a minute: the longer one counts
-            ("grpc.keepalive_permit_without_calls", 1),
-            ("grpc.http2.min_recv_ping_interval_without_data_ms", 5_000),
-        ],
-    )
+    server = _server(config, accounts, metrics)
     credentials = credentials_of(config)
     address = _bind(server, config.listen, credentials)
     own_address = _bind(server, config.own_address, credentials) if config.own_address else address
@@ -124,9 +110,40 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
             await health_servicer.set(name, status.SERVING if ready else status.NOT_SERVING)
 
     readiness = Readiness(lambda: journal.addresses(0.0), lambda: engine.turned_at, tell)
-    pages = Pages(board, journal, receipts, splits)
-    site = Site(config, lambda: readiness.problem, metrics.text, pages.routes())
-    return Parts(server, address, engine, readiness, site, pages)
+
+    def over_http() -> AbstractAsyncContextManager[dict[str, str]]:
+        if not config.http:
+            return nullcontext({})
+        # Only here, as they take half a second to load, for which whoever plays with an embedded server would wait.
+        from server.web.pages import Pages
+        from server.web.site import Site
+
+        pages = Pages(board, journal, receipts, splits)
+        return Site(config, lambda: readiness.problem, metrics.text, pages).open()
+
+    return Parts(server, address, engine, readiness, over_http())
+
+
+def _server(config: Config, accounts: Accounts, metrics: Metrics) -> grpc.aio.Server:
+    return grpc.aio.server(
+        interceptors=[
+            Access(metrics.called),
+            Guard(),
+            VersionCheck(),
+            Authentication(accounts, config),
+            Crowding(config.max_calls),
+        ],
+        maximum_concurrent_rpcs=config.max_calls,
+        options=[
+            ("grpc.max_receive_message_length", config.max_message_bytes),
+            ("grpc.so_reuseport", int(config.shared_port)),
+            ("grpc.keepalive_time_ms", int(1000 * config.keepalive_seconds)),
+            ("grpc.keepalive_timeout_ms", int(500 * config.keepalive_seconds)),
+            ("grpc.http2.ping_timeout_ms", int(500 * config.keepalive_seconds)),  # or a minute: the longer one counts
+            ("grpc.keepalive_permit_without_calls", 1),
+            ("grpc.http2.min_recv_ping_interval_without_data_ms", 5_000),
+        ],
+    )
 
 
 def _bind(server: grpc.aio.Server, listen: str, credentials: grpc.ServerCredentials | None) -> str:

@@ -24,7 +24,6 @@ from server.config import Config
 from server.configuring import environment_of, without_settings
 from server.errors import BadInput, Unavailable
 from server.metrics import FOLDER as METRICS_FOLDER
-from server.web.site import served
 
 START_SECONDS = 120.0
 """How long a worker may take to start: the first one may have the camera to compile."""
@@ -82,7 +81,7 @@ def serve_with_workers(config: Config, announce: Callable[[str], None]) -> None:
                 worker.start()
             for worker in workers:
                 worker.wait_until_ready()
-            for name, place in served(config).items():
+            for name, place in config.http.items():
                 announce(f"{name} at {place}")
             announce(f"listening on {address}")
             while not stopping.wait(0.2):

@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import AsyncIterator, Callable, Sequence
-from contextlib import AsyncExitStack, asynccontextmanager
+from contextlib import AsyncExitStack, asynccontextmanager, closing
 from dataclasses import replace
 
 from aiohttp import web
@@ -11,8 +11,7 @@ from server.config import Config
 from server.errors import BadInput
 from server.metrics import CONTENT_TYPE
 from server.tls import context_of
-
-_NOTHING: Sequence[web.AbstractRouteDef] = ()
+from server.web.pages import Pages
 
 
 class Site:
@@ -22,7 +21,7 @@ class Site:
         config: says where.
         problem: why the process is not ready; empty where it is.
         metrics: their text; not called on the event loop.
-        pages: the leaderboard's.
+        pages: the leaderboard's; closed at the end.
     """
 
     def __init__(
@@ -30,7 +29,7 @@ class Site:
         config: Config,
         problem: Callable[[], str],
         metrics: Callable[[], bytes],
-        pages: Sequence[web.AbstractRouteDef] = _NOTHING,
+        pages: Pages,
     ) -> None:
         self._config = config
         self._problem = problem
@@ -49,15 +48,16 @@ class Site:
         config = self._config
         web_address, metrics_address = config.web, config.metrics_address
         async with AsyncExitStack() as stack:
+            stack.enter_context(closing(self._pages))
             if config.web:
                 here = measured if config.metrics_address == config.web else []
-                routes = [*probes, *here, *self._pages]
+                routes = [*probes, *here, *self._pages.routes()]
                 web_address = await stack.enter_async_context(self._serving(config.web, routes))
                 metrics_address = web_address if here else metrics_address
             if config.metrics_address != config.web and config.metrics_address:
                 routes = [*probes, *measured]
                 metrics_address = await stack.enter_async_context(self._serving(config.metrics_address, routes))
-            yield served(replace(config, web=web_address, metrics=metrics_address))
+            yield replace(config, web=web_address, metrics=metrics_address).http
 
     @asynccontextmanager
     async def _serving(self, address: str, routes: Sequence[web.AbstractRouteDef]) -> AsyncIterator[str]:
@@ -89,10 +89,3 @@ class Site:
     async def _measure(self, _: web.Request) -> web.Response:
         body = await asyncio.to_thread(self._metrics)
         return web.Response(body=body, headers={"Content-Type": CONTENT_TYPE})
-
-
-def served(config: Config) -> dict[str, str]:
-    """What is served where over HTTP: "pages" and "metrics", by address."""
-    scheme = "https" if config.tls_certificate else "http"
-    places = {"pages": config.web, "metrics": config.metrics_address}
-    return {name: f"{scheme}://{address}" for name, address in places.items() if address}

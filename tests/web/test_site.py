@@ -39,11 +39,24 @@ def get(address: str, path: str) -> tuple[int, str, str]:
         connection.close()
 
 
-def test_a_server_without_web_addresses(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("flags", "served", "loaded"),
+    [
+        ((), set(), set()),
+        (("--workers", "2"), set(), set()),
+        (("--web", "127.0.0.1:0"), {"pages", "metrics"}, {"aiohttp", "jinja2"}),
+    ],
+)
+def test_what_makes_pages_is_loaded_where_they_are_served(
+    tmp_path: Path, flags: tuple[str, ...], served: set[str], loaded: set[str]
+) -> None:
     tiny.write(tmp_path)
-    server = Server(tmp_path)
-    assert places(server) == {}
+    log = tmp_path / "imports"
+    server = Server(tmp_path, "127.0.0.1:0", *flags, log=log, environment={"PYTHONPROFILEIMPORTTIME": "1"})
+    assert set(places(server)) == served
     assert server.stop() == 0
+    imported = {line.rpartition("|")[2].strip() for line in log.read_text().splitlines()}
+    assert imported & {"aiohttp", "jinja2", "grpc"} == {"grpc", *loaded}
 
 
 def test_probes_metrics_and_pages_on_one_address(tmp_path: Path) -> None:
