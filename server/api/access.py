@@ -3,16 +3,15 @@
 import ipaddress
 import logging
 import time
-from collections.abc import AsyncIterator, Awaitable, Callable
-from typing import Any, TypeAlias
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
 from urllib.parse import unquote
 
 import grpc
 
 from server.api.authentication import caller_of
-
-Handler: TypeAlias = "grpc.RpcMethodHandler[Any, Any] | None"
-Context: TypeAlias = "grpc.aio.ServicerContext[Any, Any]"
+from server.api.wrapping import Context, Continuation, Handler, Work, wrapped
 
 _QUIET = ("/grpc.health.", "/grpc.reflection.")
 
@@ -30,42 +29,33 @@ class Access(grpc.aio.ServerInterceptor):
         self._count = count
 
     async def intercept_service(
-        self,
-        continuation: Callable[[grpc.HandlerCallDetails], Awaitable[Handler]],
-        handler_call_details: grpc.HandlerCallDetails,
-    ) -> Handler:
+        self, continuation: Continuation, handler_call_details: grpc.HandlerCallDetails
+    ) -> "Handler | None":
         """Puts itself around the call's handler."""
         handler = await continuation(handler_call_details)
         if handler is None:
             self._count("unknown", grpc.StatusCode.UNIMPLEMENTED.name)
             return None
         method = handler_call_details.method
-        if handler.stream_stream is not None:
-            streaming: Any = handler.stream_stream
 
-            async def stream(requests: AsyncIterator[Any], context: Context) -> AsyncIterator[Any]:
-                started = time.monotonic()
-                try:
-                    async for response in streaming(requests, context):
-                        yield response
-                finally:
-                    self._ended(method, context, started)
+        async def answer(work: Work, request: Any, context: Context) -> Any:
+            with self._seen(method, context):
+                return await work(request, context)
 
-            return grpc.stream_stream_rpc_method_handler(
-                stream, handler.request_deserializer, handler.response_serializer
-            )
-        if handler.unary_unary is not None:
-            answering: Any = handler.unary_unary
+        async def stream(work: Work, requests: Any, context: Context) -> AsyncIterator[Any]:
+            with self._seen(method, context):
+                async for response in work(requests, context):
+                    yield response
 
-            async def unary(request: Any, context: Context) -> Any:
-                started = time.monotonic()
-                try:
-                    return await answering(request, context)
-                finally:
-                    self._ended(method, context, started)
+        return wrapped(handler, answer, stream)
 
-            return grpc.unary_unary_rpc_method_handler(unary, handler.request_deserializer, handler.response_serializer)
-        return handler
+    @contextmanager
+    def _seen(self, method: str, context: Context) -> Iterator[None]:
+        started = time.monotonic()
+        try:
+            yield
+        finally:
+            self._ended(method, context, started)
 
     def _ended(self, method: str, context: Context, started: float) -> None:
         status = _status(context)

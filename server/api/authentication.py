@@ -2,15 +2,16 @@
 
 import asyncio
 import time
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator
 from contextlib import aclosing
 from contextvars import ContextVar
 from hashlib import sha256
-from typing import Any, TypeAlias
+from typing import Any
 
 import grpc
 
 from server.addresses import is_loopback
+from server.api.wrapping import Context, Continuation, Handler, Work, wrapped
 from server.config import Config
 from server.errors import Forbidden, StorageError, Unauthenticated
 from server.runs.accounts import Accounts
@@ -28,13 +29,10 @@ KNOWN_SECONDS, KNOWN_TOKENS = 2.0, 10_000
 """How long a token is not looked up again, and how many are remembered: a revoked one is refused after that long. Open
 streams are asked again as often, with what they are told."""
 
-_Context: TypeAlias = grpc.aio.ServicerContext[Any, Any]
-_Handler: TypeAlias = "grpc.RpcMethodHandler[Any, Any]"  # a subscript for the type checker alone
-
 _caller: ContextVar[Caller] = ContextVar("caller")
 
 
-def caller_of(context: _Context) -> Caller:  # noqa: ARG001 - that of the call in whose context this runs
+def caller_of(context: Context) -> Caller:  # noqa: ARG001 - that of the call in whose context this runs
     """Whom a call comes from.
 
     Raises:
@@ -59,36 +57,19 @@ class Authentication(grpc.aio.ServerInterceptor):
         self._known: dict[bytes, tuple[Caller, float]] = {}
 
     async def intercept_service(
-        self,
-        continuation: Callable[[grpc.HandlerCallDetails], Awaitable["_Handler | None"]],
-        handler_call_details: grpc.HandlerCallDetails,
-    ) -> "_Handler | None":
+        self, continuation: Continuation, handler_call_details: grpc.HandlerCallDetails
+    ) -> "Handler | None":
         """Puts the question before the method's own work."""
         handler = await continuation(handler_call_details)
         method = handler_call_details.method
         if handler is None or not method.startswith("/arramon."):
             return handler
-        return self._guarded_stream(handler, method) if handler.response_streaming else self._guarded(handler, method)
 
-    def _guarded(self, handler: _Handler, method: str) -> _Handler:
-        work: Any = handler.stream_unary if handler.request_streaming else handler.unary_unary
-        make = (
-            grpc.stream_unary_rpc_method_handler if handler.request_streaming else grpc.unary_unary_rpc_method_handler
-        )
-
-        async def guarded(request: Any, context: _Context) -> Any:
+        async def answer(work: Work, request: Any, context: Context) -> Any:
             await self._admit(context, method)
             return await work(request, context)
 
-        return make(guarded, handler.request_deserializer, handler.response_serializer)
-
-    def _guarded_stream(self, handler: _Handler, method: str) -> _Handler:
-        work: Any = handler.stream_stream if handler.request_streaming else handler.unary_stream
-        make = (
-            grpc.stream_stream_rpc_method_handler if handler.request_streaming else grpc.unary_stream_rpc_method_handler
-        )
-
-        async def guarded(request: Any, context: _Context) -> AsyncIterator[Any]:
+        async def stream(work: Work, request: Any, context: Context) -> AsyncIterator[Any]:
             await self._admit(context, method)
             again = time.monotonic() + KNOWN_SECONDS
             async with aclosing(work(request, context)) as responses:
@@ -98,9 +79,9 @@ class Authentication(grpc.aio.ServerInterceptor):
                         again = time.monotonic() + KNOWN_SECONDS
                     yield response
 
-        return make(guarded, handler.request_deserializer, handler.response_serializer)
+        return wrapped(handler, answer, stream)
 
-    async def _admit(self, context: _Context, method: str, *, known: bool = False) -> None:
+    async def _admit(self, context: Context, method: str, *, known: bool = False) -> None:
         """Notes who calls. Whom it has let in it keeps while the database is away.
 
         Raises:
@@ -115,7 +96,7 @@ class Authentication(grpc.aio.ServerInterceptor):
             if not known:
                 raise
 
-    async def _find(self, context: _Context) -> Caller | None:
+    async def _find(self, context: Context) -> Caller | None:
         """Whom the call comes from; None where it has no token, and needs one.
 
         Raises:
@@ -161,17 +142,17 @@ def anonymous_caller(config: Config) -> Caller | None:
     return ANONYMOUS if own else STRANGER
 
 
-def is_private(context: _Context) -> bool:
+def is_private(context: Context) -> bool:
     """Whether nobody on the way can read a call: it is encrypted, or does not leave this machine."""
     return context.auth_context().get("transport_security_type") == [b"ssl"] or _is_from_here(context)
 
 
-def is_near(context: _Context) -> bool:
+def is_near(context: Context) -> bool:
     """Whether the caller is on this machine: not only a proxy on it, through which others come from anywhere."""
     proxied = {"forwarded", "via", "x-forwarded-for"} & {key for key, _ in context.invocation_metadata() or ()}
     return _is_from_here(context) and not proxied
 
 
-def _is_from_here(context: _Context) -> bool:
+def _is_from_here(context: Context) -> bool:
     kind, _, address = context.peer().partition(":")
     return kind == "unix" or (kind in ("ipv4", "ipv6") and is_loopback(address.replace("%5B", "[").replace("%5D", "]")))

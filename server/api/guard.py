@@ -1,17 +1,15 @@
 """Stands before every call: what cannot be read is refused, and what breaks inside tells nothing of the inside."""
 
 import logging
-from collections.abc import AsyncIterator, Awaitable, Callable
-from typing import Any, TypeAlias
+from collections.abc import AsyncIterator, Callable
+from typing import Any
 
 import grpc
 from google.protobuf.message import DecodeError
 
 from server.api.status import status_of
+from server.api.wrapping import Context, Continuation, Handler, Work, wrapped
 from server.errors import ArraMonError, BadInput, StorageError
-
-Handler: TypeAlias = "grpc.RpcMethodHandler[Any, Any] | None"
-Context: TypeAlias = "grpc.aio.ServicerContext[Any, Any]"
 
 BROKEN = "the server failed at this; it is a defect of the server, and its host can find it in the log"
 """All that a caller is told of an error that nobody foresaw."""
@@ -33,39 +31,29 @@ class Guard(grpc.aio.ServerInterceptor):
     """
 
     async def intercept_service(
-        self,
-        continuation: Callable[[grpc.HandlerCallDetails], Awaitable[Handler]],
-        handler_call_details: grpc.HandlerCallDetails,
-    ) -> Handler:
+        self, continuation: Continuation, handler_call_details: grpc.HandlerCallDetails
+    ) -> "Handler | None":
         """Puts itself around the call's handler."""
         handler = await continuation(handler_call_details)
         if handler is None:
             return None
-        read = _reader(handler.request_deserializer)
-        if handler.stream_stream is not None:
-            streaming: Any = handler.stream_stream  # an asynchronous generator, which gRPC's types do not know
+        method = handler_call_details.method
+        reads_many = handler.request_streaming
 
-            async def stream(requests: AsyncIterator[Any], context: Context) -> AsyncIterator[Any]:
-                try:
-                    async for response in streaming(_readable(requests), context):
-                        yield response
-                except Exception as error:  # noqa: BLE001 - whatever it is, it is logged and answered
-                    await _refuse(error, context, handler_call_details.method)
+        async def answer(work: Work, request: Any, context: Context) -> Any:
+            try:
+                return await work(_readable(request) if reads_many else _checked(request), context)
+            except Exception as error:  # noqa: BLE001 - whatever it is, it is logged and answered
+                await _refuse(error, context, method)
 
-            return grpc.stream_stream_rpc_method_handler(stream, read, handler.response_serializer)
-        if handler.unary_unary is not None:
-            answering: Any = handler.unary_unary
+        async def stream(work: Work, request: Any, context: Context) -> AsyncIterator[Any]:
+            try:
+                async for response in work(_readable(request) if reads_many else _checked(request), context):
+                    yield response
+            except Exception as error:  # noqa: BLE001 - as above
+                await _refuse(error, context, method)
 
-            async def unary(request: Any, context: Context) -> Any:
-                try:
-                    if isinstance(request, Unreadable):
-                        raise request
-                    return await answering(request, context)
-                except Exception as error:  # noqa: BLE001 - as above
-                    await _refuse(error, context, handler_call_details.method)
-
-            return grpc.unary_unary_rpc_method_handler(unary, read, handler.response_serializer)
-        return handler
+        return wrapped(handler, answer, stream, read=_reader(handler.request_deserializer))
 
 
 def _reader(deserialize: Callable[[bytes], Any] | None) -> Callable[[bytes], Any]:
@@ -82,9 +70,13 @@ def _reader(deserialize: Callable[[bytes], Any] | None) -> Callable[[bytes], Any
 
 async def _readable(requests: AsyncIterator[Any]) -> AsyncIterator[Any]:
     async for request in requests:
-        if isinstance(request, Unreadable):
-            raise request
-        yield request
+        yield _checked(request)
+
+
+def _checked(request: Any) -> Any:
+    if isinstance(request, Unreadable):
+        raise request
+    return request
 
 
 async def _refuse(error: Exception, context: Context, method: str) -> None:

@@ -1,22 +1,20 @@
 """Turns away clients that speak another protocol, before anything else is said."""
 
-from collections.abc import Awaitable, Callable
 from typing import Any
 
 import grpc
 
 from arramon.v1 import PROTOCOL, PROTOCOL_METADATA
 from server import __version__
+from server.api.wrapping import Context, Continuation, Handler
 
 
 class VersionCheck(grpc.aio.ServerInterceptor):
     """Refuses calls to this project's services that do not name this server's protocol."""
 
     async def intercept_service(
-        self,
-        continuation: Callable[[grpc.HandlerCallDetails], Awaitable["grpc.RpcMethodHandler[Any, Any] | None"]],
-        handler_call_details: grpc.HandlerCallDetails,
-    ) -> "grpc.RpcMethodHandler[Any, Any] | None":
+        self, continuation: Continuation, handler_call_details: grpc.HandlerCallDetails
+    ) -> "Handler | None":
         """Lets the call through, or puts a refusal in its place."""
         handler = await continuation(handler_call_details)
         if handler is None or not handler_call_details.method.startswith("/arramon."):
@@ -30,7 +28,7 @@ class VersionCheck(grpc.aio.ServerInterceptor):
             f"install the arramon-client that belongs to the server"
         )
 
-        async def refuse(_request: Any, context: grpc.aio.ServicerContext[Any, Any]) -> None:
+        async def refuse(_request: Any, context: Context) -> None:
             await context.abort(grpc.StatusCode.FAILED_PRECONDITION, message)
 
         if handler.request_streaming:
