@@ -193,6 +193,7 @@ class Servicer(EvaluationServicer):
 
     def GetServerInfo(self, request: pb.GetServerInfoRequest, context: Any) -> pb.ServerInfo:
         self.metadata.append(dict(context.invocation_metadata()))
+        self._be_away("GetServerInfo", context)
         return self.world.info
 
     def GetAccount(self, request: pb.GetAccountRequest, context: Any) -> pb.Account:
@@ -212,6 +213,7 @@ class Servicer(EvaluationServicer):
         return self.world.create(request)
 
     def GetRun(self, request: pb.GetRunRequest, context: Any) -> pb.Run:
+        self._be_away("GetRun", context)
         if request.run_id != self.world.run.run_id:
             context.abort(grpc.StatusCode.NOT_FOUND, f"there is no run {request.run_id!r}")
         return self.world.current_run()

@@ -165,6 +165,33 @@ def test_a_complete_run_is_only_reported(world: World, address: str, capsys: pyt
     assert capsys.readouterr().out.count("nDTW") == 2
 
 
+def test_a_client_that_resumes_waits_for_a_server_that_is_away(
+    world: World, address: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    world.create(pb.CreateRunRequest(agent="cli_agents", split="val_seen", language="en"))
+    world.away.update({"GetServerInfo": 2, "GetRun": 2})
+    assert main(["--agent", "cli_agents", "--server", address, "--resume", "run-1"]) == 0
+    shown = capsys.readouterr()
+    assert shown.err.count(f"no connection yet (no server answers at {address}") == 1
+    assert "nDTW" in shown.out
+
+
+def test_a_new_run_does_not_wait_for_a_server_that_is_away(
+    world: World, address: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    world.away["GetServerInfo"] = 1
+    assert main(["--agent", "cli_agents", "--lang", "en", "--server", address]) == 1
+    assert f"error: no server answers at {address}" in capsys.readouterr().err
+
+
+def test_waiting_does_not_mend_an_encryption_that_is_not_there(
+    world: World, address: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    world.create(pb.CreateRunRequest(agent="cli_agents", split="val_seen", language="en"))
+    assert main(["--agent", "cli_agents", "--server", address, "--tls", "--resume", "run-1"]) == 1
+    assert "it does not encrypt" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(("changed", "said"), [
     (["--agent", "cli_agents:Failing"], "begun with --agent cli_agents, not cli_agents:Failing"),
     (["--agent", "cli_agents", "--lang", "hi"], "begun with --lang en, not hi"),

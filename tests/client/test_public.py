@@ -8,9 +8,9 @@ def test_public_names() -> None:
     assert sorted(arramon_client.__all__) == [
         "Access",
         "Action", "Agent", "AgentError", "AgentFailure", "AgentLoadError", "ArramonClientError", "EmbeddedServer",
-        "EmbeddedServerError", "Episode", "MessageTooLargeError", "NotArramonError", "Observation", "Outcome",
-        "OutputError", "Progress", "ProtocolError", "RefusedError", "Server", "ServerUnreachableError", "Settings",
-        "UsageError", "VersionMismatchError", "connect", "embedded_server", "load_agent", "play",
+        "EmbeddedServerError", "EncryptionError", "Episode", "MessageTooLargeError", "NotArramonError", "Observation",
+        "Outcome", "OutputError", "Progress", "ProtocolError", "RefusedError", "Server", "ServerUnreachableError",
+        "Settings", "UsageError", "VersionMismatchError", "connect", "embedded_server", "load_agent", "play",
     ]  # fmt: skip
     assert all(hasattr(arramon_client, name) for name in arramon_client.__all__)
 

@@ -16,7 +16,7 @@ from arramon_client import account, arguments, choices, leaderboard, receipts, r
 from arramon_client.access import Access, access_of
 from arramon_client.agent import Agent
 from arramon_client.commands import ERROR, FINE, INTERRUPTED, USAGE
-from arramon_client.connection import Server, call, connect
+from arramon_client.connection import Server, call, connect, give_up
 from arramon_client.embedded import EmbeddedServer, default_data, embedded_server
 from arramon_client.errors import AgentLoadError, ArramonClientError, ReceiptError, UsageError
 from arramon_client.lanes import play_in_lanes
@@ -99,13 +99,15 @@ class _Client:
         results.check_output(options.output)
         with ExitStack() as stack:
             revive: Callable[[], None] = lambda: None  # noqa: E731 - a default for what an embedded server replaces
-            address, access = options.server, Access()
-            if address is not None:
-                access = access_of(options)
-            else:
+            address, access, unreachable = options.server, Access(), give_up
+            if address is None:
                 embedded = stack.enter_context(self._embedded())
                 address, revive = embedded.address, embedded.revive
-            server = stack.enter_context(connect(address, access))
+            else:
+                access = access_of(options)
+                if options.resume:  # There was a server for this run: it may be starting again.
+                    unreachable = Retry(options.resume, PATIENCE, self.say).wait_for
+            server = stack.enter_context(connect(address, access, unreachable=unreachable))
             run = self._resumed(server, agent) if options.resume else self._created(server, agent)
             outcome = None
             if run.state == evaluation_pb2.RUN_STATE_RUNNING:
@@ -148,7 +150,8 @@ class _Client:
     def _resumed(self, server: Server, agent: Agent) -> evaluation_pb2.Run:
         options = self.options
         request = evaluation_pb2.GetRunRequest(run_id=options.resume)
-        run = call(server.stub.GetRun, request, server.address)
+        retry = Retry(options.resume, PATIENCE, self.say)  # It may go away again between two calls.
+        run = ask(server.stub.GetRun, request, server.address, retry)
         for option, asked, kept in (
             ("--agent", agent_name(agent, options.agent), run.agent),
             ("--lang", options.lang, run.language),

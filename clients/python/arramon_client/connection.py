@@ -10,6 +10,7 @@ from arramon.v1 import PROTOCOL, PROTOCOL_METADATA, evaluation_pb2, evaluation_p
 from arramon_client.access import VARIABLE, Access, open_channel
 from arramon_client.errors import (
     ArramonClientError,
+    EncryptionError,
     MessageTooLargeError,
     NotArramonError,
     ProtocolError,
@@ -53,13 +54,15 @@ BROKEN = frozenset({
 """Statuses with which a stream breaks when a connection or a server is lost: worth another try."""
 
 
-ADVICE = {
+ENCRYPTION = {
     "WRONG_VERSION_NUMBER": "it does not encrypt, or what answers there is no server",
     "Hostname Verification": "its certificate is for another name: connect to that name",
     "SSL_ERROR_SSL": "its certificate is not one to trust; if its host gave you one, use --tls-ca FILE",
-    "Socket closed": "if it encrypts, use --tls",
 }
 """What helps where encryption fails, by what gRPC says then."""
+
+ADVICE = ENCRYPTION | {"Socket closed": "if it encrypts, use --tls"}
+"""What may help where no server answers; a server that is just ending closes sockets too."""
 
 
 class Server(NamedTuple):
@@ -80,18 +83,31 @@ class Server(NamedTuple):
     access: Access
 
 
+def give_up(error: ServerUnreachableError) -> None:
+    """Raises the error."""
+    raise error
+
+
 @contextmanager
-def connect(address: str, access: Access = NOTHING, *, timeout: float = 15.0) -> Iterator[Server]:
+def connect(
+    address: str,
+    access: Access = NOTHING,
+    *,
+    timeout: float = 15.0,
+    unreachable: Callable[[ServerUnreachableError], None] = give_up,
+) -> Iterator[Server]:
     """Opens a channel, asks the server who it is, and closes the channel at the end.
 
     Args:
         address: `host:port` or `unix:/path`.
         access: the participant's token, and how the connection is encrypted.
         timeout: seconds to wait for the first answer.
+        unreachable: is told that nothing answers; where it returns, the server is asked again.
 
     Raises:
         UsageError: if the token would be readable on its way.
-        ServerUnreachableError: if nothing answers.
+        EncryptionError: if what answers does not encrypt as it should.
+        ServerUnreachableError: if nothing answers, as `unreachable` raises it.
         NotArramonError: if what answers is not an ArraMon server.
         VersionMismatchError: if it speaks another protocol.
         RefusedError: if it does not take the token.
@@ -99,7 +115,15 @@ def connect(address: str, access: Access = NOTHING, *, timeout: float = 15.0) ->
     channel = open_channel(address, access, CHANNEL_OPTIONS)
     try:
         stub = evaluation_pb2_grpc.EvaluationStub(channel)
-        yield Server(stub, greet(stub, address, timeout), address, channel, access)
+        info = None
+        while info is None:
+            try:
+                info = greet(stub, address, timeout)
+            except EncryptionError:
+                raise
+            except ServerUnreachableError as error:
+                unreachable(error)
+        yield Server(stub, info, address, channel, access)
     finally:
         channel.close()
 
@@ -142,8 +166,9 @@ def explain(error: grpc.RpcError, address: str) -> ArramonClientError:
     code, details = error.code(), error.details() or ""
     match code:
         case grpc.StatusCode.UNAVAILABLE | grpc.StatusCode.DEADLINE_EXCEEDED:
-            advice = _advice(details)
-            return ServerUnreachableError(f"no server answers at {address}: {advice and advice + '; '}{details}")
+            advice = next((advice for sign, advice in ADVICE.items() if sign in details), "")
+            kind = EncryptionError if advice in ENCRYPTION.values() else ServerUnreachableError
+            return kind(f"no server answers at {address}: {advice and advice + '; '}{details}")
         case grpc.StatusCode.UNIMPLEMENTED:
             return NotArramonError(f"what answers at {address} is not an ArraMon server of this protocol: {details}")
         case grpc.StatusCode.RESOURCE_EXHAUSTED if "message" in details and ("larger" in details or "max" in details):
@@ -165,11 +190,3 @@ def explain(error: grpc.RpcError, address: str) -> ArramonClientError:
             return ProtocolError(f"the server at {address} failed: {details}")
         case _:
             return RefusedError(f"{details or 'no reason was given'} ({code.name})", code)
-
-
-def _advice(details: str) -> str:
-    """What to do about a connection that failed over its encryption; empty for any other."""
-    for sign, advice in ADVICE.items():
-        if sign in details:
-            return advice
-    return ""

@@ -5,6 +5,7 @@ ArramonClientError
 ├── OutputError           the results cannot be written
 ├── ReceiptError          a receipt was altered, is signed with another key, or is not about what was played
 ├── ServerUnreachableError    no server answers there, or it was lost for too long
+│   ├── EncryptionError       what answers there does not encrypt as was expected
 │   └── EmbeddedServerError   the server that this client started itself
 ├── NotArramonError       something answers there, but it is not an ArraMon server
 ├── VersionMismatchError  client and server speak different protocols
@@ -36,6 +37,10 @@ class ReceiptError(ArramonClientError):
 
 class ServerUnreachableError(ArramonClientError):
     """No server answers at the address, or the connection was lost and did not come back in time."""
+
+
+class EncryptionError(ServerUnreachableError):
+    """What answers at the address does not encrypt, or not with a certificate to trust: waiting does not help."""
 
 
 class EmbeddedServerError(ServerUnreachableError):

@@ -61,6 +61,10 @@ class Retry:
             self._notify(f"connected again after {time.monotonic() - self._lost_at:.1f} s")
         self._lost_at, self._told, self._delay = None, False, FIRST_DELAY
 
+    def wait_for(self, error: ServerUnreachableError) -> None:
+        """As `wait`, for a server that was not there at the first call."""
+        self._wait(str(error), f"no connection yet ({error})")
+
     def wait(self, reason: str, *, quiet: bool = False) -> None:
         """Waits for the next attempt.
 
@@ -72,16 +76,19 @@ class Retry:
         Raises:
             ServerUnreachableError: if patience has run out.
         """
+        self._wait(reason, f"the connection is lost ({reason})", quiet=quiet)
+
+    def _wait(self, reason: str, notice: str, *, quiet: bool = False) -> None:
         now = time.monotonic()
         if self._lost_at is None:
             self._lost_at = now
         if not (self._told or (quiet and self._lost_at == now)):
             self._told = True
-            self._notify(f"the connection is lost ({reason}); trying again")
+            self._notify(f"{notice}; trying again")
         if now - self._lost_at >= self._patience:
             raise ServerUnreachableError(
-                f"the server was lost for {now - self._lost_at:.0f} s while run {self._run_id} was played ({reason}); "
-                f"nothing is lost: go on with --resume {self._run_id}"
+                f"the server was away for {now - self._lost_at:.0f} s ({reason}); "
+                f"nothing of run {self._run_id} is lost: go on with --resume {self._run_id}"
             )
         time.sleep(self._delay * random.uniform(0.5, 1.0))  # noqa: S311 - spreads the clients of a server that restarts
         self._delay = min(2 * self._delay, LAST_DELAY)
