@@ -16,7 +16,7 @@ from server.episodes.generate import Draft, Site
 from server.episodes.generate.command import Progress, generate
 from server.episodes.generate.sizes import chosen
 from server.episodes.instruct.assembly import plan_assembly
-from server.episodes.instruct.navigation import plan_from_sight
+from server.episodes.instruct.navigation import plan_navigation
 from server.episodes.instruct.sight import Landmark, look, poses_along
 from server.episodes.splits import Split
 from server.scoring.episode import EpisodeScores
@@ -151,7 +151,7 @@ def _plan(draft: Draft, sights: Sights, names: tuple[object, ...]) -> Plan | Non
     room, planned = draft.decoys, []
     for number, (turn, (poses, marks)) in enumerate(zip(draft.turns, sights, strict=True), start=1):
         random = seeded(*names, number, "plan")
-        navigation = plan_from_sight(turn.path, poses, turn.target, turn.street, marks, random)
+        navigation = plan_navigation(turn.path, poses, turn.target, turn.street, marks, random)
         assembly = plan_assembly(turn.target.type, turn.target_cell, room, random)
         if navigation is None or assembly is None:
             return None

@@ -13,9 +13,6 @@ Mask = npt.NDArray[np.bool_]
 CELL = 0.25
 """Side of a cell, in units."""
 
-HALF_DIAGONAL = CELL * 0.5 * 2.0**0.5
-"""From a cell's centre to its corner, in units."""
-
 
 @dataclass(frozen=True, slots=True)
 class Grid:

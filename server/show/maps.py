@@ -1,10 +1,8 @@
 """Maps of an episode, in the way of the paper's figures: the section from above, and the room."""
 
-import numpy as np
 from PIL import Image
 
 from server.episodes.episode import Episode, Turn
-from server.episodes.plans import Plan
 from server.show.canvas import BLACK, GREEN, PINK, SWATCHES, WHITE, Canvas, titled
 from server.sim.room import COLUMNS, ROWS, START
 from server.sim.section import Section
@@ -25,20 +23,6 @@ def ground(section: Section, scale: float = 16.0) -> Canvas:
         canvas.dot(prop.x, prop.z, 3, PROPS, PROPS)
         canvas.label(prop.x + 0.2, prop.z, prop.kind.replace("_", " "), size=9, colour=PROPS)
     return canvas
-
-
-def plan_map(plan: Plan, section: Section, scale: float = 16.0) -> Image.Image:
-    """A section as it was built from its street plan: the streets' middle lines, and their names and widths."""
-    canvas = ground(section, scale)
-    for line in plan.lines():
-        canvas.line([(x, z) for x, z in line.tolist()], PINK, 2)
-    for street, line in zip(plan.streets, plan.lines(), strict=True):
-        middle = (line[len(line) // 2 - 1] + line[len(line) // 2]) / 2
-        canvas.label(float(middle[0]), float(middle[1]), f"{street.name} ({street.width:g})", size=13, anchor="mm")
-    for square in plan.squares:
-        x, z = plan.world(np.array(square.corners)).mean(axis=0).tolist()
-        canvas.label(x, z, square.name, size=13, anchor="mm", colour=GREEN)
-    return titled(canvas.image, [f"section {plan.id}, {plan.name}: main streets at {plan.heading:g} degrees"])
 
 
 def section_map(section: Section, episode: Episode, scale: float = 16.0) -> Image.Image:

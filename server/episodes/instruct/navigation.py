@@ -14,12 +14,10 @@ from lang.meaning import Face, Navigation, Step, Thing, Turn, Walk
 from server.episodes.instruct.navigation_choice import fits, name_of
 from server.episodes.instruct.navigation_legs import Place, bearing, legs_of, straying, turn_between
 from server.episodes.instruct.navigation_target import describe
-from server.episodes.instruct.sight import Landmark, look, poses_along
-from server.sim.cameras import Camera
+from server.episodes.instruct.sight import Landmark
 from server.sim.catalogue import KINDS
 from server.sim.geometry import Pose, wrap
-from server.sim.rules import Action, Collectible
-from server.sim.section import Section
+from server.sim.rules import Collectible
 
 NOMINAL = {"slightly left": -30.0, "slightly right": 30.0, "left": -90.0, "right": 90.0, "around": 180.0}
 """What the follower takes the words of a turn for, in degrees."""
@@ -60,39 +58,22 @@ LONGEST = 9
 
 def plan_navigation(
     path: Sequence[Place],
-    actions: Sequence[Action],
-    start: Pose,
-    target: Collectible,
-    street: Sequence[Collectible],
-    section: Section,
-    camera: Camera,
-    random: Random,
-) -> Navigation | None:
-    """What to say to one who is to walk a path; None where nothing is found that leads there.
-
-    Args:
-        path: the ground truth's distinct positions (x, z).
-        actions: the ground truth's, the pick-up may be included.
-        start: the pose that it begins from.
-        target: what is picked up in the end.
-        street: all collectibles of the turn, the target among them.
-        section: where it is.
-        camera: of the section's scene.
-        random: draws what is said; another draw says it in another way.
-    """
-    poses = poses_along(start, path, actions)
-    return plan_from_sight(path, poses, target, street, look(poses, street, section, camera), random)
-
-
-def plan_from_sight(
-    path: Sequence[Place],
     poses: Sequence[Pose],
     target: Collectible,
     street: Sequence[Collectible],
     marks: Sequence[Landmark],
     random: Random,
 ) -> Navigation | None:
-    """As `plan_navigation`, from what `sight.look` gave for the poses: it need be looked but once."""
+    """What to say to one who is to walk a path; None where nothing is found that leads there.
+
+    Args:
+        path: the ground truth's distinct positions (x, z).
+        poses: along it, of `sight.poses_along`.
+        target: what is picked up in the end.
+        street: all collectibles of the turn, the target among them.
+        marks: what `sight.look` gave for the poses; it need be looked but once for many draws.
+        random: draws what is said; another draw says it in another way.
+    """
     thing = describe(target, street, marks, poses, random)
     if thing is None:
         return None

@@ -9,7 +9,7 @@ from server.episodes.chance import seeded
 from server.episodes.instruct.navigation import plan_navigation
 from server.episodes.instruct.navigation_choice import name_of
 from server.episodes.instruct.navigation_target import describe
-from server.episodes.instruct.sight import Landmark, poses_along
+from server.episodes.instruct.sight import Landmark, look, poses_along
 from server.sim.city import city_scene
 from server.sim.geometry import Pose
 from server.sim.labels import Label
@@ -25,7 +25,9 @@ def camera() -> RasterCamera:
 
 
 def plan(camera: RasterCamera, attempt: int) -> Navigation | None:
-    return plan_navigation(PATH, ACTIONS, START, STREET[0], STREET, SECTION, camera, seeded("plan", attempt))
+    poses = poses_along(START, PATH, ACTIONS)
+    marks = look(poses, STREET, SECTION, camera)
+    return plan_navigation(PATH, poses, STREET[0], STREET, marks, seeded("plan", attempt))
 
 
 def test_it_turns_right_by_what_stands_at_the_crossing(camera: RasterCamera) -> None:
@@ -46,7 +48,9 @@ def test_another_draw_says_it_in_another_way_and_the_same_in_the_same(camera: Ra
 def test_a_target_that_is_not_seen_in_the_end_is_not_described(camera: RasterCamera) -> None:
     hidden = thing("striped red mug", -20.0, 0.0)
     street = (hidden, *STREET[1:])
-    assert plan_navigation(PATH, ACTIONS, START, hidden, street, SECTION, camera, seeded("x")) is None
+    poses = poses_along(START, PATH, ACTIONS)
+    marks = look(poses, street, SECTION, camera)
+    assert plan_navigation(PATH, poses, hidden, street, marks, seeded("x")) is None
 
 
 def mark(kind: str, x: float, z: float, *seen: int, colour: str = "") -> Landmark:
