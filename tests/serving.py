@@ -4,20 +4,44 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Mapping
-from contextlib import ExitStack
+import tempfile
+from collections.abc import Mapping, Sequence
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import Any, ClassVar, Protocol
 
 from arramon.v1 import PROTOCOL, PROTOCOL_METADATA
 
 METADATA = ((PROTOCOL_METADATA, str(PROTOCOL)),)
 
 
+class Process(Protocol):
+    """What `subprocess.Popen` has that tests need."""
+
+    pid: int
+
+    def poll(self) -> int | None: ...
+    def send_signal(self, sig: int) -> None: ...
+    def kill(self) -> None: ...
+    def wait(self, timeout: float) -> int: ...
+
+
+class Fork(Protocol):
+    """Starts `arramon-server` with these arguments."""
+
+    def __call__(self, arguments: Sequence[str], stdout: "Connection[Any, Any]", stderr: Path) -> Process: ...
+
+
 class Server:
     """`arramon-server serve` on a data folder. Without an address it takes a free port of the loopback.
 
-    What it writes to standard error is kept in a pipe, or goes to the file `log`, where it may be much.
+    What it writes to standard error is appended to the file `log`, if there is one. With `anew`, or with variables for
+    the environment, the process is started as an operator starts it, whatever `fork` says.
     """
+
+    fork: ClassVar[Fork | None] = None
+    """What starts processes; None for the command."""
 
     def __init__(
         self,
@@ -26,46 +50,46 @@ class Server:
         *more: str,
         log: Path | None = None,
         environment: Mapping[str, str] | None = None,
+        anew: bool = False,
     ) -> None:
         self.data, self.listen, self.more, self.log = data, listen, more, log
-        self.environment = {**os.environ, **(environment or {})}
+        self._environment, self._anew = {**os.environ, **(environment or {})}, anew or environment is not None
         self.start()
 
     def start(self) -> None:
-        command = [
-            sys.executable,
-            "-m",
-            "server",
-            "serve",
-            "--data",
-            str(self.data),
-            "--listen",
-            self.listen,
-            *self.more,
-        ]
-        with ExitStack() as stack:
-            stderr = subprocess.PIPE if self.log is None else stack.enter_context(self.log.open("a"))
-            self.process = subprocess.Popen(
-                command, stdout=subprocess.PIPE, stderr=stderr, text=True, env=self.environment
-            )
-        assert self.process.stdout is not None
-        self.said = []
-        for line in self.process.stdout:
-            self.said.append(line.strip())
-            if line.startswith("listening on "):
-                self.listen = self.address = line.removeprefix("listening on ").strip()
-                return
-        errors = self.process.communicate()[1] if self.log is None else self.log.read_text()[-2000:]
-        raise AssertionError(f"the server did not start: {errors}")
+        with tempfile.NamedTemporaryFile(prefix="arramon-server-") as unnamed:
+            log = self.log or Path(unnamed.name)
+            said, says = Pipe(duplex=False)
+            with said, says:
+                self.process = self._started(says, log)
+                self._said = os.fdopen(os.dup(said.fileno()))
+            self.said = []
+            for line in self._said:
+                self.said.append(line.strip())
+                if line.startswith("listening on "):
+                    self.listen = self.address = line.removeprefix("listening on ").strip()
+                    return
+            self.wait()
+            raise AssertionError(f"the server did not start: {log.read_text()[-2000:]}")
 
     def kill(self) -> None:
         self.process.kill()
-        self._gone()
+        self.wait()
 
     def stop(self) -> int:
         self.process.send_signal(signal.SIGTERM)
-        return self._gone()
+        return self.wait()
 
-    def _gone(self) -> int:
-        self.process.communicate(timeout=20)
-        return self.process.returncode
+    def wait(self, timeout: float = 20.0) -> int:
+        """The exit status, once it has ended."""
+        status = self.process.wait(timeout)
+        self._said.close()
+        return status
+
+    def _started(self, says: "Connection[Any, Any]", log: Path) -> Process:
+        arguments = ["serve", "--data", str(self.data), "--listen", self.listen, *self.more]
+        if self.fork is not None and not self._anew:
+            return self.fork(arguments, says, log)
+        command = [sys.executable, "-m", "server", *arguments]
+        with log.open("ab") as errors:
+            return subprocess.Popen(command, env=self._environment, stdout=says.fileno(), stderr=errors)

@@ -76,7 +76,7 @@ class Held:
 
     def __init__(self, data: Path, drain_seconds: str) -> None:
         tiny.write(data)
-        self.server = Server(data, "127.0.0.1:0", "--web", "127.0.0.1:0", "--drain-seconds", drain_seconds)
+        self.server = Server(data, "127.0.0.1:0", "--web", "127.0.0.1:0", "--drain-seconds", drain_seconds, anew=True)
         (self.web,) = (line.split()[-1] for line in self.server.said if line.startswith("pages at "))
         self.channel = grpc.insecure_channel(self.server.address)
         watch = health_pb2_grpc.HealthStub(self.channel).Watch(health_pb2.HealthCheckRequest())
@@ -95,9 +95,9 @@ class Held:
         self.server.process.send_signal(signal.SIGTERM)
 
     def wait(self) -> int:
-        self.server.process.communicate(timeout=60)
+        status = self.server.wait(60)
         self.channel.close()
-        return self.server.process.returncode
+        return status
 
 
 def test_draining_is_told_and_a_second_signal_ends_it(tmp_path: Path) -> None:

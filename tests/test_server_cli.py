@@ -85,7 +85,7 @@ def test_serve_with_a_step_limit_out_of_range(tmp_path: Path) -> None:
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_signals_drain_and_exit_0(tmp_path: Path, number: signal.Signals) -> None:
     tiny.write(tmp_path)
-    server = Server(tmp_path)
+    server = Server(tmp_path, anew=True)
     server.process.send_signal(number)
     assert server.stop() == 0
 

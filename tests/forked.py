@@ -1,0 +1,59 @@
+"""Server processes for tests, forked from one that has loaded everything: loading is nearly all of a start."""
+
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from server.cli import main
+
+_CONTEXT = multiprocessing.get_context("forkserver")
+_CONTEXT.set_forkserver_preload(["tests.loaded"])
+
+
+class Forked:
+    """`arramon-server` with these arguments (`serving.Process`).
+
+    A process like any other, but for its beginning, and its very end: Python's own last steps are left out.
+    """
+
+    def __init__(self, arguments: Sequence[str], stdout: "Connection[Any, Any]", stderr: Path) -> None:
+        given = (list(arguments), dict(os.environ), stdout, stderr)
+        self._process = _CONTEXT.Process(target=_run, args=given, daemon=True)
+        self._process.start()
+        assert self._process.pid is not None
+        self.pid = self._process.pid
+
+    def poll(self) -> int | None:
+        return self._process.exitcode
+
+    def send_signal(self, sig: int) -> None:
+        if self.poll() is None:
+            with suppress(ProcessLookupError):  # it has just ended
+                os.kill(self.pid, sig)
+
+    def kill(self) -> None:
+        self.send_signal(signal.SIGKILL)
+
+    def wait(self, timeout: float) -> int:
+        self._process.join(timeout)
+        status = self.poll()
+        if status is None:
+            raise subprocess.TimeoutExpired("arramon-server", timeout)
+        return status
+
+
+def _run(arguments: list[str], environment: Mapping[str, str], stdout: "Connection[Any, Any]", stderr: Path) -> None:
+    os.dup2(stdout.fileno(), sys.stdout.fileno())
+    stdout.close()
+    with stderr.open("ab") as log:
+        os.dup2(log.fileno(), sys.stderr.fileno())
+    os.environ.clear()
+    os.environ.update(environment)
+    sys.exit(main(arguments))
