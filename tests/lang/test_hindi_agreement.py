@@ -1,0 +1,80 @@
+"""Hindi's agreement: adjectives, participles and postpositions with every noun, in gender, number and case."""
+
+from collections.abc import Iterator
+from random import Random
+
+import pytest
+
+from lang import load
+from lang.meaning import Thing, Where
+from lang.patterns import Pattern
+from lang.phrasing import Phraser
+from tests.lang.hindi import COLOURS, FORMS, LOOKS, NOUNS, POSTPOSITIONS, WHICHES, agreeing, nfc, nouns
+
+PARTICIPLES = ["रखा|रखे|रखी", "पड़ा|पड़े|पड़ी", "रखा हुआ|रखे हुए|रखी हुई", "पड़ा हुआ|पड़े हुए|पड़ी हुई"]
+
+DRAWS = 8
+"""Enough to see every wording: what a text has used already is not drawn again before the others."""
+
+
+def things(kind: str) -> Iterator[tuple[Thing, list[str]]]:
+    """The kind with each adjective that it can have, and the adjective's expected wordings."""
+    for colour, wordings in COLOURS.items():
+        yield Thing(kind, colour=colour), wordings
+    for which, wordings in WHICHES.items():
+        yield Thing(kind, which=which), wordings
+    for (of, look), wordings in LOOKS.items():
+        if of == kind or (of == "mug" and kind in ("ball", "hourglass", "tv", "book", "bowl", "bucket")):
+            yield Thing(kind, look=look), wordings
+
+
+@pytest.mark.parametrize("kind", NOUNS)
+def test_every_noun_with_every_adjective_in_every_form(kind: str) -> None:
+    for lexeme, gender, expected in nouns(kind):
+        for (number, case), form in zip(FORMS, expected, strict=True):
+            for thing, wordings in things(kind):
+                phraser = Phraser(load("hi").grammar, Random(0))
+                fill = phraser.thing(thing, lexeme, (), top=False)
+                written = {" ".join(fill({"number": number, "case": case}).split()) for _ in range(DRAWS)}
+                assert written == {f"{word} {form}" for word in agreeing(wordings, gender, number, case)}
+
+
+@pytest.mark.parametrize("relation", POSTPOSITIONS)
+def test_every_noun_with_every_adjective_before_every_postposition(relation: str) -> None:
+    seen = set()
+    for kind in NOUNS:
+        for lexeme, gender, expected in nouns(kind):
+            for thing, wordings in things(kind):
+                phraser = Phraser(load("hi").grammar, Random(0))
+                heads = {f"{word} {expected[1]}" for word in agreeing(wordings, gender, "singular", "oblique")}
+                fillers = {"thing": phraser.thing(thing, lexeme, (), top=False)}
+                for pattern in dict.fromkeys(phraser.grammar.where[relation]):
+                    text = " ".join(phraser.render(pattern, fillers, phraser.features).split())
+                    (head,) = (head for head in heads if text.startswith(f"{head} "))
+                    seen.add(text.removeprefix(f"{head} "))
+    assert seen == {nfc(each) for each in POSTPOSITIONS[relation]}
+
+
+@pytest.mark.parametrize("kind", NOUNS)
+def test_two_of_a_kind_are_plural(kind: str) -> None:
+    plurals = {forms[3] for _, _, forms in nouns(kind)}
+    for seed in range(DRAWS):
+        wheres = (Where("between", (Thing(kind), Thing(kind))),)
+        text = " ".join(Phraser(load("hi").grammar, Random(seed)).wheres(wheres, top=True).split())
+        assert text.startswith(("दो ", "दोनों "))
+        assert any(f" {plural} के बीच" in text for plural in plurals), text
+
+
+@pytest.mark.parametrize("kind", NOUNS)
+def test_participles_agree_with_what_lies_there(kind: str) -> None:
+    where = (Where("near", (Thing("tree"),)),)
+    for lexeme, gender, expected in nouns(kind):
+        for (number, case), form in zip(FORMS, expected, strict=True):
+            for attached, wordings in (("attached", PARTICIPLES), ("nested", ["वाला|वाले|वाली"])):
+                allowed = {f"{word} {form}" for word in agreeing(wordings, gender, number, case)}
+                for seed in range(4):
+                    phraser = Phraser(load("hi").grammar, Random(seed))
+                    patterns: tuple[Pattern, ...] = getattr(phraser.grammar, attached)
+                    fill = phraser.thing(Thing(kind, where=where), lexeme, patterns, top=True)
+                    text = " ".join(fill({"number": number, "case": case}).split())
+                    assert any(text.endswith(f" {each}") for each in allowed), text

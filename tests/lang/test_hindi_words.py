@@ -1,0 +1,71 @@
+"""Hindi's words: every noun and verb that is written, in every form."""
+
+import pytest
+
+from lang import load
+from tests.lang.hindi import COLOURS, FORMS, LOOKS, NOUNS, POSTPOSITIONS, WHICHES, nfc, nouns
+
+VERBS = {
+    "go": [
+        "चलें चलिए चलो चलकर चलने", "बढ़ें बढ़िए बढ़ो बढ़कर बढ़ने", "जाएँ जाइए जाओ जाकर जाने",
+        "चलते_रहें चलते_रहिए चलते_रहो चलकर चलते_रहने", "बढ़ते_रहें बढ़ते_रहिए बढ़ते_रहो बढ़कर बढ़ते_रहने",
+    ],
+    "turn": [
+        "मुड़ें मुड़िए मुड़ो मुड़कर मुड़ने", "घूमें घूमिए घूमो घूमकर घूमने", "मुड़_जाएँ मुड़_जाइए मुड़_जाओ मुड़कर मुड़_जाने",
+        "घूम_जाएँ घूम_जाइए घूम_जाओ घूमकर घूम_जाने",
+    ],
+    "pass": ["गुज़रें गुज़रिए गुज़रो गुज़रकर गुज़रने", "निकलें निकलिए निकलो निकलकर निकलने"],
+    "get_past": [
+        "निकलें निकलिए निकलो निकलकर निकलने", "बढ़ें बढ़िए बढ़ो बढ़कर बढ़ने", "निकल_जाएँ निकल_जाइए निकल_जाओ निकलकर निकल_जाने",
+    ],
+    "cross": ["पार_करें पार_कीजिए पार_करो पार_करके पार_करने"],
+    "do": ["करें कीजिए करो करके करने"],
+    "be_there": ["हो_जाएँ हो_जाइए हो_जाओ होकर हो_जाने"],
+    "take": ["लें लीजिए लो लेकर लेने"],
+    "leave": ["छोड़ें छोड़िए छोड़ो छोड़कर छोड़ने", "छोड़ते_जाएँ छोड़ते_जाइए छोड़ते_जाओ छोड़कर छोड़ते_जाने"],
+    "reach": ["पहुँचें पहुँचिए पहुँचो पहुँचकर पहुँचने", "पहुँच_जाएँ पहुँच_जाइए पहुँच_जाओ पहुँचकर पहुँच_जाने"],
+    "grab": ["उठाएँ उठाइए उठाओ उठाकर उठाने", "उठा_लें उठा_लीजिए उठा_लो उठाकर उठा_लेने", "ले_लें ले_लीजिए ले_लो लेकर ले_लेने"],
+    "look_for": [
+        "ढूँढ़ें ढूँढ़िए ढूँढ़ो ढूँढ़कर ढूँढ़ने", "खोजें खोजिए खोजो खोजकर खोजने",
+        "तलाश_करें तलाश_कीजिए तलाश_करो तलाश_करके तलाश_करने",
+    ],
+    "look": ["देखें देखिए देखो देखकर देखने"],
+    "place": [
+        "रखें रखिए रखो रखकर रखने", "रख_दें रख_दीजिए रख_दो रखकर रख_देने", "टिका_दें टिका_दीजिए टिका_दो टिकाकर टिका_देने",
+    ],
+}  # fmt: skip
+"""Neutral, polite and familiar imperative; having done so; the oblique infinitive."""
+
+VERB_FEATURES = (
+    {"form": "finite", "register": "neutral"},
+    {"form": "finite", "register": "polite"},
+    {"form": "finite", "register": "familiar"},
+    {"form": "having", "register": "polite"},
+    {"form": "infinitive", "register": "familiar"},
+)
+
+
+def test_the_tables_are_of_the_words_that_there_are() -> None:
+    grammar = load("hi").grammar
+    assert set(grammar.nouns) == set(NOUNS)
+    assert set(grammar.colours) == set(COLOURS)
+    assert set(grammar.whiches) == set(WHICHES)
+    assert {
+        (kind.replace("collectible", "mug"), look) for kind, looks in grammar.looks.items() for look in looks
+    } == set(LOOKS)
+    assert {key.split()[0] for key in grammar.where} - {"between"} == set(POSTPOSITIONS)
+
+
+@pytest.mark.parametrize("kind", NOUNS)
+def test_nouns(kind: str) -> None:
+    for lexeme, gender, expected in nouns(kind):
+        assert dict(lexeme.given) == {"gender": {"m": "masculine", "f": "feminine"}[gender]}
+        assert tuple(lexeme.form({"number": n, "case": c, **dict(lexeme.given)}) for n, c in FORMS) == expected
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_verbs(verb: str) -> None:
+    written = {
+        tuple(str(lexeme.form(features)) for features in VERB_FEATURES) for lexeme in load("hi").grammar.words[verb]
+    }
+    assert written == {tuple(each.replace("_", " ") for each in nfc(forms).split()) for forms in VERBS[verb]}
