@@ -61,7 +61,7 @@ class Pages:
         self._pages = ThreadPoolExecutor(1, "pages")
         self._paths = ThreadPoolExecutor(1, "paths")
         self._waiting = 0
-        self._nothing: dict[str, bytes] = {}
+        self._apologies: dict[tuple[str, str, str], bytes] = {}
 
     def routes(self) -> list[web.RouteDef]:
         """All addresses, the last of which takes whatever is nowhere else."""
@@ -69,6 +69,7 @@ class Pages:
         handlers = {
             "/": self._home,
             f"/{_LANGUAGE}/": self._list,
+            f"/{_LANGUAGE}": self._slash,
             run: self._run,
             f"{run}/episodes": self._find,
             f"{run}/episodes/{{episode}}": self._episode,
@@ -102,8 +103,10 @@ class Pages:
 
     async def _home(self, request: web.Request) -> web.Response:
         language = preferred(request.headers.get("Accept-Language", ""))
-        query = f"?{request.rel_url.raw_query_string}" if request.rel_url.raw_query_string else ""
-        return moved(f"/{language}/{query}", varies="Accept-Language")
+        return moved(f"/{language}/{_query(request)}", varies="Accept-Language")
+
+    async def _slash(self, request: web.Request) -> web.Response:
+        return moved(f"/{_texts(request).language}/{_query(request)}")
 
     async def _list(self, request: web.Request) -> web.Response:
         def make() -> web.Response:
@@ -190,22 +193,33 @@ class Pages:
         here = request.rel_url.raw_path_qs.removeprefix(f"/{texts.language}")
         return answer(request, self._renderer.page(template, texts, here, context), "text/html")
 
+    def _kept(self, template: str, texts: Texts, key: str = "") -> bytes:
+        """A page that says that there is none; it is the same for everybody."""
+        which = (template, texts.language, key)
+        if which not in self._apologies:
+            self._apologies[which] = self._renderer.page(template, texts, "/", {"key": key})
+        return self._apologies[which]
+
     def _missing(self, request: web.Request) -> web.Response:
-        language = _told(request).language
-        if language not in self._nothing:
-            self._nothing[language] = self._renderer.page("missing.html", all_texts()[language], "/", {})
-        return answer(
-            request, self._nothing[language], "text/html", status=404, varies="Accept-Encoding, Accept-Language"
-        )
+        page = self._kept("missing.html", _told(request))
+        return answer(request, page, "text/html", status=404, varies="Accept-Encoding, Accept-Language")
 
     def _sorry(self, request: web.Request, key: str) -> web.Response:
-        response = answer(request, _told(request)(key).encode(), "text/plain", status=503, cache="no-store")
+        texts = _told(request)
+        page = self._kept("sorry.html", texts, key)
+        response = answer(request, page, "text/html", status=503, cache="no-store")
         response.headers["Retry-After"] = str(RETRY_SECONDS)
         return response
 
 
 class _Busy(Exception):
     """More is asked for than the threads can do."""
+
+
+def _query(request: web.Request) -> str:
+    """As it came, from its question mark on; empty where there is none."""
+    query = request.rel_url.raw_query_string
+    return f"?{query}" if query else ""
 
 
 def _texts(request: web.Request) -> Texts:

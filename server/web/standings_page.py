@@ -8,6 +8,7 @@ from typing import Any
 from server.board.board import Board
 from server.board.standings import BOTH, Mark, Standing
 from server.episodes.splits import Split
+from server.errors import NotFound
 from server.runs.records import CANCELLED
 from server.web.choices import COVERAGES, METRICS, SENSORS, TURNS, Choice
 from server.web.texts import Texts
@@ -50,10 +51,16 @@ class StandingsPage:
         return next(listed, choices[0] if choices else Choice("", language))
 
     def context(self, t: Texts, choice: Choice, usual: Choice) -> dict[str, Any]:
-        """The names that the template knows."""
+        """The names that the template knows.
+
+        Raises:
+            NotFound: for a page of the table that there is not.
+        """
         ranked = self._board.standings(choice.split, choice.language, choice.metric)
         fitting = choice.sorted([one for one in ranked if choice.fits(one)])
         first = (choice.page - 1) * PAGE_SIZE
+        if choice.page > 1 and first >= len(fitting):
+            raise NotFound(f"there is no page {choice.page}")
         row = TURNS[choice.turns]
         references = self._board.reference(choice.split, REFERENCE_LANGUAGE)
         language = choice.language if choice.language != BOTH else REFERENCE_LANGUAGE

@@ -127,10 +127,10 @@ def test_filtering_by_keyboard(reader: Reader) -> None:
     page.keyboard.type("priv")
     reader.press_until("form button")
     page.keyboard.press("Enter")
-    expect(page.get_by_text("1 of 4 runs are shown.")).to_be_visible()
+    expect(page.get_by_text("Runs shown: 1 of 4.")).to_be_visible()
     assert agents(page) == ["seer"]
     assert page.evaluate("document.activeElement.dataset.swap") == "show"
-    expect(page.locator("#said")).to_have_text("Runs on tiny, English: Mean of both turns")
+    expect(page.locator("#said")).to_have_text("Runs on tiny, English: Both turns")
 
 
 def test_everything_works_without_scripts(plain_reader: Reader) -> None:
@@ -192,6 +192,55 @@ def test_a_phone_never_scrolls_sideways(reader: Reader, address: str) -> None:
     assert page.evaluate("document.documentElement.scrollWidth") == PHONE["width"]
     boxes = page.locator(".scroll").evaluate_all("boxes => boxes.map(box => box.getBoundingClientRect().right)")
     assert all(right <= PHONE["width"] for right in boxes)
+
+
+def test_a_phone_shows_rank_name_and_the_column_that_sorts(reader: Reader) -> None:
+    reader.page.set_viewport_size({"width": PHONE["width"], "height": PHONE["height"]})
+    page = reader.open(f"/hi/{OPEN}")
+    box = page.locator(".board").bounding_box()
+    assert box is not None
+    for selector in ("tbody .rank", "tbody .name", "th[aria-sort]"):
+        found = page.locator(selector).first.bounding_box()
+        assert found is not None
+        assert box["x"] <= found["x"], selector
+        assert found["x"] + found["width"] <= box["x"] + box["width"], selector
+    assert page.evaluate("document.querySelector('.board').scrollLeft") > 0
+
+
+def test_a_wide_screen_shows_all_columns_and_keeps_their_headings(reader: Reader) -> None:
+    reader.page.set_viewport_size({"width": 1280, "height": 400})
+    for language in ("en", "hi"):
+        page = reader.open(f"/{language}/{OPEN}")
+        assert page.evaluate("document.documentElement.scrollWidth") == 1280
+        page.locator("#standings tbody tr").last.evaluate("row => row.scrollIntoView({block: 'start'})")
+        heading = page.locator("#standings thead th").first.bounding_box()
+        assert heading is not None
+        assert heading["y"] == 0
+
+
+def test_a_printed_page_is_all_table(reader: Reader) -> None:
+    reader.page.set_viewport_size({"width": 700, "height": 500})
+    page = reader.open(f"/en/{OPEN}")
+    page.emulate_media(media="print")
+    assert not page.locator("form").is_visible()
+    style = "one => [getComputedStyle(one).overflowX, getComputedStyle(one).maxHeight]"
+    assert page.locator(".board").evaluate(style) == ["visible", "none"]
+    positions = "all => [...new Set(all.map(one => getComputedStyle(one).position))]"
+    assert page.locator("#standings th, #standings td, .stay").evaluate_all(positions) == ["static"]
+
+
+def test_a_map_stays_in_its_frame(reader: Reader) -> None:
+    page = reader.open(f"/en/runs/{OPEN_RUN}/episodes/quokka-0")
+    assert (
+        page.locator(".map").evaluate_all("maps => maps.map(one => getComputedStyle(one).overflow)") == ["hidden"] * 2
+    )
+
+
+def test_headings_are_named_by_their_columns_alone(reader: Reader) -> None:
+    page = reader.open(f"/en/{OPEN}")
+    names = ["Rank", "Agent", "nDTW", "CTC-0", "CTC-3", "CTC-5", "CTC-7", "rPOD", "PTC"]
+    for name in [*names, "Sensors", "Coverage", "Published"]:
+        expect(page.get_by_role("columnheader", name=name, exact=True)).to_have_count(1)
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

@@ -48,6 +48,7 @@ def test_the_first_page_is_in_the_browsers_language(web: WebHouse, accepted: str
     got = web.site.get("/", {"Accept-Language": accepted} if accepted else None)
     assert (got.status, got.headers["location"], got.headers["vary"]) == (303, address, "Accept-Language")
     assert web.site.get("/?split=open").headers["location"] == "/en/?split=open"
+    assert web.site.get("/hi?split=open").headers["location"] == "/hi/?split=open"
     assert web.site.get("/?a=%0d%0aX:%20y").headers["location"] == "/en/?a=%0d%0aX:%20y"
 
 
@@ -125,6 +126,7 @@ def test_headers(shown: WebHouse, address: str) -> None:
     assert "unsafe" not in policy
     assert got.headers["x-content-type-options"] == "nosniff"
     assert got.headers["referrer-policy"] == "no-referrer"
+    assert got.headers["server"] == "ArraMon"
     assert "set-cookie" not in got.headers
     assert "cache-control" in got.headers
 
@@ -171,8 +173,9 @@ def test_static_files_are_named_by_their_content(shown: WebHouse) -> None:
         "/en/?split=nothing",
         "/en/?split=open&language=xx",
         "/en/?sort=';--",
+        "/en/?split=tiny&language=en&page=2",
+        "/xx",
         "/en/nothing/at/all",
-        "/en",
         "/static/style.css",
         "/static/..%2Fpages.py",
         f"/runs/{UNPUBLISHED_RUN}/receipt.json",
@@ -250,7 +253,7 @@ def test_ranks_ties_and_marks(web: WebHouse) -> None:
         web.published(number, score, agent)
     web.publish(web.run(f"{9:032x}", agent="seer", sensors=("oracle",)))
     text = web.site.get("/en/?split=tiny&language=en").text
-    ranks = re.findall(r'<tr>\n<td class="number">(.*?)</td>', text)
+    ranks = re.findall(r'<tr>\n<td class="number rank pin">(.*?)</td>', text)
     shared = '1<span class="tie" aria-hidden="true">=</span><span class="hidden"> shared</span>'
     apart = '<span aria-hidden="true">–</span><span class="hidden">not ranked</span>'
     assert ranks == [shared, shared, "3", apart]
@@ -384,7 +387,12 @@ def test_a_database_that_is_gone_is_said_without_detail(web: WebHouse) -> None:
     with web.database.write() as connection:
         connection.exec_driver_sql("ALTER TABLE leaderboard_entries RENAME TO away")
     got = web.site.get("/en/")
-    assert (got.status, got.text) == (503, "The standings cannot be read just now. Please try again in a moment.")
+    assert (got.status, got.headers["cache-control"], got.headers["retry-after"]) == (503, "no-store", "2")
+    page = Page(got.text)
+    assert page.headings == [(1, "This page cannot be shown just now")]
+    assert "The standings cannot be read just now. Please try again in a moment." in page.words
+    assert "away" not in got.text
+    assert Page(web.site.get("/hi/").text).all("html")[0]["lang"] == "hi"
 
 
 def test_a_slow_drawing_holds_up_no_other_page(shown: WebHouse, monkeypatch: pytest.MonkeyPatch) -> None:

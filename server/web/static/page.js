@@ -6,7 +6,7 @@
 
   async function show(address, remember) {
     const focused = document.activeElement?.closest("[data-swap]")?.dataset.swap;
-    const place = document.querySelector(".scroll")?.scrollLeft ?? 0;
+    const place = document.querySelector(".board")?.scrollLeft ?? 0;
     const response = await fetch(address);
     if (!response.ok) { location.assign(address); return; }
     const page = new DOMParser().parseFromString(await response.text(), "text/html");
@@ -17,10 +17,10 @@
     }
     document.title = page.title;
     prepare();
-    const box = document.querySelector(".scroll");
+    const box = document.querySelector(".board");
     if (box) box.scrollLeft = place;
     if (focused) document.querySelector(`[data-swap="${CSS.escape(focused)}"]`)?.focus({ preventScroll: true });
-    say(document.querySelector("caption")?.textContent ?? document.title);
+    say(document.querySelector("caption .stay")?.textContent ?? document.title);
   }
 
   const follow = (address) => show(address, true).catch(() => location.assign(address));
@@ -46,6 +46,14 @@
     show(location.href, false).catch(() => location.reload());
   });
 
+  // On a narrow screen the column that sorts may lie beyond the edge.
+  function uncover() {
+    const box = document.querySelector(".board"), column = box?.querySelector("[aria-sort]");
+    if (!column) return;
+    const beyond = column.getBoundingClientRect().right - box.getBoundingClientRect().right;
+    if (beyond > 0) box.scrollLeft += beyond + 14; // clear of the shade
+  }
+
   function prepare() {
     for (const line of document.querySelectorAll("[data-copy]")) {
       if (!navigator.clipboard) return;
@@ -60,4 +68,5 @@
     }
   }
   prepare();
+  uncover();
 })();
