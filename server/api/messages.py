@@ -9,10 +9,11 @@ from server.episodes.episode import Episode
 from server.episodes.splits import Split
 from server.runs.callers import Caller
 from server.runs.clocks import Clocks
-from server.runs.quotas import Quota, Use
+from server.runs.quotas import Quota
 from server.runs.receipts import Receipt
 from server.runs.records import Ending, Progress, Run
 from server.runs.reports import Report
+from server.runs.usage import Use
 from server.scoring.aggregate import Interval
 from server.sim.geometry import AGENT_RADIUS, Pose
 from server.sim.labels import LABELS

@@ -1,30 +1,24 @@
-"""How much a participant may do on a split, and has done: looked up where it is written, so that nobody slips in."""
+"""How much a participant may do on a split: looked up where it is written, so that nobody slips in."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, fields, replace
-from datetime import UTC, datetime, timedelta
-from typing import Any, TypeAlias
+from datetime import UTC, datetime
+from typing import Any
 from uuid import uuid4
 
 import sqlalchemy as sa
-from sqlalchemy.engine import Connection, Row
+from sqlalchemy.engine import Connection
 
 from server.errors import BadInput, NotFound, OverQuota
 from server.runs import tables
 from server.runs.accounts import NOBODY
 from server.runs.callers import ANONYMOUS, Caller, Role
-from server.runs.causes import SERVER_FAULT
-from server.runs.database import Database, utc
-from server.runs.records import LEASE, RUNNING, Run
-
-DAY = timedelta(days=1)
+from server.runs.database import Database
+from server.runs.records import Run
+from server.runs.usage import DAY, Ask, Use, created, open_streams, use_of
 
 MOST = 1_000_000_000
 """That a limit can be."""
-
-
-Ask: TypeAlias = Callable[[sa.Select[Any]], Sequence[Row[Any]]]
-"""Where a query goes: into a transaction, or to the database as it is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,16 +46,6 @@ class Quota:
 LIMITS = tuple(field.name for field in fields(Quota))
 
 
-@dataclass(frozen=True, slots=True)
-class Use:
-    """What a participant has done on a split; each counts against a limit of `Quota`. The server's faults do not."""
-
-    runs_today: int
-    runs: int
-    running: int
-    streams: int
-
-
 class Quotas:
     """The limits of everyone, and what counts against them. Safe to use from several threads.
 
@@ -87,7 +71,7 @@ class Quotas:
         if not any((quota.runs_per_day, quota.runs_in_all, quota.runs_at_once)):
             return
         _hold(connection, caller.account)
-        use = _use(ask, caller.account, split)
+        use = use_of(ask, caller.account, split)
         have = f"{_who(caller)} have on split {split!r}"
         if 0 < quota.runs_in_all <= use.runs:
             raise OverQuota(f"{have} {_number(use.runs, 'run')}, and {quota.runs_in_all} in all are allowed")
@@ -97,7 +81,7 @@ class Quotas:
                 "the next is possible when one of them is over, so play it to its end, or cancel it"
             )
         if 0 < quota.runs_per_day <= use.runs_today:
-            following = _created(ask, caller.account, split, quota.runs_per_day) + DAY
+            following = created(ask, caller.account, split, quota.runs_per_day) + DAY
             raise OverQuota(
                 f"{have} {_number(use.runs_today, 'run')} of the last 24 hours, and {quota.runs_per_day} are allowed: "
                 f"the next is possible at {following:%Y-%m-%d %H:%M:%S} UTC"
@@ -118,7 +102,7 @@ class Quotas:
             replaced = sa.and_(table.c.run_id == run.run_id, table.c.player == player)
             forgotten = table.c.worker.not_in(sa.select(workers.c.worker_id))
             connection.execute(table.delete().where(replaced | forgotten))
-            count = self._streams(ask, run.account, run.split) if limit else 0
+            count = open_streams(ask, run.account, run.split, self._database.now) if limit else 0
             if 0 < limit <= count:
                 raise OverQuota(
                     f"{_who(caller)} have on split {run.split!r} {_number(count, 'open stream')}, and {limit} at once "
@@ -137,8 +121,8 @@ class Quotas:
     def standing(self, caller: Caller, split: str) -> tuple[Quota, Use]:
         """A caller's limits on a split, and what counts against them."""
         ask = self._database.read
-        streams = self._streams(ask, caller.account, split)
-        return self._limits_of(ask, caller, split), replace(_use(ask, caller.account, split), streams=streams)
+        streams = open_streams(ask, caller.account, split, self._database.now)
+        return self._limits_of(ask, caller, split), replace(use_of(ask, caller.account, split), streams=streams)
 
     def set(self, participant: str, split: str, limits: Mapping[str, int | None]) -> None:
         """Gives a participant, or all the anonymous, other limits on a split.
@@ -194,16 +178,6 @@ class Quotas:
     def _overridden(self, row: Mapping[Any, Any]) -> Quota:
         return Quota(**{**asdict(self._default), **{name: row[name] for name in LIMITS if row[name] is not None}})
 
-    def _streams(self, ask: Ask, account: str | None, split: str) -> int:
-        streams, workers, runs = tables.streams, tables.workers, tables.runs
-        query = (
-            sa.select(sa.func.count())
-            .select_from(streams.join(runs).join(workers, streams.c.worker == workers.c.worker_id))
-            .where(_of(account, split), workers.c.seen >= self._database.now - LEASE)
-        )
-        count: int = ask(query)[0][0]
-        return count
-
 
 def _within(connection: Connection) -> Ask:
     return lambda query: connection.execute(query).all()
@@ -228,40 +202,6 @@ def _hold(connection: Connection, account: str | None) -> None:
     if connection.dialect.name == "postgresql":
         key = sa.func.hashtextextended(f"arramon quota {account or NOBODY}", 0)
         connection.execute(sa.select(sa.func.pg_advisory_xact_lock(key)))
-
-
-def _of(account: str | None, split: str) -> sa.ColumnElement[bool]:
-    return sa.and_(tables.runs.c.account == account, tables.runs.c.split == split)
-
-
-def _counts() -> sa.ColumnElement[bool]:
-    """Whether a run counts: none of its episodes ended by the server's fault."""
-    runs, episodes = tables.runs, tables.episodes
-    # Written out, or the databases would not see that the index of these holds all that is looked for.
-    by_fault = episodes.c.cause == sa.literal(SERVER_FAULT, literal_execute=True)
-    return ~sa.exists().where(episodes.c.run_id == runs.c.run_id, by_fault).correlate(runs)
-
-
-def _use(ask: Ask, account: str | None, split: str) -> Use:
-    """All but the streams."""
-    runs, since = tables.runs, datetime.now(UTC) - DAY
-    counted: dict[str, sa.ColumnElement[bool]] = {
-        "today": _counts() & (runs.c.created_at > since),
-        "in_all": _counts(),
-        "running": runs.c.state == RUNNING,
-    }
-    query: Any = sa.select(*(sa.func.count().filter(condition).label(name) for name, condition in counted.items()))
-    row = ask(query.where(_of(account, split)))[0]
-    return Use(row.today, row.in_all, row.running, 0)
-
-
-def _created(ask: Ask, account: str | None, split: str, number: int) -> datetime:
-    """When the last but `number - 1` of the runs that count was created."""
-    runs = tables.runs
-    query = sa.select(runs.c.created_at).where(_of(account, split), _counts())
-    found = utc(ask(query.order_by(runs.c.created_at.desc()).offset(number - 1).limit(1))[0][0])
-    assert found is not None
-    return found
 
 
 def _who(caller: Caller) -> str:

@@ -12,8 +12,9 @@ from server.runs.accounts import Accounts
 from server.runs.callers import ANONYMOUS, Caller, Role
 from server.runs.database import Database
 from server.runs.journal import Journal
-from server.runs.quotas import Quota, Quotas, Use
+from server.runs.quotas import Quota, Quotas
 from server.runs.records import RUNNING, Run
+from server.runs.usage import Use
 
 LIMIT, TRIES, PROCESSES = 3, 12, 4
 
