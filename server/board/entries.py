@@ -128,7 +128,7 @@ class Entries:
             return True
 
     def withdraw(self, run_id: str, *, by_host: bool) -> None:
-        """Takes a run off the leaderboard; its row stays. A host's word holds for one that was withdrawn before, too."""
+        """Takes a run off the leaderboard; its row stays. A host may do so to one that is off it already."""
         table = tables.entries
         values = {
             "withdrawn_at": datetime.now(UTC),

@@ -35,6 +35,11 @@ class Stopwatch:
         return now - self._stood_still
 
 
+AWAY_SECONDS = 86_400.0
+"""For which, in all, a run's episodes may wait for who has left and come back, before that is time for their steps: a
+client that dies loses nothing, and who hangs up to think gains no more than this."""
+
+
 @dataclass(frozen=True, slots=True)
 class Clocks:
     """What a run grants, in seconds.
@@ -71,10 +76,12 @@ class Bank:
     Attributes:
         left: seconds.
         answered: whether the run has had an answer.
+        away_left: what is left of `AWAY_SECONDS`; less than nothing once it is used up.
     """
 
     left: float
     answered: bool = False
+    away_left: float = AWAY_SECONDS
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,14 +121,45 @@ class StreamClock:
         self._head_since = inf
         self._charged = -inf
         self._owed = 0.0
+        self._back: dict[str, float] = {}
+        self._back_counted = -inf
 
-    def open(self, episode_id: str, waited: float) -> None:
-        """An episode is the stream's now; its present step has waited so many seconds on other streams."""
-        self._steps[episode_id] = _Step(waited)
+    def open(self, episode_id: str, waited: float, away: float | None = None) -> None:
+        """An episode is the stream's now; its present step has waited so many seconds on other streams.
+
+        Args:
+            episode_id: of it.
+            waited: seconds.
+            away: for which nobody had it since it was last seen; None where nobody has seen it.
+        """
+        self._steps[episode_id] = step = _Step(waited)
+        if away is None:
+            return
+        step.waited += min(away, max(0.0, -self.bank.away_left))
+        granted = self._clocks.step_seconds if self.bank.answered else self._clocks.first_step_seconds
+        overdue = max(0.0, step.waited - max(granted, waited))
+        self._owed += overdue
+        self.bank.left = max(0.0, self.bank.left - overdue)
+        self._back[episode_id] = self._now()
+
+    def unread(self, at: float) -> float:
+        """Seconds, not told before, for which what came back has not left: who has seen it thinks on it. 0 below 1."""
+        since = max(min(self._back.values(), default=inf), self._back_counted)
+        if at - since < 1.0:
+            return 0.0
+        self._back_counted = at
+        return at - since
+
+    def begin(self, at: float) -> None:
+        """The time of all that came back begins, whether it is read or not."""
+        for episode_id in self._back:
+            self._begin(episode_id, at)
+        self._back.clear()
 
     def close(self, episode_id: str) -> None:
         """An episode is not the stream's any more. What it was overdue is to be charged before."""
         self._steps.pop(episode_id, None)
+        self._back.pop(episode_id, None)
 
     def send(self, observations: Iterable[tuple[str, int]]) -> None:
         """Observations, by episode and step, wait together to leave the server."""
@@ -136,13 +174,14 @@ class StreamClock:
         for episode_id, number in self._queue.popleft() if self._queue else ():
             step = self._steps.get(episode_id)
             if step is not None and step.began == inf and number > step.answered:
-                step.began, step.due = now, now + self._granted(step)
-                heappush(self._dues, (step.due, episode_id))
+                self._begin(episode_id, now)
+                self._back.pop(episode_id, None)
         self._head_since = now
 
     def answer(self, episode_id: str, number: int) -> None:
         """A step was answered. What was overdue by then is to be charged before."""
         self._steps[episode_id] = _Step(answered=number)
+        self._back.pop(episode_id, None)
         self.bank.answered = True
 
     def charge(self, at: float) -> None:
@@ -181,6 +220,11 @@ class StreamClock:
             episode_id: step.waited + (0.0 if step.began == inf else now - step.began)
             for episode_id, step in self._steps.items()
         }
+
+    def _begin(self, episode_id: str, at: float) -> None:
+        step = self._steps[episode_id]
+        step.began, step.due = at, at + self._granted(step)
+        heappush(self._dues, (step.due, episode_id))
 
     def _granted(self, step: _Step) -> float:
         granted = self._clocks.step_seconds if self.bank.answered else self._clocks.first_step_seconds

@@ -8,7 +8,10 @@ from server.runs.opening import Opening
 from server.runs.records import PENDING, Batch, Claim, Ending, Run
 
 CHUNK = 64
-"""Episodes that are ended at once; other streams are served between two such."""
+"""Episodes that are ended at once which nobody has begun; other streams are served between two such."""
+
+OPEN_CHUNK = 1
+"""And of those that are open: what was played of each is played again, hundreds of steps."""
 
 
 class Closing:
@@ -30,7 +33,7 @@ class Closing:
 
         Whoever plays these episodes loses them first, and cannot write any more. What ended in between stays as it is.
         """
-        claims = [*self._journal.open_claims(run.run_id), *self._journal.pending(run.run_id, CHUNK)][:CHUNK]
+        claims = self._journal.open_claims(run.run_id, OPEN_CHUNK) or self._journal.pending(run.run_id, CHUNK)
         won = self._journal.claim(run.run_id, claims, "", self._worker) if claims else []
         self._journal.commit(Batch(endings=[self._ending(run, claim, note) for claim in won]))
         return bool(claims)

@@ -14,6 +14,7 @@ from contextlib import contextmanager
 
 from server.episodes.splits import Split
 from server.errors import ArraMonError, Conflict, TakenOver, Unavailable
+from server.runs.absence import Absences
 from server.runs.answering import Answering
 from server.runs.clocks import Stopwatch
 from server.runs.closing import Closing
@@ -36,6 +37,9 @@ GRACE = 10.0
 
 SWEEP_SECONDS = 1.0
 """Between two looks at what nobody asked for: signs of life, and episodes whose players did not come back."""
+
+OPENING_SECONDS = 0.004
+"""In a round, for opening episodes: to play again what was played of a thousand takes many times that."""
 
 ACTIVE_SECONDS = 60.0
 """Between two notes that a run is being played, and two looks for a run that lies idle."""
@@ -85,6 +89,7 @@ class Engine:
         self._offering = Offering(journal, opening, self._faults, self._worker, grace)
         self._closing = Closing(journal, opening, self._worker)
         self._time = Timekeeper(ledger, now or Stopwatch())
+        self._absences = Absences(journal, ledger, self._time.now)
         self._answering = Answering(journal, self._time)
         self._delivering = Delivering(self._worlds, self._take, self._drop, meter)
         self._cancelling: set[str] = set()
@@ -116,7 +121,7 @@ class Engine:
             if stream.images:
                 self._journal.note_images(stream.run.run_id, stream.images)
             self._offering.offer(stream, self._held(stream.run), first=True)
-            if not stream.sessions:
+            if not stream.coming:
                 self._after_ending(stream)
         self.wake()
 
@@ -130,7 +135,10 @@ class Engine:
         if stream in self._streams:
             self._streams.remove(stream)
             _log.info("stream left", extra={"run_id": stream.run.run_id, "episodes": len(stream.sessions)})
-            self._to_release.append(_Leaving(stream, self._time.now()))
+            leaving = _Leaving(stream, self._time.now())
+            self._to_release.append(leaving)
+            if stream.clock is not None:
+                self._absences.begin(leaving.run_id, leaving.epochs)
             with self._guard():
                 self._release()
 
@@ -160,6 +168,7 @@ class Engine:
             self._work.clear()  # before anything is looked at: who calls while this works is not to be missed
             self._sweep()
             self._apply()
+            self._open()
             for stream in list(self._streams):
                 over = self._delivering.turn(stream)
                 if stream.since is not None and not stream.told:
@@ -202,7 +211,7 @@ class Engine:
         self.wake()
 
     def _is_busy(self) -> bool:
-        return any(stream.is_asking or can_be_told(stream) for stream in self._streams)
+        return any(stream.is_asking or stream.can_open or can_be_told(stream) for stream in self._streams)
 
     def _sweep(self) -> None:
         """Now and then: says that this worker lives, and looks for what its idle streams could do."""
@@ -214,6 +223,7 @@ class Engine:
         with self._guard():
             self._journal.beat(self._worker, self._address)
             self._release()
+            self._absences.count()
             self._look_for_idle()
         waiting = sum(len(stream.asked) for stream in self._streams)
         self._meter.loaded(len(self._streams), sum(len(stream.sessions) for stream in self._streams), waiting)
@@ -222,7 +232,7 @@ class Engine:
             if stream.clock is not None and not stream.is_asking:
                 with self._guard(stream):
                     self._check(stream, now)
-            if stream in self._streams and len(stream.sessions) < stream.max_episodes:
+            if stream in self._streams and stream.room:
                 with self._guard(stream):
                     self._after_ending(stream)
 
@@ -278,6 +288,17 @@ class Engine:
                 with self._guard(stream):
                     self._after_ending(stream)
 
+    def _open(self) -> None:
+        """Goes on opening what comes to streams, for a moment; who had it stands behind the others next time."""
+        until = time.perf_counter() + OPENING_SECONDS
+        for stream in [stream for stream in self._streams if stream.can_open]:
+            if time.perf_counter() >= until:
+                return
+            self._streams.remove(stream)
+            self._streams.append(stream)
+            with self._guard(stream):
+                self._offering.open(stream, until)
+
     def _commit(self, batch: Batch, holders: Mapping[tuple[str, str], Stream]) -> set[Stream]:
         """Commits what streams did. One that lost an episode to another process is dropped alone, and returned."""
         try:
@@ -331,7 +352,12 @@ class Engine:
             self._offering.offer(stream, self._held(run))
 
     def _held(self, run: Run) -> set[str]:
-        return {episode for other in self._streams if other.run.run_id == run.run_id for episode in other.sessions}
+        return {
+            episode
+            for other in self._streams
+            if other.run.run_id == run.run_id
+            for episode in (*other.sessions, *other.coming)
+        }
 
     def _finish(self, run: Run, state: str) -> None:
         self._journal.set_state(run.run_id, state)
@@ -339,6 +365,8 @@ class Engine:
         for stream in self._streams:
             if stream.run.run_id == run.run_id:
                 stream.sessions.clear()
+                stream.coming.clear()
+                stream.opening = None
                 stream.asked.clear()
                 stream.clock = None
                 stream.told.append(over)
@@ -360,9 +388,10 @@ class _Leaving:
         self.run_id = stream.run.run_id
         self.left_at = time.monotonic()
         self.epochs = {episode_id: session.epoch for episode_id, session in stream.sessions.items()}
-        self.waited: dict[str, float] = {}
+        self.epochs |= {episode_id: coming.claim.epoch for episode_id, coming in stream.coming.items()}
+        self.waited = {episode_id: coming.claim.waited for episode_id, coming in stream.coming.items()}
         self.batch = Batch()
         if stream.clock is not None:
             stream.clock.charge(now)
             self.batch.charge(self.run_id, stream.clock.settle())
-            self.waited = stream.clock.waited()
+            self.waited |= stream.clock.waited()

@@ -92,14 +92,12 @@ class Journal:
                 table.c.cause,
                 sa.func.count().label("number"),
                 sa.func.sum(table.c.reoffers).label("reoffers"),
+                sa.func.sum(table.c.steps).label("steps"),
             )
             .where(table.c.run_id == run_id)
             .group_by(table.c.state, table.c.cause)
         )
         rows = self._database.read(query)
-        counted = self._database.read(
-            sa.select(sa.func.count()).select_from(tables.steps).where(tables.steps.c.run_id == run_id)
-        )
         causes = {row.cause: row.number for row in rows if row.state == ENDED}
         table = tables.images
         seen = self._database.read(sa.select(table.c.images).where(table.c.run_id == run_id).order_by(table.c.images))
@@ -107,12 +105,20 @@ class Journal:
         return Progress(
             episodes=sum(row.number for row in rows),
             ended=sum(causes.values()),
-            steps=counted[0][0],
+            steps=sum(int(row.steps or 0) for row in rows) + self._steps_of_open(run_id),
             causes=causes,
             images=images,
             reoffers=sum(int(row.reoffers) for row in rows),
             published=self.is_published(run_id),
         )
+
+    def _steps_of_open(self, run_id: str) -> int:
+        """What was played of the episodes that have not ended. Those that have know it: a run has 400,000 steps."""
+        steps, episodes = tables.steps, tables.episodes
+        query = sa.select(sa.func.count()).select_from(episodes.join(steps))
+        rows = self._database.read(query.where(episodes.c.run_id == run_id, episodes.c.state == OPEN))
+        count: int = rows[0][0]
+        return count
 
     def note_images(self, run_id: str, images: str) -> None:
         """A run's images travel in this form, too. Of a run that is over nothing is noted: it stays what it was."""
@@ -131,8 +137,8 @@ class Journal:
         """How many of the run's episodes have not ended."""
         return self._count(run_id, tables.episodes.c.state != ENDED)
 
-    def open_claims(self, run_id: str) -> list[Claim]:
-        """The run's episodes that were begun and have not ended."""
+    def open_claims(self, run_id: str, limit: int | None = None) -> list[Claim]:
+        """The run's first episodes that were begun and have not ended."""
         episodes, workers = tables.episodes, tables.workers
         query = (
             sa.select(
@@ -148,6 +154,7 @@ class Journal:
             .outerjoin_from(episodes, workers, episodes.c.worker == workers.c.worker_id)
             .where(episodes.c.run_id == run_id, episodes.c.state == OPEN)
             .order_by(episodes.c.ordinal)
+            .limit(limit)
         )
         return [
             Claim(row.episode_id, row.state, row.player, row.epoch, row.worker_id, row.idle, row.waited)
@@ -215,14 +222,16 @@ class Journal:
             ago: seconds since their stream left.
             waited: by episode how many seconds the present step's clock had run.
         """
-        table, left = tables.episodes, self._database.now - ago
-        with self._database.write() as connection:
-            for episode_id, epoch in sorted(epochs.items()):  # in one order everywhere, as in `commit`
-                connection.execute(
-                    table.update()
-                    .where(table.c.run_id == run_id, table.c.episode_id == episode_id, table.c.epoch == epoch)
-                    .values(worker=None, left=left, waited=(waited or {}).get(episode_id, 0.0))
-                )
+        c, left = tables.episodes.c, self._database.now - ago
+        held = sa.and_(c.run_id == run_id, c.episode_id == sa.bindparam("id"), c.epoch == sa.bindparam("held"))
+        statement = tables.episodes.update().where(held).values(worker=None, left=left, waited=sa.bindparam("seconds"))
+        rows = [
+            {"id": episode_id, "held": epoch, "seconds": (waited or {}).get(episode_id, 0.0)}
+            for episode_id, epoch in sorted(epochs.items())  # in one order everywhere, as in `commit`
+        ]
+        if rows:
+            with self._database.write() as connection:
+                connection.execute(statement, rows)
 
     def beat(self, worker: str, address: str = "") -> None:
         """A worker is alive, and can be reached on this host at an address of its own, if it has one."""

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 import sqlalchemy as sa
 
 from server.runs import tables
+from server.runs.clocks import AWAY_SECONDS
 from server.runs.database import Database
 from server.runs.journal import run_of
 from server.runs.records import ENDED, RUNNING, Claim, Run
@@ -55,6 +56,24 @@ class Ledger:
         with self._database.write() as connection:
             connection.execute(tables.episodes.update().where(held).values(values))
             return connection.execute(sa.select(c.faults).where(held)).scalar() or 0
+
+    def absent(self, run_id: str, seconds: float) -> float:
+        """A run's episodes waited for the last so many seconds for who had left; returns what is left to be away.
+
+        What several streams were away for at the same time counts once. It is less than nothing once it is used up.
+        """
+        c, now = tables.runs.c, self._database.now
+        began = now - seconds
+        since = sa.case((c.away_until > began, c.away_until), else_=began)
+        values = {"away": c.away + sa.case((since < now, now - since), else_=0.0), "away_until": now}
+        with self._database.write() as connection:
+            connection.execute(tables.runs.update().where(c.run_id == run_id).values(values))
+        return self.away_left(run_id)
+
+    def away_left(self, run_id: str) -> float:
+        """What is left of `AWAY_SECONDS` of a run; less than nothing once it is used up."""
+        rows = self._database.read(sa.select(tables.runs.c.away).where(tables.runs.c.run_id == run_id))
+        return AWAY_SECONDS - float(rows[0].away)
 
     def note_active(self, run_ids: Iterable[str]) -> None:
         """These runs are being played."""

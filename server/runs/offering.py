@@ -1,6 +1,7 @@
 """Which episodes a stream is offered: finds them, claims them, and opens them from the journal."""
 
-from collections.abc import Collection
+import time
+from collections.abc import Collection, Iterator
 
 from server.runs.answering import observed
 from server.runs.events import EpisodeStarted, Event, Observed, Opened
@@ -8,7 +9,7 @@ from server.runs.faults import EpisodeFault, Faults, contained
 from server.runs.journal import Journal
 from server.runs.opening import Opening
 from server.runs.records import LEASE, OPEN, Claim
-from server.runs.stream import Stream
+from server.runs.stream import Coming, Stream
 
 SILENT = 2.0
 """Seconds without the sign of life that a worker gives each second: if its own player comes to another, it has died."""
@@ -41,7 +42,7 @@ class Offering:
             first: whether the stream has only just come.
         """
         run_id = stream.run.run_id
-        room = stream.max_episodes - len(stream.sessions)
+        room = stream.room
         wanted = self._orphans(stream, held)[:room]
         if room > len(wanted):
             wanted += self._journal.pending(run_id, room - len(wanted))
@@ -51,11 +52,21 @@ class Offering:
             back = tuple(claim.episode_id for claim in won if claim.state == OPEN)
             stream.told.append(Opened(stream.run, self._journal.progress(run_id), back))
         for claim in won:
+            remembers = claim.player == stream.player and not (first and stream.history)
+            stream.coming[claim.episode_id] = Coming(claim, with_past=not remembers)
+
+    def open(self, stream: Stream, until: float) -> None:
+        """Opens what is coming to a stream, until a time by `time.perf_counter`: it may stop in the middle of one."""
+        while stream.can_open and time.perf_counter() < until:
+            coming = next(iter(stream.coming.values()))
+            stream.opening = stream.opening or self._start(stream, coming)
             try:
-                with contained(stream.run, claim, "opening"):
-                    stream.told.extend(self._start(stream, claim, first))
+                with contained(stream.run, coming.claim, "opening"):
+                    for _ in stream.opening:
+                        if time.perf_counter() >= until:
+                            return
             except EpisodeFault:
-                self._faults.take(stream, claim)
+                self._faults.take(stream, coming.claim)
 
     def _orphans(self, stream: Stream, held: Collection[str]) -> list[Claim]:
         """Open episodes of the stream's run that it may take: its player's own, and those that others left long ago."""
@@ -74,18 +85,20 @@ class Offering:
         """Whether a process died that had the episode: what is offered again by that is the server's fault."""
         return claim.worker not in (None, self._worker) and claim.idle > SILENT
 
-    def _start(self, stream: Stream, claim: Claim, first: bool) -> list[Event]:
-        """Opens an episode for a stream, rebuilt from the journal where it was played before."""
-        run = stream.run
+    def _start(self, stream: Stream, coming: Coming) -> Iterator[None]:
+        """Opens an episode for a stream, rebuilt from the journal where it was played before, a step at a time."""
+        run, claim = stream.run, coming.claim
         session = self._opening.begun(run, claim)
         actions = self._opening.actions(run, claim)
+        past: list[Event] = []
+        for state, taken in session.replay(actions):
+            if coming.with_past:
+                past.append(Observed(run, session.episode, state, session.steps_left(state), taken=taken))
+            yield
         started = EpisodeStarted(run, session.episode, self._opening.scene(run, session.episode), len(actions))
-        remembers = claim.player == stream.player and not (first and stream.history)
-        past = [
-            Observed(run, session.episode, state, session.steps_left(state), taken=taken)
-            for state, taken in session.replay(actions)
-        ]
+        stream.drop(claim.episode_id)
         stream.sessions[claim.episode_id] = session
         if stream.clock is not None:
-            stream.clock.open(claim.episode_id, claim.waited)
-        return [started, *([] if remembers else past), observed(stream, session)]
+            away = claim.idle if claim.worker is None else 0.0  # a worker that has died is the server's own absence
+            stream.clock.open(claim.episode_id, claim.waited, away if claim.state == OPEN else None)
+        stream.told.extend((started, *past, observed(stream, session)))

@@ -2,7 +2,7 @@
 
 import asyncio
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -47,6 +47,13 @@ class Asked(NamedTuple):
     acts: Sequence[Act]
 
 
+class Coming(NamedTuple):
+    """An episode that is a stream's and is still to be opened; `with_past` if it is told all that was played of it."""
+
+    claim: Claim
+    with_past: bool
+
+
 @dataclass(eq=False)
 class Stream:
     """A stream that joined a run.
@@ -66,6 +73,8 @@ class Stream:
         asked: batches of acts that came in.
         told: events to deliver, observations among them not drawn yet.
         sessions: its open episodes.
+        coming: those that are still to be opened for it, by id, in order: long ones take a while.
+        opening: goes on with the first of these; None where it was not begun.
         since: when it asked what it has not been told all of, by its clock; None where there is nothing.
         ended: what it was told at the end of its ended ones.
     """
@@ -84,6 +93,8 @@ class Stream:
     asked: deque[Asked] = field(default_factory=deque)
     told: deque[Event] = field(default_factory=deque)
     sessions: dict[str, Session] = field(default_factory=dict)
+    coming: dict[str, Coming] = field(default_factory=dict)
+    opening: Iterator[None] | None = None
     since: float | None = None
     ended: dict[str, EpisodeEnded] = field(default_factory=dict)
     _taken: asyncio.Event = field(default_factory=asyncio.Event)
@@ -92,6 +103,16 @@ class Stream:
     def is_asking(self) -> bool:
         """Whether there is something to answer, and room for the answers: who does not read is not answered further."""
         return bool(self.asked) and len(self.told) < MAX_TOLD
+
+    @property
+    def can_open(self) -> bool:
+        """Whether there is an episode to open, and room for what is to be told of it."""
+        return bool(self.coming) and len(self.told) < MAX_TOLD
+
+    @property
+    def room(self) -> int:
+        """How many more episodes it takes."""
+        return self.max_episodes - len(self.sessions) - len(self.coming)
 
     def claim(self, session: Session) -> Claim:
         """Under which an episode is open here."""
@@ -105,6 +126,8 @@ class Stream:
     def drop(self, episode_id: str) -> None:
         """An episode is not the stream's any more."""
         self.sessions.pop(episode_id, None)
+        if self.coming.pop(episode_id, None) is not None:
+            self.opening = None  # only the first of them is ever begun
         if self.clock is not None:
             self.clock.close(episode_id)
 

@@ -80,6 +80,8 @@ runs = Table(
     Column("first_step_seconds", Float, nullable=False, server_default="0"),
     Column("bank_seconds", Float, nullable=False, server_default="0"),
     Column("bank_left", Float),
+    Column("away", Float, nullable=False, server_default="0"),
+    Column("away_until", Float),
 )
 Index("runs_by_account", runs.c.account, runs.c.split, runs.c.created_at)
 

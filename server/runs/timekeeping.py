@@ -33,6 +33,7 @@ class Timekeeper:
         shared = (other.clock.bank for other in others if other.clock is not None and other.run.run_id == run.run_id)
         bank = next(shared, None) or Bank(0.0)
         bank.left = self._ledger.bank_left(run.run_id)
+        bank.away_left = self._ledger.away_left(run.run_id)
         bank.answered = bank.answered or self._ledger.has_steps(run.run_id)
         stream.clock = StreamClock(clocks, bank, self.now)
 
@@ -41,6 +42,11 @@ class Timekeeper:
         clock = stream.clock
         if clock is None:
             return []
+        unread = clock.unread(at)
+        if unread > 0.0:
+            clock.bank.away_left = self._ledger.absent(stream.run.run_id, unread)
+        if clock.bank.away_left <= 0.0:
+            clock.begin(at)
         clock.charge(at)
         batch.charge(stream.run.run_id, clock.settle())
         return clock.out_of_time(at)

@@ -101,7 +101,16 @@ class Seat:
         reads: whether what it is told leaves the server at once.
     """
 
-    def __init__(self, engine: Engine, run: Run, episodes: int = 1, player: str = "p", *, reads: bool = True) -> None:
+    def __init__(
+        self,
+        engine: Engine,
+        run: Run,
+        episodes: int = 1,
+        player: str = "p",
+        *,
+        reads: bool = True,
+        history: bool = False,
+    ) -> None:
         self.events: list[Event] = []
         self.closed: list[ArraMonError | None] = []
         self.reads = reads
@@ -113,7 +122,7 @@ class Seat:
             max_episodes=episodes,
             image_size=128,
             images="",
-            history=False,
+            history=history,
             adopt=True,
             deliver=self._deliver,
             close=self.closed.append,

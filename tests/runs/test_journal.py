@@ -85,7 +85,7 @@ def test_claims_and_endings(journal: Journal) -> None:
     for number in (0, 1):
         batch.add_step("r", "a", 1, number, 1)
     journal.commit(batch)
-    assert journal.progress("r") == Progress(3, 1, 2, {"AGENT_FINISHED": 1})
+    assert journal.progress("r") == Progress(3, 1, 7 + 2, {"AGENT_FINISHED": 1})
 
 
 def test_the_forms_of_images_are_kept_once_each(journal: Journal) -> None:

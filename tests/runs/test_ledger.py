@@ -5,6 +5,7 @@ from datetime import UTC, datetime
 
 import pytest
 
+from server.runs.clocks import AWAY_SECONDS
 from server.runs.database import Database
 from server.runs.journal import Journal
 from server.runs.ledger import EXCUSE_SECONDS, Ledger
@@ -116,3 +117,12 @@ def test_runs_are_excused_where_no_process_lived(database: Database) -> None:
     ledger.excuse_idle(week)
     assert ledger.idle(week, [DATA]) is None
     assert ledger.idle(week - EXCUSE_SECONDS - 60.0, [DATA]) is not None
+
+
+def test_who_is_away_on_several_streams_at_the_same_time_is_away_once(database: Database) -> None:
+    new_run(database)
+    ledger = Ledger(database)
+    assert ledger.away_left("r") == AWAY_SECONDS
+    assert ledger.absent("r", 100.0) == pytest.approx(AWAY_SECONDS - 100.0, abs=1.0)
+    assert ledger.absent("r", 80.0) == pytest.approx(AWAY_SECONDS - 100.0, abs=5.0)
+    assert ledger.absent("r", AWAY_SECONDS + 100.0) == pytest.approx(AWAY_SECONDS - 100.0, abs=5.0)
