@@ -1,6 +1,7 @@
 """Participants and their tokens: made, listed, revoked, and recognised."""
 
 import hmac
+import re
 import secrets
 import unicodedata
 from collections.abc import Sequence
@@ -32,6 +33,15 @@ NOBODY = "anonymous"
 
 _JOINERS = "\u200c\u200d"
 """Devanagari is written with these; they show nothing by themselves."""
+
+_STYLES = "\ufe0e\ufe0f"
+"""Whether an emoji is shown in colour; nothing otherwise."""
+
+_BLANK = re.compile("[\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180f\u2800\u3164\ufe00-\ufe0d\uffa0\U000e0100-\U000e01ef]")
+"""What Python calls printable, and yet shows nothing: fillers and selectors of variants."""
+
+_MOST_MARKS = 4
+"""On one letter. Those who stack more paint over the lines of others; no language needs so many."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,12 +173,14 @@ def check_name(name: str) -> None:
 
 def is_visible(text: str) -> bool:
     """Whether a text is one line that shows as what it is: nothing moves a cursor, turns its direction, or hides."""
-    return text.translate(dict.fromkeys(map(ord, _JOINERS))).isprintable()
+    seen = text.translate(dict.fromkeys(map(ord, _JOINERS)))
+    marks = "".join("m" if unicodedata.category(letter) in ("Mn", "Me") else " " for letter in seen)
+    return seen.isprintable() and not _BLANK.search(seen) and "m" * (_MOST_MARKS + 1) not in marks
 
 
 def _looks(name: str) -> str:
     """What remains of a name where case, width and joiners do not count: two people must not differ by those alone."""
-    return unicodedata.normalize("NFKC", name.translate(dict.fromkeys(map(ord, _JOINERS)))).casefold()
+    return unicodedata.normalize("NFKC", name.translate(dict.fromkeys(map(ord, _JOINERS + _STYLES)))).casefold()
 
 
 def _alike(participants: Sequence[Row[Any]], name: str) -> Row[Any] | None:

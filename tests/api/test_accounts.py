@@ -257,13 +257,33 @@ def kept(tmp_path: Path) -> Iterator[Accounts]:
     database.close()
 
 
-@pytest.mark.parametrize("name", ["ann", "Ann Müller-Öz", "प्रयोगशाला", "हिन्दी\u200d दल", "x" * 100])
+@pytest.mark.parametrize(
+    "name", ["ann", "Ann Müller-Öz", "प्रयोगशाला", "हिन्दी\u200d दल", "❤\ufe0f", "Nguyễn Thị", "x" * 100]
+)
 def test_names_that_can_be(kept: Accounts, name: str) -> None:
     assert kept.caller(kept.create_token(name, Role.PARTICIPANT)) == Caller(Role.PARTICIPANT, name)
     assert kept.caller(kept.create_token(name, Role.PARTICIPANT)) == Caller(Role.PARTICIPANT, name)
 
 
-@pytest.mark.parametrize("name", ["", " ", " ann", "ann ", "a  b", "a\tb", "a\nb", "a\u202eb", "x" * 101, "Anonymous"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "",
+        " ",
+        " ann",
+        "ann ",
+        "a  b",
+        "a\tb",
+        "a\nb",
+        "a\u202eb",
+        "x" * 101,
+        "Anonymous",
+        "\u3164",
+        "a\u034f",
+        "a\ufe00",
+        "a" + 5 * "\u0336",
+    ],
+)
 def test_names_that_cannot_be(kept: Accounts, name: str) -> None:
     with pytest.raises(BadInput):
         kept.create_token(name, Role.PARTICIPANT)
@@ -274,6 +294,7 @@ def test_what_else_cannot_be(kept: Accounts) -> None:
     kept.create_token("Ann", Role.PARTICIPANT)
     for name, role, said in (
         ("ann", Role.PARTICIPANT, "there is a participant 'Ann', whom 'ann' can be taken for"),
+        ("Ann\ufe0f", Role.PARTICIPANT, "there is a participant 'Ann', whom 'Ann\ufe0f' can be taken for"),
         ("Ann", Role.HOST, "'Ann' is a participant; a host needs another name"),
     ):
         with pytest.raises(Conflict) as caught:
