@@ -16,6 +16,9 @@ ANSWER_SECONDS = 5.0
 TURN_SECONDS = 10.0
 """After so long without a turn the engine counts as stuck; idle, it turns each second."""
 
+NO_DATABASE = "the database cannot be used"
+"""All that probes are told, which strangers may reach: its own words name hosts and paths. They are in the log."""
+
 _log = logging.getLogger(__name__)
 
 
@@ -76,7 +79,9 @@ class Readiness:
                 await asyncio.shield(self._asking)
         except ArraMonError as error:
             self._asking = None
-            return str(error)
+            if self.problem != NO_DATABASE:
+                _log.error("%s", error)
+            return NO_DATABASE
         except TimeoutError:
             return f"the database has not answered for {ANSWER_SECONDS:.0f} seconds"
         self._asking = None
