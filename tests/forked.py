@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from multiprocessing.connection import Connection
@@ -47,6 +48,18 @@ class Forked:
         if status is None:
             raise subprocess.TimeoutExpired("arramon-server", timeout)
         return status
+
+
+def run(*arguments: object) -> "subprocess.CompletedProcess[str]":
+    """`arramon-server` with these arguments, to its end: its status, and what it said."""
+    words = list(map(str, arguments))
+    said, says = multiprocessing.Pipe(duplex=False)
+    with tempfile.NamedTemporaryFile(prefix="arramon-server-") as errors, said:
+        with says:
+            process = Forked(words, says, Path(errors.name))
+        with os.fdopen(os.dup(said.fileno())) as output:
+            stdout = output.read()
+        return subprocess.CompletedProcess(words, process.wait(60), stdout, Path(errors.name).read_text())
 
 
 def _run(arguments: list[str], environment: Mapping[str, str], stdout: "Connection[Any, Any]", stderr: Path) -> None:

@@ -14,13 +14,9 @@ import pytest
 
 from server.cli import FAMILIES
 from tests import tiny
+from tests.forked import run
 from tests.release_format import record
 from tests.serving import Server
-
-
-def run(*arguments: object) -> "subprocess.CompletedProcess[str]":
-    command = [sys.executable, "-m", "server", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
 
 
 def error(*arguments: object) -> str:

@@ -3,7 +3,6 @@
 import json
 import stat
 import subprocess
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -17,14 +16,13 @@ from arramon.v1.chain import episode_head
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon_client.cli import main
 from server.runs.signing import SigningKey
-from tests import tiny
+from tests import forked, tiny
 from tests.api.player import Player, create
 from tests.serving import METADATA, Server
 
 
 def run(*arguments: object) -> "subprocess.CompletedProcess[str]":
-    command = [sys.executable, "-m", "server", *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    done = forked.run(*arguments)
     assert "Traceback" not in done.stderr
     return done
 
