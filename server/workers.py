@@ -13,7 +13,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from tempfile import TemporaryDirectory
@@ -32,7 +32,13 @@ STOP_SECONDS = 20.0
 """How long a worker may take to stop, beyond the time for draining."""
 
 RESTARTS = 5
-"""Deaths in a row, each within a minute of the start, after which a worker is given up, and the server with it."""
+"""Deaths in a row, each soon after the start, after which a worker is failing: it is started later and later then."""
+
+SOON_SECONDS = 60.0
+"""How soon after its start a worker's death counts as one in a row."""
+
+LAST_DELAY = 30.0
+"""The longest wait before a failing worker is started again."""
 
 _log = logging.getLogger(__name__)
 
@@ -54,7 +60,7 @@ def serve_with_workers(config: Config, announce: Callable[[str], None]) -> None:
 
     Raises:
         BadInput: if the address cannot be listened on.
-        Unavailable: if a worker does not start, or dies again and again.
+        Unavailable: if a worker does not start, or later all of them die again and again.
     """
     stopping, workers = threading.Event(), list[_Worker]()
 
@@ -85,13 +91,20 @@ def serve_with_workers(config: Config, announce: Callable[[str], None]) -> None:
                 announce(f"{name} at {place}")
             announce(f"listening on {address}")
             while not stopping.wait(0.2):
-                for worker in workers:
-                    worker.look_after()
+                _look_after(workers)
         finally:
             for worker in workers:
                 worker.process.terminate()
             for worker in workers:
                 worker.end()
+
+
+def _look_after(workers: Sequence["_Worker"]) -> None:
+    """Starts anew what has died; raises Unavailable if that is of no use for any of them."""
+    for worker in workers:
+        worker.look_after()
+    if all(worker.failing for worker in workers):
+        raise Unavailable("all workers die soon after their start, again and again; see the log above")
 
 
 @contextmanager
@@ -102,10 +115,15 @@ def _reserved(listen: str) -> Iterator[str]:
         return
     host, _, port = listen.rpartition(":")
     family = socket.AF_INET6 if host.startswith("[") else socket.AF_INET
-    with socket.socket(family) as holder:
+    place = (host.strip("[]"), int(port))
+    with socket.socket(family) as probe, socket.socket(family) as holder:
+        for each in (probe, holder):  # connections of a server that has just ended are no hindrance
+            each.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         holder.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
         try:
-            holder.bind((host.strip("[]"), int(port)))
+            probe.bind(place)  # fails where anybody listens, another server with a shared port too
+            probe.close()
+            holder.bind(place)
         except OSError as error:
             raise BadInput(f"cannot listen on {listen!r}: {error.strerror}") from error
         yield f"{host}:{holder.getsockname()[1]}"
@@ -129,6 +147,15 @@ class _Worker:
         self._environment = {**without_settings(os.environ), **environment}
         self._patience = patience
         self._deaths = 0
+        self._again_at: float | None = None  # when to start the process that has died
+
+    @property
+    def failing(self) -> bool:
+        """Whether it has died too often in a row, and has not lived for long since."""
+        return self._deaths > RESTARTS and (self._again_at is not None or self._lived() < SOON_SECONDS)
+
+    def _lived(self) -> float:
+        return time.monotonic() - self._started
 
     def start(self) -> None:
         self._ready = threading.Event()
@@ -143,19 +170,27 @@ class _Worker:
     def wait_until_ready(self) -> None:
         """Raises Unavailable if the process dies first, or takes too long."""
         while not self._ready.wait(0.1):
-            if self.process.poll() is not None or time.monotonic() - self._started > START_SECONDS:
+            if self.process.poll() is not None or self._lived() > START_SECONDS:
                 raise Unavailable(f"worker {self._number} did not start; its own message stands above")
 
     def look_after(self) -> None:
-        """Starts the process anew if it has died; raises Unavailable if it dies again and again."""
-        if self.process.poll() is None:
-            return
-        self._deaths = self._deaths + 1 if time.monotonic() - self._started < 60.0 else 1
-        if self._deaths > RESTARTS:
-            raise Unavailable(f"worker {self._number} died {self._deaths} times in a row")
-        _log.error("worker %d died with status %d; starting it again", self._number, self.process.returncode)
-        self.end()
-        self.start()
+        """Starts the process anew if it has died: at once, but later and later while it is failing."""
+        if self._again_at is not None:
+            if time.monotonic() >= self._again_at:
+                self._again_at = None
+                self.start()
+        elif self.process.poll() is not None:
+            self._deaths = self._deaths + 1 if self._lived() < SOON_SECONDS else 1
+            delay = min(2.0 ** (self._deaths - RESTARTS), LAST_DELAY) if self._deaths > RESTARTS else 0.0
+            _log.error(
+                "worker %d died with status %d, %d times in a row; starting it again%s",
+                self._number,
+                self.process.returncode,
+                self._deaths,
+                f" in {delay:.0f} s" if delay else "",
+            )
+            self.end()
+            self._again_at = time.monotonic() + delay
 
     def end(self) -> None:
         """Waits until the process is gone; kills it if it does not go."""

@@ -3,8 +3,9 @@
 import os
 import signal
 import time
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 
 import grpc
@@ -17,6 +18,8 @@ from tests.api.player import Player, create
 from tests.serving import METADATA, Server
 
 F, L, R, P = 0, 1, 2, 3
+
+needs_proc = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="finds the workers through Linux's /proc")
 
 
 @pytest.fixture(params=["tcp", "unix", "postgresql"])
@@ -59,7 +62,7 @@ def test_a_run_is_played_over_both_workers(server: Server) -> None:
     assert {score.mean for row in report.rows for score in row.scores} == {1.0}
 
 
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="finds the workers through Linux's /proc")
+@needs_proc
 def test_a_player_goes_on_at_the_other_worker_when_one_dies_and_it_is_started_again(server: Server) -> None:
     first, second = addresses(server)
     with grpc.insecure_channel(first) as channel:
@@ -83,6 +86,67 @@ def test_a_player_goes_on_at_the_other_worker_when_one_dies_and_it_is_started_ag
             return
         time.sleep(0.05)
     raise AssertionError("the worker was not started again")
+
+
+def kill_again_and_again(process_id: int, spared: Collection[int], times: int) -> None:
+    """Kills as many workers as soon as they come, but for those that are spared."""
+    deadline = time.monotonic() + 60
+    for _ in range(times):
+        while not (found := set(children(process_id)) - set(spared)):
+            assert time.monotonic() < deadline, "no worker was started again"
+            time.sleep(0.02)
+        for worker in found:
+            os.kill(worker, signal.SIGKILL)
+        while found & set(children(process_id)):
+            time.sleep(0.02)
+
+
+@needs_proc
+def test_a_worker_that_dies_again_and_again_does_not_take_the_others_with_it(tmp_path: Path) -> None:
+    tiny.write(tmp_path / "data")
+    server = Server(tmp_path / "data", "127.0.0.1:0", "--workers", "2", log=tmp_path / "log")
+    other = children(server.process.pid)[1]
+    kill_again_and_again(server.process.pid, [other], 7)
+    assert server.process.poll() is None
+    assert other in children(server.process.pid)
+    assert "died with status -9, 6 times in a row; starting it again in 2 s" in (tmp_path / "log").read_text()
+    assert addresses(server)
+    assert server.stop() == 0
+
+
+@needs_proc
+def test_a_server_whose_workers_all_die_again_and_again_ends(tmp_path: Path) -> None:
+    tiny.write(tmp_path / "data")
+    server = Server(tmp_path / "data", "127.0.0.1:0", "--workers", "2", log=tmp_path / "log")
+    while server.process.poll() is None:
+        for worker in children(server.process.pid):
+            with suppress(ProcessLookupError):
+                os.kill(worker, signal.SIGKILL)
+        time.sleep(0.02)
+    assert server.wait() == 1
+    assert (
+        "all workers die soon after their start, again and again; see the log above" in (tmp_path / "log").read_text()
+    )
+
+
+def test_a_server_comes_back_with_more_workers_where_connections_have_just_ended(tmp_path: Path) -> None:
+    tiny.write(tmp_path / "data")
+    server = Server(tmp_path / "data", "127.0.0.1:0")
+    with grpc.insecure_channel(server.address) as channel:
+        EvaluationStub(channel).GetServerInfo(pb.GetServerInfoRequest(), metadata=METADATA)
+        assert server.stop() == 0
+    server.more = ("--workers", "2")
+    server.start()
+    assert len(addresses(server)) == 2
+    assert server.stop() == 0
+
+
+def test_two_servers_never_share_a_port_by_mistake(server: Server, tmp_path: Path) -> None:
+    if server.address.startswith("unix:"):
+        pytest.skip("a Unix socket is another matter")
+    tiny.write(tmp_path / "other")
+    with pytest.raises(AssertionError, match=f"cannot listen on '{server.address}': Address already in use"):
+        Server(tmp_path / "other", server.address, "--workers", "2")
 
 
 def listens_at(process_id: int, address: str) -> bool:
