@@ -207,6 +207,31 @@ def test_a_phone_shows_rank_name_and_the_column_that_sorts(reader: Reader) -> No
     assert page.evaluate("document.querySelector('.board').scrollLeft") > 0
 
 
+@pytest.mark.parametrize("size", [(360, 740), (720, 400), (1440, 800)])  # the second is a desktop at 200%
+def test_what_has_the_focus_is_not_covered(reader: Reader, size: tuple[int, int]) -> None:
+    reader.page.set_viewport_size({"width": size[0], "height": size[1]})
+    page = reader.open(f"/en/{OPEN}")
+    reader.press_until('a[data-swap="published"]')
+    for key, last in (("Shift+Tab", 'a[data-swap="agent"]'), ("Tab", "#standings tbody tr:last-child a")):
+        while not page.evaluate("last => document.activeElement.matches(last)", last):
+            page.keyboard.press(key)
+            covered = page.evaluate("""() => {
+                const one = document.activeElement, box = one.getBoundingClientRect();
+                return one.contains(document.elementFromPoint(box.left + 8, box.top + 8)) ? "" : one.outerHTML;
+            }""")
+            assert covered == ""
+
+
+def test_names_from_right_to_left_stand_where_others_do(web: WebHouse, browser: Browser) -> None:
+    web.published(1, 0.5, "سامع", participant="مختبر")
+    for reader in read_by(web, browser):
+        names = reader.open(f"/en/{OPEN}").locator("#standings tbody th bdi")
+        assert names.evaluate_all("all => all.map(one => getComputedStyle(one).textAlign)") == ["left", "left"]
+        run = reader.open(f"/en/runs/{1:032x}")
+        expect(run.locator("h1")).to_have_text("سامع: tiny, English")
+        assert run.locator("h1 bdi").all_inner_texts() == ["سامع"]
+
+
 def test_a_wide_screen_shows_all_columns_and_keeps_their_headings(reader: Reader) -> None:
     reader.page.set_viewport_size({"width": 1280, "height": 400})
     for language in ("en", "hi"):
