@@ -14,6 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 
+from lang.going import DEGREES
 from lang.meaning import Assembly, Thing, Where
 
 COLUMNS, ROWS = 5, 4
@@ -41,8 +42,6 @@ BESIDE_EYES = 0.6
 
 EDGE = 0.7
 """Chance of column 0: the original never puts anything there, nor do generated episodes."""
-
-_DEGREES = {"left": -90, "right": 90, "around": 180, "slightly left": -30, "slightly right": 30}
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +85,7 @@ Landmark = Standing | int | None
 
 def quarter_after(turns: tuple[str, ...]) -> int:
     """Where the agent looks after the turns: quarters clockwise from +row, to the nearest."""
-    return round(sum(_DEGREES[turn] for turn in turns) / 90) % 4
+    return round(sum(DEGREES[turn] for turn in turns) / 90) % 4
 
 
 def find_cell(meaning: Assembly, room: Room) -> tuple[Cell, float]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from agents.follower.perceive import COLLECTIBLES, Sighting
 from arramon_client.agent import Label
+from lang.going import OFF_AXIS
 from lang.meaning import Thing
 
 APART, BUILDINGS_APART = 1.2, 3.0
@@ -19,9 +20,6 @@ BEHIND = -1.0
 
 ASIDE, BESIDE = math.radians(65.0), 3.0
 """Nor is one farther off the course than this, unless it is so near, in units."""
-
-OFF_AXIS = 1.5
-"""How much a thing off the direction of the walk counts as farther away, for each squared radian."""
 
 
 @dataclass(slots=True)

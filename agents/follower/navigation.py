@@ -8,18 +8,11 @@ from agents.follower.navigation_body import Body, rotated
 from agents.follower.navigation_motion import HEADINGS, TURN, can_step, turns, way_to
 from agents.follower.navigation_places import opening
 from arramon_client.agent import Action
+from lang.going import ALONG, BESIDE, DEGREES, NEAR, PAST
 from lang.meaning import PLACES, Face, Navigation, Step, Thing, Turn, Walk
-
-DEGREES = {"left": -90, "right": 90, "around": 180, "slightly left": -30, "slightly right": 30}
 
 PASSED = 0.5
 """How near to the line beside a place counts as there, in units."""
-
-OFFSETS = {"at": 0.0, "before": -1.5, "after": 1.5}
-"""Where a turn is taken from the thing, in units along the walk."""
-
-BESIDE = 2.0
-"""How far beside a thing the walk goes at most, in units."""
 
 NEAR_TARGET = 10.0
 """From here the target is gone to at once where nothing stands in between, in units; otherwise the steps come first."""
@@ -184,12 +177,12 @@ class Navigator:
             return self._seek()
         body = self._body
         if step.way in ("to", "towards"):
-            near = 1.6 if step.way == "to" else 3.0
+            near = NEAR[step.way]
             if body.distance(marks[0], marks[1]) <= near:
                 self._course = self._aim(marks, self._start)
                 return None
             return self._go(marks, near - 0.2)
-        beyond = 0.8 if step.way == "past" else 0.3
+        beyond = PAST if step.way == "past" else 0.3
         return self._pass(marks, beyond)
 
     def _walk_ahead(self, step: Walk) -> Action | None:
@@ -210,7 +203,7 @@ class Navigator:
         marks = self._resolve((thing,))
         if marks is None:
             return self._seek()
-        return self._pass(marks, OFFSETS[step.at])
+        return self._pass(marks, ALONG[step.at])
 
     def _to_opening(self, side: int) -> Action | None:
         body = self._body

@@ -5,24 +5,16 @@ import math
 import numpy as np
 
 from agents.follower.map import Map
+from lang.going import DEEP, DEEPER, IN
 
 OFFSETS = np.arange(-3.0, 14.0, 0.5)
 """Places along the walk that are looked at, in units from the agent."""
-
-DEEP = 7.0
-"""How far to the side the ground is looked at, in units."""
-
-DEEPER = 2.5
-"""By how much an opening is deeper than the street beside the wall before it, in units."""
 
 SEEN = 1.0
 """By how much deeper it must have been seen to be, in units."""
 
 WIDE = 3
 """Places that make an opening."""
-
-IN = 1.2
-"""How far past the wall's end the turn is taken, in units: who is on the shortest way rounds corners closely."""
 
 
 def opening(ground: Map, x: float, z: float, angle: float, side: int) -> tuple[float, float] | None:

@@ -7,16 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from agents.follower.perceive import EYE_HEIGHT, FIELD_OF_VIEW
 from arramon_client.agent import Label
 from lang.placing import COLUMNS, ROWS, Cell, Room, Standing
 
 CELL = 1.5
 """Side of a cell, in units."""
-
-EYE_HEIGHT = 0.525
-
-FIELD_OF_VIEW = 60.0
-"""Degrees, vertical and horizontal: frames are square."""
 
 ENOUGH = 4
 """Pixels, over all frames, from which on something seen is there: fewer may be the edge of something else."""

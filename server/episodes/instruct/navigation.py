@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 from random import Random
 
+from lang.going import ALONG, BESIDE, DEGREES, NEAR, PAST
 from lang.meaning import Face, Navigation, Step, Thing, Turn, Walk
 from server.episodes.instruct.navigation_choice import fits, name_of
 from server.episodes.instruct.navigation_legs import Place, bearing, legs_of, straying, turn_between
@@ -19,17 +20,8 @@ from server.sim.catalogue import KINDS
 from server.sim.geometry import Pose, wrap
 from server.sim.rules import Collectible
 
-NOMINAL = {"slightly left": -30.0, "slightly right": 30.0, "left": -90.0, "right": 90.0, "around": 180.0}
-"""What the follower takes the words of a turn for, in degrees."""
-
-BEYOND = {"past": 0.8, "at": 0.0, "before": -1.5, "after": 1.5}
+BEYOND = {"past": PAST, **ALONG}
 """How far along from a landmark a step leads, in units."""
-
-NEAR = {"to": 1.6, "towards": 3.0}
-"""How near to a landmark a step leads, in units."""
-
-BESIDE = 2.0
-"""How far beside a landmark one goes by it at most, in units."""
 
 ASTRAY = 1.8
 """How far from the path a step may lead, in units."""
@@ -168,7 +160,7 @@ class _Plan:
         """The turn that brings what is so many degrees off the course into view; None where there is none."""
         if abs(off) <= IN_VIEW:
             return ()
-        for word, degrees in NOMINAL.items():
+        for word, degrees in DEGREES.items():
             if abs(turn_between(degrees, off)) <= TURNED_TO:
                 return (word,)
         return None
@@ -188,7 +180,7 @@ class _Plan:
             words = self._words(off)
             if words is None or (words and standing.turned) or (words == ("around",) and standing.number > 0):
                 continue
-            pose = standing.pose.turned(sum(NOMINAL[word] for word in words))
+            pose = standing.pose.turned(sum(DEGREES[word] for word in words))
             until = self._departures[min(standing.number + 12, len(self._path) - 1)]
             name = name_of(mark, self._marks, pose, until, self._random)
             if name is not None:
@@ -254,10 +246,10 @@ class _Plan:
             if onward is None or at_once is None or abs(turn_between(onward, at_once)) > BENT:
                 continue
             rotation = turn_between(end.heading, onward)
-            direction = min(NOMINAL, key=lambda w: abs(turn_between(NOMINAL[w], rotation)))
-            inexact = abs(turn_between(NOMINAL[direction], rotation))
+            direction = min(DEGREES, key=lambda w: abs(turn_between(DEGREES[w], rotation)))
+            inexact = abs(turn_between(DEGREES[direction], rotation))
             if abs(rotation) > 35.0 and direction != "around":
-                end = end.turned(NOMINAL[direction])
+                end = end.turned(DEGREES[direction])
                 yield from self._option(
                     standing,
                     turns,
@@ -298,12 +290,12 @@ class _Plan:
         rotation = turn_between(standing.pose.heading, bearing(here, self._path[corner]))
         words: tuple[str, ...] = ()
         while abs(rotation) > 18.0:
-            word = min(NOMINAL, key=lambda w: abs(turn_between(NOMINAL[w], rotation)))
-            words, rotation = (*words, word), turn_between(NOMINAL[word], rotation)
+            word = min(DEGREES, key=lambda w: abs(turn_between(DEGREES[w], rotation)))
+            words, rotation = (*words, word), turn_between(DEGREES[word], rotation)
         count = max(round(math.dist(here, self._path[corner])), 1)
         if count > MOST_COUNTED:
             count = FEW_COUNTED
-        pose = standing.pose.turned(sum(NOMINAL[word] for word in words)).ahead(count)
+        pose = standing.pose.turned(sum(DEGREES[word] for word in words)).ahead(count)
         number = corner if count != FEW_COUNTED else self._nearest(pose, standing.number + 1)
         return _Option(0.0, (*(Turn(word) for word in words), Walk("ahead", count=count)), _Standing(pose, number))
 

@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 from random import Random
 
+from lang.going import OFF_AXIS
 from lang.meaning import Thing
 from server.episodes.instruct.sight import Landmark
 from server.sim.furniture import COLOURS
@@ -14,9 +15,6 @@ from server.sim.geometry import Pose
 
 BEHIND = -1.5
 """What is farther behind than this is not meant, in units."""
-
-OFF_AXIS = 1.5
-"""How much a thing off the course counts as farther away, for each squared radian."""
 
 CLEARLY = 1.35
 """How many times farther away every other thing of the name must count."""

@@ -1,7 +1,4 @@
-"""Where streets open to the sides of a path, as the follower knows them: agents/follower/navigation_places.py.
-
-The server cannot import the follower, nor it the server: the numbers here are those there.
-"""
+"""Where streets open to the sides of a path, as the follower knows them: agents/follower/navigation_places.py."""
 
 import math
 from collections.abc import Sequence
@@ -10,20 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from lang.going import DEEP, DEEPER, IN
 from server.episodes.instruct.navigation_legs import Leg, Place, legs_of
 from server.sim.section import Building, Section
 
-DEEP = 7.0
-"""How far to the side the ground is looked at, in units."""
-
-DEEPER = 2.5
-"""By how much an opening is deeper than the street beside the wall before it, in units."""
-
 WIDE = 3.0
 """How wide an opening is at least, in units: well above what the follower asks for."""
-
-IN = 1.2
-"""How far past the wall's end the turn is taken, in units."""
 
 GRAIN = 0.5
 """How finely the ground is looked at, in units."""
