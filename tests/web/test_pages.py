@@ -291,6 +291,9 @@ def test_an_empty_board_says_how_to_publish_a_run(web: WebHouse) -> None:
     text = web.site.get("/hi/?split=tiny&language=hi").text
     assert "arramon-client --agent agents.random_walk --split tiny --lang hi" in text
     assert "arramon-client publish RUN" in text
+    page = Page(text)
+    assert [level for level, _ in page.headings] == [1]  # no table: nothing to download, nothing to read
+    assert not [link for link in page.addresses() if link.startswith("/standings")]
 
 
 def test_long_lists_come_in_pages(web: WebHouse, monkeypatch: pytest.MonkeyPatch) -> None:
