@@ -90,18 +90,27 @@ def write_receipt(receipt: evaluation_pb2.Receipt, run_id: str, folder: Path) ->
     return path
 
 
+def read_json(path: Path, kind: str) -> Any:
+    """What a file holds that is to be a "receipt", or of another such kind.
+
+    Raises:
+        ReceiptError: if it cannot be read, or is not JSON.
+    """
+    try:
+        return json.loads(path.read_bytes())
+    except OSError as error:
+        raise ReceiptError(f"{path} cannot be read: {error.strerror or error}") from error
+    except ValueError as error:
+        raise ReceiptError(f"{path} is no {kind}: it is not JSON, or was cut") from error
+
+
 def read_receipt(path: Path) -> Receipt:
     """A receipt from its file.
 
     Raises:
         ReceiptError: if it cannot be read, or was not signed as it stands.
     """
-    try:
-        content = json.loads(path.read_bytes())
-    except OSError as error:
-        raise ReceiptError(f"{path} cannot be read: {error.strerror or error}") from error
-    except ValueError as error:
-        raise ReceiptError(f"{path} is no receipt: it is not JSON, or was cut") from error
+    content = read_json(path, "receipt")
     _check_format(path, content, FILE_FORMAT, FILE_VERSION)
     payload = content.get("payload")
     if not isinstance(payload, str):

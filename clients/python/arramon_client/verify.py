@@ -1,7 +1,6 @@
 """The command `arramon-client verify`: whether a receipt is what its host signed, and about what this client sent."""
 
 import argparse
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -86,12 +85,7 @@ def _results(options: argparse.Namespace) -> Mapping[str, Any] | None:
     )
     if options.results is None and (path == options.receipt or not path.exists()):
         return None
-    try:
-        content = json.loads(path.read_bytes())
-    except OSError as error:
-        raise ReceiptError(f"{path} cannot be read: {error.strerror or error}") from error
-    except ValueError as error:
-        raise ReceiptError(f"{path} is no results file: it is not JSON, or was cut") from error
+    content = receipts.read_json(path, "results file")
     if not (isinstance(content, dict) and {"run", "metrics"} <= content.keys()):
         raise ReceiptError(f"{path} is no results file: it has no run and no metrics")
     return {**content, "path": path}
