@@ -136,6 +136,7 @@ def _server(config: Config, accounts: Accounts, metrics: Metrics) -> grpc.aio.Se
         maximum_concurrent_rpcs=config.max_calls,
         options=[
             ("grpc.max_receive_message_length", config.max_message_bytes),
+            ("grpc.server_handshake_timeout_ms", 20_000),  # for connections that say nothing: gRPC gives them 120
             ("grpc.so_reuseport", int(config.shared_port)),
             ("grpc.keepalive_time_ms", int(1000 * config.keepalive_seconds)),
             ("grpc.keepalive_timeout_ms", int(500 * config.keepalive_seconds)),

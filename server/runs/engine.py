@@ -19,6 +19,7 @@ from server.runs.answering import Answering
 from server.runs.clocks import Stopwatch
 from server.runs.closing import Closing
 from server.runs.delivering import Delivering, can_be_told
+from server.runs.departures import Departures
 from server.runs.events import EpisodeEnded, RunEnded
 from server.runs.faults import Faults
 from server.runs.journal import Journal
@@ -94,7 +95,7 @@ class Engine:
         self._delivering = Delivering(self._worlds, self._take, self._drop, meter)
         self._cancelling: set[str] = set()
         self._streams: list[Stream] = []
-        self._to_release: list[_Leaving] = []
+        self._departures = Departures(journal)
         self._next_sweep = self._next_note = 0.0
         self._stopped = False
         self.turned_at = time.monotonic()
@@ -135,12 +136,11 @@ class Engine:
         if stream in self._streams:
             self._streams.remove(stream)
             _log.info("stream left", extra={"run_id": stream.run.run_id, "episodes": len(stream.sessions)})
-            leaving = _Leaving(stream, self._time.now())
-            self._to_release.append(leaving)
+            epochs = self._departures.add(stream, self._time.now())
             if stream.clock is not None:
-                self._absences.begin(leaving.run_id, leaving.epochs)
+                self._absences.begin(stream.run.run_id, epochs)
             with self._guard():
-                self._release()
+                self._departures.write()
 
     def has_left(self, stream: Stream) -> None:
         """What a stream was delivered first of what has not left yet, has left the server: its clocks run."""
@@ -222,7 +222,7 @@ class Engine:
         asyncio.get_running_loop().call_later(1.01 * SWEEP_SECONDS, self.wake)
         with self._guard():
             self._journal.beat(self._worker, self._address)
-            self._release()
+            self._departures.write()
             self._absences.count()
             self._look_for_idle()
         waiting = sum(len(stream.asked) for stream in self._streams)
@@ -235,14 +235,6 @@ class Engine:
             if stream in self._streams and stream.room:
                 with self._guard(stream):
                     self._after_ending(stream)
-
-    def _release(self) -> None:
-        while self._to_release:
-            leaving = self._to_release[0]
-            ago = time.monotonic() - leaving.left_at
-            self._journal.release(leaving.run_id, leaving.epochs, ago=ago, waited=leaving.waited)
-            self._journal.commit(leaving.batch)
-            self._to_release.pop(0)
 
     def _look_for_idle(self) -> None:
         """Notes which runs are being played, and closes some of one that nobody has played for too long."""
@@ -279,6 +271,8 @@ class Engine:
             if asking:
                 self._meter.took(Stage.RULES, self._time.now() - now)
             losers = self._commit(batch, holders)
+            for stream in asking if batch.charges else ():  # other processes have charged the same bank
+                self._time.refresh(stream)
             for stream, answers in told:
                 if stream not in losers:
                     stream.told.extend(answers)
@@ -374,24 +368,3 @@ class Engine:
     def _drop(self, stream: Stream, error: ArraMonError | None) -> None:
         self.leave(stream)
         stream.close(error)
-
-
-class _Leaving:
-    """What is to be written of a stream that has left.
-
-    Args:
-        stream: that has left just now.
-        now: by its clock.
-    """
-
-    def __init__(self, stream: Stream, now: float) -> None:
-        self.run_id = stream.run.run_id
-        self.left_at = time.monotonic()
-        self.epochs = {episode_id: session.epoch for episode_id, session in stream.sessions.items()}
-        self.epochs |= {episode_id: coming.claim.epoch for episode_id, coming in stream.coming.items()}
-        self.waited = {episode_id: coming.claim.waited for episode_id, coming in stream.coming.items()}
-        self.batch = Batch()
-        if stream.clock is not None:
-            stream.clock.charge(now)
-            self.batch.charge(self.run_id, stream.clock.settle())
-            self.waited |= stream.clock.waited()

@@ -3,11 +3,9 @@
 Steps are append-only and unique by (run, episode, step). Whatever is in memory elsewhere can be rebuilt from here.
 """
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from datetime import UTC, datetime
-from operator import attrgetter, itemgetter
 from typing import Any
 
 import sqlalchemy as sa
@@ -15,26 +13,21 @@ from sqlalchemy.engine import Connection, Row
 
 from server.errors import NotFound, TakenOver
 from server.runs import tables
+from server.runs.attendance import Attendance
 from server.runs.callers import HOST, Caller, Role
-from server.runs.database import Database, utc
-from server.runs.here import here
-from server.runs.records import ENDED, OPEN, PENDING, RUNNING, Batch, Claim, Ending, Progress, Run
-
-FORGET_SECONDS = 86_400.0
-"""After its last sign of life, in which a worker that was killed is not listed any more."""
+from server.runs.claims import Claims
+from server.runs.database import utc
+from server.runs.records import ENDED, OPEN, PENDING, RUNNING, Progress, Run
+from server.runs.steps import Steps
 
 
-class Journal:
-    """All runs. Safe to use from several threads, but for `commit`, which belongs to one.
+class Journal(Attendance, Claims, Steps):
+    """All runs, with who plays them and their steps. Safe to use from several threads, but for `commit`.
 
     Args:
         database: where they are kept.
-        host: which one this process is on: what a host's own addresses are told to.
+        host: which one this process is on.
     """
-
-    def __init__(self, database: Database, *, host: str | None = None) -> None:
-        self._database = database
-        self._host = here() if host is None else host
 
     def create(
         self, run: Run, episode_ids: Sequence[str], admit: Callable[[Connection], None] = lambda _: None
@@ -137,190 +130,10 @@ class Journal:
         """How many of the run's episodes have not ended."""
         return self._count(run_id, tables.episodes.c.state != ENDED)
 
-    def open_claims(self, run_id: str, limit: int | None = None) -> list[Claim]:
-        """The run's first episodes that were begun and have not ended."""
-        episodes, workers = tables.episodes, tables.workers
-        query = (
-            sa.select(
-                episodes.c.episode_id,
-                episodes.c.state,
-                episodes.c.player,
-                episodes.c.epoch,
-                episodes.c.waited,
-                workers.c.worker_id,
-                # A clock that jumped back leaves times in the future: they are as old as they are far away.
-                sa.func.abs(self._database.now - sa.func.coalesce(episodes.c.left, workers.c.seen, 0.0)).label("idle"),
-            )
-            .outerjoin_from(episodes, workers, episodes.c.worker == workers.c.worker_id)
-            .where(episodes.c.run_id == run_id, episodes.c.state == OPEN)
-            .order_by(episodes.c.ordinal)
-            .limit(limit)
-        )
-        return [
-            Claim(row.episode_id, row.state, row.player, row.epoch, row.worker_id, row.idle, row.waited)
-            for row in self._database.read(query)
-        ]
-
-    def pending(self, run_id: str, limit: int | None = None) -> list[Claim]:
-        """The run's next episodes that nobody has begun."""
-        table = tables.episodes
-        query = (
-            sa.select(table.c.episode_id, table.c.state, table.c.player, table.c.epoch)
-            .where(table.c.run_id == run_id, table.c.state == PENDING)
-            .order_by(table.c.ordinal)
-            .limit(limit)
-        )
-        return [Claim(row.episode_id, row.state, row.player, row.epoch) for row in self._database.read(query)]
-
-    def claim(
-        self, run_id: str, claims: Sequence[Claim], player: str, worker: str, *, reoffered: Collection[str] = ()
-    ) -> list[Claim]:
-        """Makes episodes `player`'s at a worker, and returns those that were still as `claims` has them.
-
-        Args:
-            run_id: of the run.
-            claims: as they were read.
-            player: the stream's own name.
-            worker: this process.
-            reoffered: those, by id, that are offered again by the server's fault.
-        """
-        c = tables.episodes.c
-
-        def these(wanted: Iterable[Claim]) -> sa.ColumnElement[bool]:
-            return sa.and_(c.run_id == run_id, c.episode_id.in_([claim.episode_id for claim in wanted]))
-
-        with self._database.write() as connection:
-            # Locked before they are looked at: what another process is about to write to them is waited for, and seen.
-            query = sa.select(c.episode_id, c.epoch).where(these(claims), c.state != ENDED).order_by(c.episode_id)
-            rows = connection.execute(query.with_for_update(key_share=True))
-            epochs: dict[str, int] = {row.episode_id: row.epoch for row in rows}
-            won = [claim for claim in claims if epochs.get(claim.episode_id) == claim.epoch]
-            values = {
-                "state": OPEN,
-                "player": player,
-                "epoch": c.epoch + 1,
-                "worker": worker,
-                "left": None,
-                "waited": 0.0,
-            }
-            again = [claim for claim in won if claim.episode_id in reoffered]
-            if again:
-                connection.execute(tables.episodes.update().where(these(again)).values(reoffers=c.reoffers + 1))
-            if won:
-                # The stream knows now how long its step has waited; what a process that dies forgets is not charged.
-                connection.execute(tables.episodes.update().where(these(won)).values(values))
-        return [replace(claim, epoch=claim.epoch + 1) for claim in won]
-
-    def release(
-        self, run_id: str, epochs: Mapping[str, int], *, ago: float = 0.0, waited: Mapping[str, float] | None = None
-    ) -> None:
-        """Lets go of open episodes that are still held under these epochs.
-
-        Args:
-            run_id: of the run.
-            epochs: by episode.
-            ago: seconds since their stream left.
-            waited: by episode how many seconds the present step's clock had run.
-        """
-        c, left = tables.episodes.c, self._database.now - ago
-        held = sa.and_(c.run_id == run_id, c.episode_id == sa.bindparam("id"), c.epoch == sa.bindparam("held"))
-        statement = tables.episodes.update().where(held).values(worker=None, left=left, waited=sa.bindparam("seconds"))
-        rows = [
-            {"id": episode_id, "held": epoch, "seconds": (waited or {}).get(episode_id, 0.0)}
-            for episode_id, epoch in sorted(epochs.items())  # in one order everywhere, as in `commit`
-        ]
-        if rows:
-            with self._database.write() as connection:
-                connection.execute(statement, rows)
-
-    def beat(self, worker: str, address: str = "") -> None:
-        """A worker is alive, and can be reached on this host at an address of its own, if it has one."""
-        table, now = tables.workers, self._database.now
-        with self._database.write() as connection:
-            done = connection.execute(table.update().where(table.c.worker_id == worker).values(seen=now))
-            if not done.rowcount:
-                row = {"worker_id": worker, "seen": now, "address": address, "host": self._host}
-                connection.execute(table.insert().values(row))
-                connection.execute(table.delete().where(table.c.seen < now - FORGET_SECONDS))
-
-    def addresses(self, within: float) -> list[str]:
-        """The own addresses of this host's workers that were seen alive in the last `within` seconds."""
-        c = tables.workers.c
-        alive = sa.func.abs(self._database.now - c.seen) <= within
-        query = sa.select(c.address).where(alive, c.host == self._host, c.address != "").order_by(c.address)
-        return [row.address for row in self._database.read(query)]
-
-    def retire(self, worker: str) -> None:
-        """A worker is gone for good; what it still held is free."""
-        table = tables.workers
-        with self._database.write() as connection:
-            connection.execute(table.delete().where(table.c.worker_id == worker))
-
-    def actions(self, run_id: str, episode_id: str) -> list[int]:
-        """The actions recorded for an episode, in order."""
-        table = tables.steps
-        query = (
-            sa.select(table.c.action)
-            .where(table.c.run_id == run_id, table.c.episode_id == episode_id)
-            .order_by(table.c.step)
-        )
-        return [row[0] for row in self._database.read(query)]
-
-    def endings(self, run_id: str) -> list[Ending]:
-        """The run's ended episodes, in playing order."""
-        table = tables.episodes
-        query = sa.select(table).where(table.c.run_id == run_id, table.c.state == ENDED).order_by(table.c.ordinal)
-        return [
-            Ending(run_id, row.episode_id, row.cause, row.steps, row.scores, row.note or "")
-            for row in self._database.read(query)
-        ]
-
-    def commit(self, batch: Batch) -> None:
-        """Writes steps, endings and charges, all or nothing.
-
-        Raises:
-            TakenOver: if a step is there already, or a claim is not held any more: another process plays the episode.
-            StorageError: if the database cannot be written.
-        """
-        if not (batch.steps or batch.endings or batch.charges):
-            return
-        # In one order everywhere: who locks episodes in another waits for whoever waits for them.
-        steps = sorted(batch.steps, key=itemgetter("run", "episode", "number"))
-        taken_over = "another process of this server has taken over an episode, or it has ended"
-        if not (batch.endings or batch.charges):
-            if not self._database.commit_rows(_INSERT_STEP, steps, at_once=_INSERT_STEPS):
-                raise TakenOver(taken_over)
-            return
-        with self._database.commit() as connection:
-            if steps and connection.execute(_INSERT_STEP, steps).rowcount != len(steps):
-                raise TakenOver(taken_over)
-            for ending in sorted(batch.endings, key=attrgetter("run_id", "episode_id")):
-                values = {name: getattr(ending, name) for name in ("cause", "steps", "scores")}
-                values["note"] = ending.note.replace("\0", "")  # PostgreSQL's texts hold none
-                done = connection.execute(
-                    tables.episodes.update()
-                    .where(_is_held(ending.run_id, ending.episode_id, ending.epoch))
-                    .values(state=ENDED, **values)
-                )
-                if not done.rowcount:
-                    raise TakenOver(f"another process of this server has taken over episode {ending.episode_id!r}")
-            for run_id, seconds in sorted(batch.charges.items()):
-                left = tables.runs.c.bank_left
-                values = {"bank_left": sa.case((left > seconds, left - seconds), else_=0.0)}
-                connection.execute(tables.runs.update().where(tables.runs.c.run_id == run_id).values(values))
-
-    def lost(self, batch: Batch) -> set[tuple[str, str]]:
-        """The episodes of a batch, by run and id, that are not held any more under the claims that it names."""
-        epochs = {(step["run"], step["episode"]): step["epoch"] for step in batch.steps}
-        epochs |= {(ending.run_id, ending.episode_id): ending.epoch for ending in batch.endings}
-        c = tables.episodes.c
-        query = sa.select(c.run_id, c.episode_id, c.epoch).where(c.state != ENDED)
-        rows = self._database.read(query.where(sa.tuple_(c.run_id, c.episode_id).in_(list(epochs))))
-        held = {(row.run_id, row.episode_id): row.epoch for row in rows}
-        return {key for key, epoch in epochs.items() if held.get(key) != epoch}
-
     def is_published(self, run_id: str) -> bool:
         """Whether a run stands on the leaderboard."""
+        if "\0" in run_id:  # as in `run`
+            return False
         table = tables.entries
         query = sa.select(table.c.run_id).where(table.c.run_id == run_id, table.c.withdrawn_at.is_(None))
         return bool(self._database.read(query))
@@ -334,50 +147,6 @@ class Journal:
 def no_run(run_id: str) -> NotFound:
     """What whoever asks is told of a run that is not there, and of one that is not theirs."""
     return NotFound(f"there is no run {run_id!r}")
-
-
-def _is_held(run_id: Any, episode_id: Any, epoch: Any) -> sa.ColumnElement[bool]:
-    """Whether an episode has not ended and nobody has claimed it since."""
-    c = tables.episodes.c
-    return sa.and_(c.run_id == run_id, c.episode_id == episode_id, c.epoch == epoch, c.state != ENDED)
-
-
-_INSERT_STEP = (
-    tables.steps.insert()
-    .from_select(
-        ["run_id", "episode_id", "step", "action"],
-        sa.select(
-            tables.episodes.c.run_id,
-            tables.episodes.c.episode_id,
-            sa.bindparam("number", type_=sa.Integer),
-            sa.bindparam("taken", type_=sa.Integer),
-        )
-        .where(_is_held(sa.bindparam("run"), sa.bindparam("episode"), sa.bindparam("epoch")))
-        .with_for_update(key_share=True),
-    )
-    .execution_options(preserve_rowcount=True)
-)
-"""Writes a step under the claim of an epoch, and nothing where that is not held any more.
-
-The episode's row is locked (on PostgreSQL; SQLite has one writer at a time): a claim that is made at the same moment
-either waits until the step is written, or is waited for and then found to have taken the episode.
-"""
-
-_INSERT_STEPS = sa.text(f"""
-    WITH given AS (
-        SELECT * FROM unnest(
-            CAST(:run AS text[]), CAST(:episode AS text[]), CAST(:epoch AS int[]), CAST(:number AS int[]),
-            CAST(:taken AS int[])
-        ) AS given (run_id, episode_id, epoch, number, taken)
-    ),
-    held AS (
-        SELECT run_id, episode_id, number, taken FROM given JOIN run_episodes USING (run_id, episode_id, epoch)
-        WHERE state != '{ENDED}' ORDER BY run_id, episode_id FOR NO KEY UPDATE OF run_episodes
-    )
-    INSERT INTO steps (run_id, episode_id, step, action)
-    SELECT * FROM held WHERE (SELECT count(*) FROM held) = (SELECT count(*) FROM given)
-""").execution_options(preserve_rowcount=True)  # noqa: S608 - of a constant
-"""The same for many steps, in one statement of PostgreSQL's: all of them, or none where one is not held any more."""
 
 
 def run_of(row: Row[Any]) -> Run:

@@ -11,11 +11,11 @@ import sqlalchemy as sa
 from arramon.v1 import PROTOCOL
 from arramon.v1.chain import episode_head, run_digest
 from server.episodes.splits import Split
-from server.errors import NotFound, TakenOver
+from server.errors import TakenOver
 from server.runs import tables
 from server.runs.callers import Caller
 from server.runs.database import Database
-from server.runs.journal import Journal
+from server.runs.journal import Journal, no_run
 from server.runs.records import Ending, Progress, Run
 from server.runs.reports import Report, report_of
 from server.runs.signing import SigningKey
@@ -68,9 +68,10 @@ class Receipts:
             NotFound: if there is none of that id that the caller may see.
             Conflict: while it is being played; or if it has no receipt yet, and the split's data has changed since.
         """
+        published = self._journal.is_published(run_id)  # asked first: of none and of another's the same is looked up
         run = self._journal.run(run_id)
-        if not caller.may_see(run) and not self._is_published(run_id):
-            raise NotFound(f"there is no run {run_id!r}")
+        if not (published or caller.may_see(run)):
+            raise no_run(run_id)
         return kept_receipt(self._database, run_id) or self._make(run)
 
     def _make(self, run: Run) -> Receipt:
@@ -82,11 +83,6 @@ class Receipts:
             row = {"run_id": run.run_id, **{name: getattr(made, name) for name in Receipt.__slots__}}
             connection.execute(tables.receipts.insert(), [row])
         return kept_receipt(self._database, run.run_id) or made
-
-    def _is_published(self, run_id: str) -> bool:
-        table = tables.entries
-        query = sa.select(table.c.run_id).where(table.c.run_id == run_id, table.c.withdrawn_at.is_(None))
-        return bool(self._database.read(query))
 
 
 def kept_receipt(database: Database, run_id: str) -> Receipt | None:

@@ -10,7 +10,7 @@ import pytest
 from server.runs import absence, ledger
 from server.runs.clocks import AWAY_SECONDS, Bank, Clocks, StreamClock, TimeLeft
 from server.runs.engine import Engine
-from server.runs.events import EpisodeEnded
+from server.runs.events import EpisodeEnded, Observed
 from server.runs.records import Run
 from server.sim.rules import Action
 from tests.runs.engines import House, Seat, quick, until
@@ -95,5 +95,30 @@ def test_what_is_known_already_and_is_not_read_counts_too(house: House, monkeypa
             house.wall += 55.0
             await until(lambda: house.ledger.away_left("run") <= 445.0)
             assert house.ledger.bank_left("run") == 100.0
+
+    asyncio.run(asyncio.wait_for(play(), 20))
+
+
+def test_a_bank_that_is_spent_at_one_process_is_spent_at_the_other(tmp_path: Path) -> None:
+    house = House(tmp_path, 2)
+    run = house.run()
+
+    async def play() -> None:
+        async with house.engine() as one, house.engine() as other:
+            seats = [Seat(one, run, player="a"), Seat(other, run, player="b")]
+            for seat in seats:
+                seen = await seat.observation()
+                seat.act(seen.episode.episode_id, 0, Action.LEFT)
+                await seat.observation()
+            for seat, step, seconds, told in (
+                (seats[0], 1, 140.0, Observed),  # 80 seconds of a bank of 100
+                (seats[1], 1, 0.0, Observed),  # and 80 more
+                (seats[0], 2, 61.0, Observed),  # this process learns with what it charges what the other has
+                (seats[0], 3, 61.0, EpisodeEnded),
+            ):
+                house.now += seconds
+                seat.act(next(iter(seat.stream.sessions)), step, Action.LEFT)
+                await seat.next(told)
+            assert house.causes() == {"TIME_LIMIT": 1}
 
     asyncio.run(asyncio.wait_for(play(), 20))

@@ -2,11 +2,12 @@
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import pytest
 import rfc8785
@@ -158,6 +159,26 @@ def test_no_receipt_of_a_run_that_is_played_or_unknown(database: Database, split
     with pytest.raises(NotFound, match="there is no run 'x'"):
         receipts.of(HOST, "x")
     assert database.read(sa.select(tables.receipts)) == []
+
+
+def test_of_anothers_run_and_of_none_the_same_is_looked_up(
+    database: Database, split: Split, receipts: Receipts, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    play(database, split, account="lab")
+    read, asked = database.read, list[str]()
+
+    def noted(query: sa.Select[Any]) -> Sequence[sa.Row[Any]]:
+        asked.append(str(query))
+        return read(query)
+
+    monkeypatch.setattr(database, "read", noted)
+    looked_up = []
+    for run_id in ("r", "x"):
+        asked.clear()
+        with pytest.raises(NotFound, match=f"there is no run '{run_id}'"):
+            receipts.of(RIVAL, run_id)
+        looked_up.append(list(asked))
+    assert looked_up[0] == looked_up[1] != []
 
 
 def test_no_new_receipt_once_the_data_has_changed(database: Database, split: Split, tmp_path: Path) -> None:
