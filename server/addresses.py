@@ -2,6 +2,9 @@
 
 import ipaddress
 import socket
+from pathlib import Path
+
+from server.errors import BadInput
 
 FORM = "host:port or unix:/path"
 TCP_FORM = "host:port"
@@ -9,7 +12,7 @@ TCP_FORM = "host:port"
 
 def is_address(text: str) -> bool:
     """Whether a text is `host:port` or `unix:/path`."""
-    return text.startswith("unix:") or is_tcp_address(text)
+    return (text.startswith("unix:") and text != "unix:") or is_tcp_address(text)
 
 
 def is_tcp_address(text: str) -> bool:
@@ -29,6 +32,27 @@ def is_public(address: str) -> bool:
         return False
     found = _found(address)
     return not found or any(ip.is_unspecified or not ip.is_private for ip in found)
+
+
+def check_free(listen: str) -> None:
+    """Makes sure that one can listen there: that nobody does, with a shared port either, and that it is this machine's.
+
+    Raises:
+        BadInput: if not; it says why.
+    """
+    try:
+        if listen.startswith("unix:"):
+            Path(listen.removeprefix("unix:")).parent.stat()
+            return
+        host, _, port = listen.rpartition(":")
+        infos = socket.getaddrinfo(host.strip("[]"), int(port), type=socket.SOCK_STREAM)
+        for family, _, _, _, place in infos[:1]:
+            with socket.socket(family) as probe:
+                # Connections of a server that has just ended are no hindrance.
+                probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+                probe.bind(place)
+    except OSError as error:
+        raise BadInput(f"cannot listen on {listen!r}: {error.strerror}") from error
 
 
 def _found(address: str) -> list[ipaddress.IPv4Address | ipaddress.IPv6Address]:

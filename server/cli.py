@@ -26,6 +26,8 @@ FAMILIES = {
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs a command; returns the exit status: 0 fine, 1 something was wrong and was said, 2 usage, 130 interrupted."""
+    # Before gRPC is loaded: what it would write by itself is no line of the log, and is explained with the error.
+    os.environ.setdefault("GRPC_VERBOSITY", "NONE")
     given = sys.argv[1:] if argv is None else argv
     arguments = parser(given[0] if given else "").parse_args(given)
     try:

@@ -40,7 +40,13 @@ class Config:
         Path("arramon-data"), "folder with the episodes and, unless `journal` says otherwise, the journal"
     )
     listen: str = setting(LISTEN, "address to serve on; port 0 takes a free one", form=FORM, check=is_address)
-    journal: str = setting("", "database URL; empty for SQLite in the data folder", secret=True)
+    journal: str = setting(
+        "",
+        "database URL; empty for SQLite in the data folder",
+        form="sqlite:///PATH or postgresql://USER:...@HOST/NAME",
+        check=lambda text: text.partition("://")[0].partition("+")[0] in ("sqlite", "postgresql", "postgres"),
+        secret=True,
+    )
     fsync: bool = setting(True, "whether a step outlives a loss of power too, not only the end of a process (SQLite)")
     workers: int = setting(1, "processes that serve", least=1, most=256)
     camera: str = setting(CAMERAS[0], "what draws: the fast camera, or pybullet's", choices=CAMERAS)

@@ -135,7 +135,8 @@ def _of_environment(environ: Mapping[str, str]) -> Iterator[tuple[str, str, str]
         if name in SETTINGS and not SETTINGS[name].setting.internal and variable.isupper():
             yield name, text, f"${variable}"
         elif not _OF_KUBERNETES.fullmatch(variable):
-            raise BadInput(f"${variable}: there is no setting {name!r}{_meant(name)}")
+            meant = f"; did you mean ${SETTINGS[name].variable}?" if name in SETTINGS else _meant(name)
+            raise BadInput(f"${variable}: there is no setting {name!r}{meant}")
 
 
 def _of_flags(arguments: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:

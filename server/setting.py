@@ -116,11 +116,13 @@ class Named:
             value = self._adapter().validate_python(text)
         except ValidationError:
             value = None
+        if self.type in (Path, Path | None) and not text:  # which Python takes for the working directory
+            value = None
         fits = not self.setting.choices or value in self.setting.choices
         if self.setting.check is not None and text:
             fits = fits and self.setting.check(text)
         if value is None or not fits:
-            shown = "another" if self.setting.secret else repr(text)
+            shown = "something else" if self.setting.secret else repr(text)
             raise BadInput(f"{self.name} ({origin}) is {shown}, expected {self.expected}")
         return value
 

@@ -20,6 +20,7 @@ from tempfile import TemporaryDirectory
 
 from prometheus_client.multiprocess import mark_process_dead
 
+from server.addresses import check_free
 from server.config import Config
 from server.configuring import environment_of, without_settings
 from server.errors import BadInput, Unavailable
@@ -115,15 +116,12 @@ def _reserved(listen: str) -> Iterator[str]:
         return
     host, _, port = listen.rpartition(":")
     family = socket.AF_INET6 if host.startswith("[") else socket.AF_INET
-    place = (host.strip("[]"), int(port))
-    with socket.socket(family) as probe, socket.socket(family) as holder:
-        for each in (probe, holder):  # connections of a server that has just ended are no hindrance
-            each.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    check_free(listen)
+    with socket.socket(family) as holder:
+        holder.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         holder.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
         try:
-            probe.bind(place)  # fails where anybody listens, another server with a shared port too
-            probe.close()
-            holder.bind(place)
+            holder.bind((host.strip("[]"), int(port)))
         except OSError as error:
             raise BadInput(f"cannot listen on {listen!r}: {error.strerror}") from error
         yield f"{host}:{holder.getsockname()[1]}"

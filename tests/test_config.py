@@ -166,6 +166,20 @@ def test_settings_that_there_are_not(tmp_path: Path) -> None:
     file.write_text("shared_port = true")
     assert refusal(file=file).startswith(f"{file}: there is no setting 'shared_port'")
     assert refusal(ARRAMON_WROKERS="2") == "$ARRAMON_WROKERS: there is no setting 'wrokers'; did you mean 'workers'?"
+    said = "$ARRAMON_workers: there is no setting 'workers'; did you mean $ARRAMON_WORKERS?"
+    assert refusal(ARRAMON_workers="2") == said
+
+
+def test_an_empty_path_is_not_the_working_directory(tmp_path: Path) -> None:
+    file = tmp_path / "a.toml"
+    file.write_text('data = ""')
+    assert refusal(file=file) == f"data (data in {file}) is '', expected a path"
+
+
+@pytest.mark.parametrize("journal", ["nonsense", "mysql://a:b@host/name", "/var/lib/journal.db"])
+def test_a_journal_is_kept_in_sqlite_or_postgresql(journal: str) -> None:
+    said = refusal("--journal", journal)
+    assert said == "journal (--journal) is something else, expected sqlite:///PATH or postgresql://USER:...@HOST/NAME"
     assert refusal(ARRAMON_XYZ="2") == "$ARRAMON_XYZ: there is no setting 'xyz'; `arramon-server config` lists them"
 
 

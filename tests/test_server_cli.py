@@ -40,10 +40,10 @@ def test_serve_on_a_port_in_use(tmp_path: Path) -> None:
         address = f"127.0.0.1:{other.getsockname()[1]}"
         done = run("serve", "--data", tmp_path, "--listen", address)
     assert done.returncode == 1
-    assert done.stderr.strip().endswith(f"cannot listen on '{address}': it is in use, or not of this machine")
+    assert done.stderr.strip().endswith(f"cannot listen on '{address}': Address already in use")
 
 
-@pytest.mark.parametrize("listen", ["nonsense", "127.0.0.1:99999", ":50551"])
+@pytest.mark.parametrize("listen", ["nonsense", "127.0.0.1:99999", ":50551", "unix:"])
 def test_serve_on_what_is_no_address(tmp_path: Path, listen: str) -> None:
     said = error("serve", "--data", tmp_path, "--listen", listen)
     assert said == f"listen (--listen) is '{listen}', expected host:port or unix:/path"
@@ -51,9 +51,18 @@ def test_serve_on_what_is_no_address(tmp_path: Path, listen: str) -> None:
 
 def test_serve_on_an_address_that_cannot_be(tmp_path: Path) -> None:
     tiny.write(tmp_path)
-    done = run("serve", "--data", tmp_path, "--listen", "unix:/no/such/folder/socket")
-    assert done.returncode == 1
-    assert "cannot listen on 'unix:/no/such/folder/socket'" in done.stderr
+    for address, why in (
+        ("unix:/no/such/folder/socket", "No such file or directory"),
+        ("192.0.2.1:50551", "Cannot assign requested address"),
+    ):
+        assert error("serve", "--data", tmp_path, "--listen", address) == f"cannot listen on '{address}': {why}"
+
+
+def test_a_key_that_was_not_there_is_said_to_be_new(tmp_path: Path) -> None:
+    path = tmp_path / "signing-key.pem"
+    first, second = run("key", "--data", tmp_path), run("key", "--data", tmp_path)
+    assert first.stderr == f"there was no key at {path}: a new one is made there\n"
+    assert (second.stdout, second.stderr) == (first.stdout, "")
 
 
 def test_serve_with_a_journal_that_cannot_be_written(tmp_path: Path) -> None:

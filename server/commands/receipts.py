@@ -45,7 +45,10 @@ def _key(arguments: argparse.Namespace) -> None:
             for known in KnownKeys(database).all():
                 print(f"{known.key.hex()}  since {known.since:%Y-%m-%dT%H:%MZ}")
         return
-    key = SigningKey(config.signing_key_path)
+    path = config.signing_key_path
+    if not path.exists():
+        print(f"there was no key at {path}: a new one is made there", file=sys.stderr)
+    key = SigningKey(path)
     if arguments.adopt:
         with closing(Database(config.journal_url)) as database:
             changed = KnownKeys(database).adopt(key.public)

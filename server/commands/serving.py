@@ -2,6 +2,7 @@
 
 import argparse
 
+from server.addresses import check_free
 from server.commands import Commands
 from server.commands.describing import describe
 from server.config import Config
@@ -26,6 +27,8 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
 
 def _serve(arguments: argparse.Namespace) -> None:
     config: Config = arguments.settings
+    if not config.shared_port:  # Nor is what the first of several processes holds for them all.
+        check_free(config.listen)
     splits = read_splits(config.data)
     for split in splits.values():
         print(describe(split), flush=True)
