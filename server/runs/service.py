@@ -190,7 +190,9 @@ class Runs:
         if participant in ("", caller.account or NOBODY):
             return
         if caller.account is not None:
-            raise BadInput(f"the token is {caller.account!r}'s, so that the participant cannot be {participant!r}")
+            raise BadInput(
+                f"the token is that of {caller.account!r}, so that the participant cannot be {participant!r}"
+            )
         check_name(participant)
         if self._accounts.is_name_of_another(participant):
             raise BadInput(

@@ -65,7 +65,7 @@ def test_a_run_is_its_tokens_participants(people: dict[str, Person]) -> None:
     code, said = refused(lambda: create(people["ann"].stub, participant="bob"))
     assert (code, said) == (
         grpc.StatusCode.INVALID_ARGUMENT,
-        "the token is 'ann''s, so that the participant cannot be 'bob'",
+        "the token is that of 'ann', so that the participant cannot be 'bob'",
     )
 
 
