@@ -12,6 +12,7 @@ from server.errors import BadInput
 from server.metrics import CONTENT_TYPE
 from server.tls import context_of
 from server.web.pages import Pages
+from server.web.silence import Silence
 
 
 class Site:
@@ -62,7 +63,8 @@ class Site:
     @asynccontextmanager
     async def _serving(self, address: str, routes: Sequence[web.AbstractRouteDef]) -> AsyncIterator[str]:
         host, _, port = address.rpartition(":")
-        app = web.Application()
+        silence = Silence()
+        app = web.Application(middlewares=[silence.heard])
         app.add_routes(routes)
         # Signals are the server's own; what is asked of pages is not written down.
         runner = web.AppRunner(app, handle_signals=False, access_log=None, shutdown_timeout=1.0)
@@ -75,7 +77,9 @@ class Site:
                 await site.start()
             except OSError as error:
                 raise BadInput(f"cannot listen on {address!r}: {error.strerror}") from error
-            yield f"{host}:{runner.addresses[0][1]}"
+            assert runner.server is not None
+            async with silence.ended(runner.server):
+                yield f"{host}:{runner.addresses[0][1]}"
         finally:
             await runner.cleanup()
 
