@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from multiprocessing.connection import Connection
@@ -69,4 +70,13 @@ def _run(arguments: list[str], environment: Mapping[str, str], stdout: "Connecti
         os.dup2(log.fileno(), sys.stderr.fileno())
     os.environ.clear()
     os.environ.update(environment)
+    threading.Thread(target=_stop_with_parent, daemon=True).start()
     sys.exit(main(arguments))
+
+
+def _stop_with_parent() -> None:
+    """However the tests end, they leave no server behind."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os.kill(os.getpid(), signal.SIGTERM)
