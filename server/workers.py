@@ -91,8 +91,10 @@ def serve_with_workers(config: Config, announce: Callable[[str], None]) -> None:
             for name, place in config.http.items():
                 announce(f"{name} at {place}")
             announce(f"listening on {address}")
-            while not stopping.wait(0.2):
+            # Nobody waits for `stopping` itself: the signal's handler runs in this thread, and would wait for its lock.
+            while not stopping.is_set():
                 _look_after(workers)
+                time.sleep(0.2)
         finally:
             for worker in workers:
                 worker.process.terminate()
