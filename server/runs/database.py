@@ -54,6 +54,7 @@ class Database:
         parsed = _parsed(url)
         self._clock = clock
         self._is_sqlite = parsed.get_backend_name() == "sqlite"
+        self._file = (parsed.database or "") if self._is_sqlite else ""
         self._resting, self._reason = 0.0, ""
         if read_only:
             self._connect(_engine(_read_only(parsed), fsync=fsync, patient=True, read_only=True))
@@ -68,7 +69,10 @@ class Database:
                     postgres.lock_migrations(connection)
                 migrate(connection)
         except CommandError as error:
-            raise StorageError(f"the journal was made by another version of this server: {error}") from error
+            raise StorageError(
+                f"the journal was made by another version of this server: {error}; "
+                f"this one knows version {newest_revision()} of the tables, and older ones"
+            ) from error
         finally:
             migrating.dispose()
         self._connect(_engine(parsed, fsync=fsync, patient=patient))
@@ -175,6 +179,8 @@ class Database:
         except (DBAPIError, PoolTimeoutError) as error:
             reason = error.orig if isinstance(error, DBAPIError) else error
             self._reason = f"the journal cannot be used: {reason}"
+            if "unable to open" in str(reason):
+                self._reason += f" {self._file}"
             gone = isinstance(error, OperationalError) and (error.connection_invalidated or error.statement is None)
             if gone and (failed := time.monotonic()) > started + QUICK_SECONDS:
                 self._resting = failed + min(REST * (failed - started), MAX_REST_SECONDS)

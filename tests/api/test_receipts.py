@@ -142,15 +142,16 @@ def test_runs_are_played_again_while_the_server_runs_and_when_it_has_stopped(tmp
 @pytest.mark.parametrize(("arguments", "said"), [
     (["rescore"], "which runs? name some, or say --all"),
     (["rescore", "--all", "r"], "which runs? name some, or say --all"),
-    (["rescore", "r"], "the journal cannot be used: unable to open database file"),
-    (["export", "file"], "the journal cannot be used: unable to open database file"),
-    (["key", "--all"], "the journal cannot be used: unable to open database file"),
+    (["rescore", "r"], "the journal cannot be used: unable to open database file FOLDER/journal.db"),
+    (["export", "file"], "the journal cannot be used: unable to open database file FOLDER/journal.db"),
+    (["key", "--all"], "the journal cannot be used: unable to open database file FOLDER/journal.db"),
     (["import", "nowhere"], "nowhere: cannot be read: No such file or directory"),
 ])  # fmt: skip
 def test_commands_that_cannot_be(tmp_path: Path, arguments: list[str], said: str) -> None:
     tiny.write(tmp_path)
     done = run(arguments[0], "--data", tmp_path, *arguments[1:])
-    assert (done.returncode, done.stdout, done.stderr) == (1, "", f"arramon-server: {said}\n")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == f"arramon-server: {said}\n".replace("FOLDER", str(tmp_path))
     if arguments[0] != "import":
         assert not (tmp_path / "journal.db").exists()
 

@@ -44,8 +44,6 @@ def upgrade() -> None:
         table.add_column(sa.Column("first_step_seconds", sa.Float, nullable=False, server_default="0"))
         table.add_column(sa.Column("bank_seconds", sa.Float, nullable=False, server_default="0"))
         table.add_column(sa.Column("bank_left", sa.Float))
-        table.add_column(sa.Column("away", sa.Float, nullable=False, server_default="0"))
-        table.add_column(sa.Column("away_until", sa.Float))
         table.create_index("runs_by_account", ["account", "split", "created_at"])
     with op.batch_alter_table("workers") as table:
         table.add_column(sa.Column("host", sa.String(200), nullable=False, server_default=""))
@@ -110,8 +108,6 @@ def downgrade() -> None:
             "first_step_seconds",
             "bank_seconds",
             "bank_left",
-            "away",
-            "away_until",
         ):
             table.drop_column(column)
     for name in ("quotas", "tokens", "participants"):
