@@ -311,8 +311,9 @@ class Limits(_message.Message):
     from the run's bank, once for each stream, however many of its episodes are overdue together. When a step is overdue and
     the bank is empty, the episode is out of time: its phase ends as at the step limit, and so do the phases after it. Others
     go on as long as they are answered in time. An observation leaves when the client takes it from the stream; one that waits
-    for longer than `step_seconds` to be taken counts as overdue. While no stream has an episode its clocks stand still, and
-    the next stream goes on with the time that was left; a history that it asks for is read in that time, too.
+    for longer than `step_seconds` to be taken counts as overdue. While no stream has an episode its clocks stand still, for
+    a day of a run in all, in which histories are read too; after that they run. The next stream goes on with the time that
+    was left. Times at which the server is away count for nothing.
     """
 
     DESCRIPTOR: _descriptor.Descriptor
