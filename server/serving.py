@@ -3,7 +3,7 @@
 import asyncio
 import logging
 import signal
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, suppress
 
 from server.addresses import is_public
@@ -30,11 +30,30 @@ def serve(config: Config, splits: Mapping[str, Split], announce: Callable[[str],
     Raises:
         ArraMonError: if the journal or the address is not right.
     """
-    if config.anonymous and is_public(config.listen):
-        _log.warning("anonymous is true: whoever can reach %s may play without a token", config.listen)
+    for doubt in doubts(config, splits):
+        _log.warning("%s", doubt)
     compile_camera(config, announce)
     with closing(Database(config.journal_url, fsync=config.fsync)) as database:
         asyncio.run(_serve(config, splits, database, announce))
+
+
+def doubts(config: Config, splits: Mapping[str, Split]) -> Iterator[str]:
+    """What a host may not have meant, in words, where others than this machine and its network can reach the server."""
+    if not is_public(config.listen):
+        return
+    if config.anonymous:
+        yield f"anonymous is true: whoever can reach {config.listen} may play without a token"
+    elif not (config.tls_certificate or config.trust_proxy):
+        yield (
+            f"nobody elsewhere can play at {config.listen}, as tokens are taken over TLS only: set tls_certificate and "
+            "tls_key, or trust_proxy where a proxy encrypts"
+        )
+    hidden = ", ".join(split.name for split in splits.values() if split.hidden)
+    if hidden and not (config.runs_per_day or config.runs_in_all):
+        yield (
+            f"the settings do not limit runs on {hidden}, and each tells a little more of what is hidden: set runs_per_day or "
+            "runs_in_all"
+        )
 
 
 def compile_camera(config: Config, announce: Callable[[str], None]) -> None:
