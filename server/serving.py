@@ -51,8 +51,8 @@ def doubts(config: Config, splits: Mapping[str, Split]) -> Iterator[str]:
     hidden = ", ".join(split.name for split in splits.values() if split.hidden)
     if hidden and not (config.runs_per_day or config.runs_in_all):
         yield (
-            f"the settings do not limit runs on {hidden}, and each tells a little more of what is hidden: set runs_per_day or "
-            "runs_in_all"
+            f"the settings do not limit runs on {hidden}, and each tells a little more of what is hidden: set "
+            "runs_per_day or runs_in_all"
         )
 
 
