@@ -1,9 +1,10 @@
-"""What it costs to measure: steps a second of a server that counts and times every step, against one that does not.
+"""What it costs to measure: a server that counts and times every step, against one that does not.
 
     python benchmarks/metering.py [--data DIR] [--seconds 6] [--rounds 6] [--parallel 1 16]
 
 The second server is the same program with a meter that does nothing in the place of the one for Prometheus. They take
-turns, each first in every other round; the median of the rounds' ratios is shown, and the rounds.
+turns, each first in every other round. The medians of the rounds' ratios are shown, and the rounds: of the server's CPU
+time for a step, and of steps a second, which depend on more than the server.
 """
 
 import argparse
@@ -43,13 +44,15 @@ def main() -> None:
                 Setting("measured", parallel),
                 Setting("not measured", parallel, program=("-c", UNMEASURED)),
             )
-            ratios = []
+            works, rates = [], []
             for number in range(options.rounds):
                 pair = (with_, without) if number % 2 else (without, with_)
-                rates = {setting.name: measure(data, split, setting, options.seconds).rate for setting in pair}
-                ratios.append(rates["measured"] / rates["not measured"])
-            rounds = " ".join(f"{ratio:.3f}" for ratio in ratios)
-            print(f"{parallel} episodes: {statistics.median(ratios):.3f} of the steps, by rounds {rounds}", flush=True)
+                found = {setting.name: measure(data, split, setting, options.seconds) for setting in pair}
+                works.append(found["measured"].work / found["not measured"].work)
+                rates.append(found["measured"].rate / found["not measured"].rate)
+            for name, ratios in (("CPU of the server for a step", works), ("steps a second", rates)):
+                rounds = " ".join(f"{ratio:.3f}" for ratio in ratios)
+                print(f"{parallel:4} episodes, {name:28} {statistics.median(ratios):.3f}   rounds {rounds}", flush=True)
 
 
 if __name__ == "__main__":

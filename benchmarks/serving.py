@@ -120,6 +120,7 @@ class Measured:
         rate: steps a second.
         mean, p50, p99: milliseconds from an action to the next observation of its episode.
         memory: MB that the server's processes hold.
+        work: milliseconds of CPU that the server's processes take for a step.
         ready: seconds until the server listened.
     """
 
@@ -129,6 +130,7 @@ class Measured:
     p99: float = 0.0
     memory: float = 0.0
     ready: float = 0.0
+    work: float = 0.0
 
 
 def in_process(split: Split, seconds: float, size: int = 224) -> Measured:
@@ -190,9 +192,10 @@ def measure(data: Path, split: Split, setting: Setting, seconds: float, postgres
         playing.start()
         warm_up(agent, settings.parallel)
         agent.reset()
-        started = time.perf_counter()
+        started, before = time.perf_counter(), sum(cpu_seconds(pid) for pid in family(process.pid))
         time.sleep(seconds)
         steps, waits, elapsed = agent.steps, sorted(agent.waits), time.perf_counter() - started
+        work = sum(cpu_seconds(pid) for pid in family(process.pid)) - before
         memory = sum(resident(pid) for pid in family(process.pid))
         server.stub.CancelRun(evaluation_pb2.CancelRunRequest(run_id=run.run_id), metadata=METADATA)
         playing.join()
@@ -203,6 +206,7 @@ def measure(data: Path, split: Split, setting: Setting, seconds: float, postgres
         p99=1e3 * waits[len(waits) * 99 // 100],
         memory=memory,
         ready=ready,
+        work=1e3 * work / steps,
     )
 
 
@@ -247,6 +251,12 @@ def resident(process_id: int) -> float:
     return 0.0
 
 
+def cpu_seconds(process_id: int) -> float:
+    """Seconds of CPU that a process has taken so far."""
+    fields = Path(f"/proc/{process_id}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
 def median(rounds: Sequence[Measured]) -> Measured:
     """Field by field."""
     return Measured(**{name: statistics.median(getattr(r, name) for r in rounds) for name in Measured.__annotations__})
@@ -286,11 +296,14 @@ def show(rows: dict[str, Measured], split: Split) -> None:
     print(
         f"split {split.name}, {len(split.episodes)} episodes. Where not said: 224, shared memory, Unix socket, no fsync"
     )
-    print(f"{'':20} {'steps/s':>8} {'ratio':>6} {'mean ms':>8} {'p50 ms':>8} {'p99 ms':>8} {'MB':>6} {'start s':>8}")
+    print(
+        f"{'':20} {'steps/s':>8} {'ratio':>6} {'mean ms':>8} {'p50 ms':>8} {'p99 ms':>8} {'MB':>6} {'CPU ms':>7} "
+        f"{'start s':>8}"
+    )
     for name, row in rows.items():
         print(
             f"{name:20} {row.rate:8.0f} {row.rate / base:6.2f} {row.mean:8.1f} {row.p50:8.1f} {row.p99:8.1f} "
-            f"{row.memory:6.0f} {row.ready:8.1f}"
+            f"{row.memory:6.0f} {row.work:7.2f} {row.ready:8.1f}"
         )
 
 
