@@ -6,7 +6,7 @@ With every step that is 0.2 ms with SQLite and 0.8 ms with PostgreSQL.
 import sqlite3
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import cache
 from typing import Any
 
@@ -36,11 +36,10 @@ class Kept:
     @contextmanager
     def use(self) -> Iterator[Connection]:
         """The connection; whatever goes wrong with it, no transaction stays open."""
-        try:
+        with ExitStack() as broken:
+            broken.callback(self.drop)
             yield self._standing()
-        except BaseException:
-            self.drop()
-            raise
+            broken.pop_all()
         self._used = time.monotonic()
 
     def drop(self) -> None:
