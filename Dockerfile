@@ -1,14 +1,16 @@
 # Two images: `--target server` hosts episodes, `--target agent` plays them and holds no simulator.
-# Any base with apt and Python 3.11 or later, venv included, will do.
+# Any base with apt and Python 3.11 or later, venv included, will do. Behind a network that encrypts with a CA of its own, hand
+# that in as a secret, `--secret id=ca,src=FILE`: it is trusted while packages are fetched, and is in no layer.
 ARG BASE=docker.io/library/python:3.11-slim
 
 FROM ${BASE} AS builder
 ENV PIP_NO_CACHE_DIR=1 PIP_DISABLE_PIP_VERSION_CHECK=1
+COPY deploy/trusting /usr/local/bin/trusting
 RUN python3 -m venv /opt/arramon
 WORKDIR /build
 COPY proto proto
 COPY clients clients
-RUN /opt/arramon/bin/pip install ./proto ./clients/python
+RUN --mount=type=secret,id=ca trusting /opt/arramon/bin/pip install ./proto ./clients/python
 
 FROM builder AS server-builder
 COPY pyproject.toml README.md LICENSE ./
@@ -16,8 +18,9 @@ COPY server server
 COPY agents agents
 COPY lang lang
 # pybullet carries 150 MB of models and gyms that nothing here reads, and 125 MB of symbols.
-RUN apt-get update -qq && apt-get install -y -qq --no-install-recommends binutils > /dev/null
-RUN /opt/arramon/bin/pip install . \
+RUN --mount=type=secret,id=ca \
+    trusting apt-get update -qq && trusting apt-get install -y -qq --no-install-recommends binutils > /dev/null
+RUN --mount=type=secret,id=ca trusting /opt/arramon/bin/pip install . \
     && strip --strip-unneeded /opt/arramon/lib/python3*/site-packages/pybullet.*.so \
     && rm -rf /opt/arramon/lib/python3*/site-packages/pybullet_data \
               /opt/arramon/lib/python3*/site-packages/pybullet_envs \
@@ -25,7 +28,7 @@ RUN /opt/arramon/bin/pip install . \
 
 FROM builder AS agent-builder
 # What the project's own agents need beside the client.
-RUN /opt/arramon/bin/pip install scipy
+RUN --mount=type=secret,id=ca trusting /opt/arramon/bin/pip install scipy
 COPY agents agents
 COPY lang lang
 RUN cp -r agents lang /opt/arramon/lib/python3*/site-packages/
@@ -33,12 +36,14 @@ RUN cp -r agents lang /opt/arramon/lib/python3*/site-packages/
 FROM ${BASE} AS runtime
 ENV PATH=/opt/arramon/bin:$PATH PYTHONUNBUFFERED=1 PYTHONDONTWRITEBYTECODE=1
 RUN useradd --uid 10001 --user-group --no-create-home --shell /usr/sbin/nologin arramon \
-    && mkdir /data && chown arramon:arramon /data
+    && install -d -o arramon -g arramon /data
 
 FROM runtime AS agent
 COPY --from=agent-builder /opt/arramon /opt/arramon
+# A volume that is mounted here for the first time takes its owner from this folder.
+RUN install -d -o arramon -g arramon /data/results
 USER 10001
-# Results go where /data is mounted.
+# Without --output, results go into /data/arramon-results.
 WORKDIR /data
 ENTRYPOINT ["arramon-client"]
 CMD ["--help"]

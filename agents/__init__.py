@@ -1,1 +1,1 @@
-"""Agent plugins, one folder each. They know only `arramon_client` and `lang`."""
+"""The project's agents, one folder each. They import only `arramon_client` and `lang`."""

@@ -1,15 +1,14 @@
-"""Whether the fast camera draws what the reference draws: in every section, in the project's own ones, in the room.
+"""Comparison of the fast camera with the reference camera, in every section, the project's own sections and the room.
 
     python benchmarks/camera_agreement.py [--data DIR] [--poses 2100] [--size 224] [--pictures DIR] [--json FILE]
 
-In a split's sections and in the room the poses are those along the ground truth, with the episodes' objects; in the
-project's own sections they are drawn along the streets' middle lines, facing anywhere, with objects ahead. Without a
-data folder the split is that of the sample episodes. A pixel's depth agrees within 0.01 units or 0.5%, its segmentation
-when the label is the same. "Worst" is the lowest share of agreeing pixels in one frame. "Beyond edges" counts pixels in
-disagreement without an edge (another label, or a jump of depth by 5%) in the reference beside them; "unexplained" are
-those of them with no fainter one (1%, as between a pavement and its kerb) beside them either, none two pixels away, and
-none in the other frame. Colours differ by their mean absolute difference, 0 to 255: as the camera draws, and without
-mipmaps, which the reference lacks.
+In a split's sections and in the room the poses are those along the ground-truth paths, with the episodes' objects. In
+the project's own sections they are random poses on the streets' middle lines, with objects ahead. Without a data folder
+the sample episodes are used. Depth agrees within 0.01 units or 0.5%, segmentation if the label is the same. "Worst" is
+the lowest share of agreeing pixels in one frame. "Beyond edges" counts disagreeing pixels without an adjacent edge
+(another label, or a depth step of 5%) in the reference; "unexplained" counts those that also have no fainter adjacent
+edge (1%, as between a pavement and its kerb), no edge two pixels away, and none in the other frame. "Colour" is the
+mean absolute difference, 0 to 255, with and without mipmaps, which the reference lacks.
 """
 
 import argparse
@@ -28,40 +27,40 @@ import numpy.typing as npt
 from common import OpenGround, data_or_sample
 from PIL import Image
 
-from server.episodes.plans import Plan, build_section, plan_ids, read_plan
+from server.dataset.plans import Plan, build_section, plan_ids, read_plan
 from server.episodes.splits import Split, read_splits
-from server.runs.session import Session
+from server.runs.play.session import Session
 from server.sim.bullet import World
 from server.sim.cameras import Actor, Frame, Viewpoint
 from server.sim.catalogue import ALL_TYPES
 from server.sim.city import city_scene
-from server.sim.raster import RasterCamera
+from server.sim.raster.camera import RasterCamera
 from server.sim.room_scene import room_scene
 from server.sim.rules import Limits
 from server.sim.scene import Scene
 from server.sim.view import View, view
 
 NEAR_ENOUGH, SHARE = 10, 0.005
-"""Thousandths of a unit, and of the depth itself."""
+"""Tolerance of depth: in thousandths of a unit, and as a share of the depth."""
 
 OBJECTS = 6
-"""Of an own section's pose, ahead of the eye."""
+"""Objects ahead of the eye in a pose of an own section."""
 
 SEED = "arramon"
-"""Draws what own sections look like, and the poses in them."""
+"""Seed of own sections and of the poses in them."""
 
 SUMMED = (
     *("poses", "pixels", "depth", "segmentation"),
     *("beyond_edges", "unexplained", "colour", "colour_without_mipmaps"),
 )
-"""What of all places is the sum of theirs."""
+"""Fields of a row that are summed up in the total."""
 
 Mask = npt.NDArray[np.bool_]
 
 
 @dataclass
 class Row:
-    """What was counted in one place."""
+    """Results of one place."""
 
     place: str
     poses: int = 0
@@ -76,7 +75,7 @@ class Row:
     colour_without_mipmaps: float = 0.0
 
     def add(self, reference: Frame, fast: Frame, plain: Frame) -> Mask:
-        """Counts one pose; returns where the frames disagree."""
+        """Add one pose; return a mask of the pixels in which the frames disagree."""
         far, same = disagreement(reference, fast)
         wrong: Mask = far | ~same
         self.poses += 1
@@ -96,7 +95,7 @@ class Row:
 
 
 def disagreement(reference: Frame, fast: Frame) -> tuple[Mask, Mask]:
-    """Where the depths differ, and where the labels are the same."""
+    """Return masks of the pixels with different depths, and of those with the same label."""
     assert reference.segmentation is not None
     assert fast.segmentation is not None
     here, there = reference.depth.astype(np.int64), fast.depth.astype(np.int64)
@@ -105,7 +104,7 @@ def disagreement(reference: Frame, fast: Frame) -> tuple[Mask, Mask]:
 
 
 def edges(frame: Frame, *, jump: float = 0.05, reach: int = 1) -> Mask:
-    """Pixels with another label, or a depth that differs by a share, among those that are so many away at the most."""
+    """Return the pixels with another label, or a depth that differs by the share `jump`, within `reach` pixels."""
     assert frame.segmentation is not None
     labels = np.pad(frame.segmentation, reach, mode="edge")
     depth = np.pad(frame.depth.astype(float), reach, mode="edge")
@@ -124,7 +123,7 @@ def _difference(a: Frame, b: Frame) -> float:
 
 
 def _views(split: Split, section: str | None, every: int) -> Iterator[View]:
-    """Every so many-th of what agents see on the way in a section, or, for None, in the room."""
+    """Yield every `every`-th view along the ground-truth paths in a section, or in the room if `section` is None."""
     language = min(split.languages)
     met = 0
     for episode in split.in_playing_order(language):
@@ -141,7 +140,7 @@ def _views(split: Split, section: str | None, every: int) -> Iterator[View]:
 
 
 def _views_along(plan: Plan) -> Iterator[View]:
-    """Views from places on the streets' middle lines, without end, each as likely as any other."""
+    """Yield endless views from uniformly distributed points on the streets' middle lines."""
     random = Random(f"{SEED} {plan.id}")  # noqa: S311 - the same poses in every run
     ends = [(*start, *end) for line in plan.lines() for start, end in pairwise(line.tolist())]
     lengths = [hypot(c - a, d - b) for a, b, c, d in ends]
@@ -206,14 +205,14 @@ def _places(splits: Sequence[Split], own: Sequence[str]) -> Iterator[tuple[str, 
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Prints the table; 1 if the cameras do not agree on 99.5% of the pixels."""
+    """Print the table; return 1 if the cameras agree on less than 99.5% of the pixels."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, help="data folder; without it, the sample episodes")
-    parser.add_argument("--poses", type=int, default=2100, help="altogether, evenly from each place")
-    parser.add_argument("--own", nargs="*", default=plan_ids(), help="which own sections (default: all)")
-    parser.add_argument("--size", type=int, default=224, help="pixels")
+    parser.add_argument("--poses", type=int, default=2100, help="total number of poses, the same for each place")
+    parser.add_argument("--own", nargs="*", default=plan_ids(), help="own sections to compare (default: all)")
+    parser.add_argument("--size", type=int, default=224, help="side of the frames in pixels")
     parser.add_argument("--pictures", type=Path, help="folder for the worst frame of each place")
-    parser.add_argument("--json", type=Path, help="file for the numbers")
+    parser.add_argument("--json", type=Path, help="output file for the results")
     arguments = parser.parse_args(argv)
     with data_or_sample(arguments.data) as data:
         splits = list(read_splits(data).values())

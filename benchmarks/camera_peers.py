@@ -1,9 +1,9 @@
-"""Frames a second of another environment, alone: run by `cameras.py`, in whatever interpreter has it installed.
+"""Frame rate of another environment. Started by `cameras.py`, in an interpreter that has it installed.
 
     python benchmarks/camera_peers.py vizdoom|miniworld [--seconds 2]
 
-A frame is one step of the environment and everything that an agent gets of it: ViZDoom 320x240 RGB and depth, MiniWorld
-224x224 RGB. Prints the frames a second; leaves with 3 where the environment is not installed or finds no display.
+A frame is one step of the environment with its whole observation: ViZDoom 320x240 RGB and depth, MiniWorld 224x224 RGB.
+Prints the frames per second; exits with status 3 if the environment is not installed or finds no display.
 """
 
 import argparse
@@ -20,7 +20,7 @@ NOT_HERE = 3
 
 
 def vizdoom() -> Callable[[], Any]:
-    """A step through ViZDoom's maze of rooms."""
+    """Return a function that takes one step in ViZDoom's maze of rooms."""
     vzd = import_module("vizdoom")
     game = vzd.DoomGame()
     game.load_config(str(Path(vzd.scenarios_path) / "my_way_home.cfg"))
@@ -46,7 +46,7 @@ def vizdoom() -> Callable[[], Any]:
 
 
 def miniworld() -> Callable[[], Any]:
-    """A step through MiniWorld's four rooms."""
+    """Return a function that takes one step in MiniWorld's four rooms."""
     import_module("pyglet").options["headless"] = "DISPLAY" not in os.environ
     import_module("miniworld")  # registers its environments
     environment = import_module("gymnasium").make("MiniWorld-FourRooms-v0", obs_width=224, obs_height=224)
@@ -64,7 +64,7 @@ def miniworld() -> Callable[[], Any]:
 
 
 def main() -> int:
-    """Prints frames a second."""
+    """Print the frames per second."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("peer", choices=("vizdoom", "miniworld"))
     parser.add_argument("--seconds", type=float, default=2.0)

@@ -1,11 +1,11 @@
-"""Frames a second of each camera in a real section, and of other environments on the same machine.
+"""Frame rates of each camera in a real section, and of other environments on the same machine.
 
     python benchmarks/cameras.py [--data DIR] [--rounds 7] [--peers PYTHON] [--json FILE]
 
-The views are those of an agent on its way along the ground truth, with the episode's own objects. Without a data folder
-they are of the sample episodes. `--peers` names an interpreter in which `pip install vizdoom miniworld` was done, if it
-is not this one; MiniWorld draws through EGL or, where DISPLAY is set, X. All take turns, round by round, so that a
-machine that gets slower does so for all. Shown are medians, and how many times the others' frames a second they are.
+The views are those along the ground-truth paths, with the episodes' own objects. Without a data folder the sample
+episodes are used. `--peers` names an interpreter with the packages `vizdoom` and `miniworld`, if it is not this one;
+MiniWorld draws through EGL or, if DISPLAY is set, X. The rows alternate, round by round, so that changes of the
+machine's speed affect all of them. The table shows medians, and their ratios to the other cameras.
 """
 
 import argparse
@@ -27,11 +27,11 @@ from typing import Any
 from common import OpenGround, data_or_sample
 
 from server.episodes.splits import Split, read_splits
-from server.runs.session import Session
+from server.runs.play.session import Session
 from server.sim.bullet import World
 from server.sim.cameras import Camera
 from server.sim.city import city_scene
-from server.sim.raster import RasterCamera
+from server.sim.raster.camera import RasterCamera
 from server.sim.rules import Limits
 from server.sim.view import View, view
 
@@ -42,7 +42,7 @@ PEERS = {"vizdoom": "ViZDoom, 320x240, RGB + depth", "miniworld": "MiniWorld, 22
 FIRST_FRAME = """
 import time
 start = time.perf_counter()
-from server.sim.raster import compile_kernels
+from server.sim.raster.camera import compile_kernels
 compile_kernels()
 print(time.perf_counter() - start)
 """
@@ -50,7 +50,7 @@ print(time.perf_counter() - start)
 
 @dataclass
 class Row:
-    """One thing that is measured, and what was measured in each round."""
+    """A row of the table: its measurement, and the results by round."""
 
     name: str
     measure: Callable[[], float | None]
@@ -58,12 +58,12 @@ class Row:
 
     @property
     def median(self) -> float:
-        """Frames a second."""
+        """Median of the frames per second."""
         return statistics.median(self.rates)
 
 
 def views_of(split: Split, section: str) -> Iterator[View]:
-    """Every fifth of what agents see in a section's streets."""
+    """Yield every fifth view along the ground-truth paths in a section's streets."""
     for episode in split.in_playing_order(min(split.languages)):
         if episode.section == section:
             session = Session(episode, OpenGround(), Limits(steps_per_phase=10_000))
@@ -73,7 +73,7 @@ def views_of(split: Split, section: str) -> Iterator[View]:
 
 
 def drawing(camera: Camera, views: Sequence[View], size: int, segmentation: bool) -> Callable[[], float]:
-    """Draws all views, again and again for half a second at least; returns frames a second."""
+    """Return a function that draws all views repeatedly for at least half a second, and returns frames per second."""
 
     def measure() -> float:
         frames, start = 0, time.perf_counter()
@@ -87,11 +87,11 @@ def drawing(camera: Camera, views: Sequence[View], size: int, segmentation: bool
 
 
 def _peer(python: str, name: str) -> Callable[[], float | None]:
-    """Runs another environment for some seconds; None where it is not installed."""
+    """Return a function that measures another environment; it returns None if that is not installed."""
 
     def measure() -> float | None:
         command = [python, str(HERE.absolute() / "camera_peers.py"), name]
-        with tempfile.TemporaryDirectory() as folder:  # ViZDoom leaves a file where it runs
+        with tempfile.TemporaryDirectory() as folder:  # ViZDoom writes a file to the working directory
             done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         return float(done.stdout.split()[-1]) if done.returncode == 0 else None
 
@@ -112,7 +112,7 @@ def _rows(scene_views: tuple[World, RasterCamera, list[View]], peers: str) -> li
 
 
 def _first_frame(cache: str) -> float:
-    """Seconds from importing the camera to its first frame, in a process of its own."""
+    """Return the seconds from importing the camera to its first frame, in a new process."""
     environment = os.environ | {"NUMBA_CACHE_DIR": cache}
     command = [sys.executable, "-c", FIRST_FRAME]
     return float(subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout)
@@ -146,12 +146,12 @@ def _machine() -> dict[str, Any]:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Prints the table."""
+    """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, help="data folder; without it, the sample episodes")
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--peers", default=sys.executable, help="interpreter that has ViZDoom and MiniWorld")
-    parser.add_argument("--json", type=Path, help="file for the numbers")
+    parser.add_argument("--json", type=Path, help="output file for the results")
     arguments = parser.parse_args(argv)
     with data_or_sample(arguments.data) as data, tempfile.TemporaryDirectory() as folder:
         split = next(iter(read_splits(data).values()))

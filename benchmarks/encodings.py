@@ -1,11 +1,11 @@
-"""What each encoding of images costs: microseconds to encode and to decode, kilobytes, milliseconds on a slow link.
+"""Costs of each image encoding: microseconds to encode and to decode, kilobytes, milliseconds on a slow link.
 
     python benchmarks/encodings.py [--frames 24] [--rounds 9] [--json FILE]
 
-The frames are what an agent sees on its way through the sample episodes, drawn by the reference camera. Encoding is the
-server's own code up to the message, decoding the client's own from the message to the array. The encodings take turns,
-round by round, so that a machine that gets slower does so for all. Shown is the median, over the rounds, of the mean
-over the frames. PNG is not offered: it is there to compare with.
+The frames are views along the ground-truth paths of the sample episodes, drawn by the reference camera. Encoding is the
+server's code up to the message, decoding the client's from the message to the array. The encodings alternate, round by
+round, so that changes of the machine's speed affect all of them. The table shows the median, over the rounds, of the
+mean over the frames. PNG is included for comparison only; the server does not offer it.
 """
 
 import argparse
@@ -25,11 +25,11 @@ from common import data_or_sample
 from PIL import Image as Pillow
 
 from arramon.v1.types_pb2 import ENCODING_JPEG, ENCODING_RAW, ENCODING_ZSTD, Encoding, Image
-from arramon_client.images import decode_depth, decode_rgb
+from arramon_client.transport.images import decode_depth, decode_rgb
 from server.api.encoding import Encoder
 from server.episodes.episode import Episode
 from server.episodes.splits import read_splits
-from server.runs.session import Session
+from server.runs.play.session import Session
 from server.sim.bullet import World
 from server.sim.cameras import Frame
 from server.sim.city import city_scene
@@ -39,14 +39,14 @@ from server.sim.view import view
 
 SIZES = (224, 128)
 LINK = 100.0
-"""Kilobits a millisecond (megabits a second) of the slow link."""
+"""Bandwidth of the slow link, in kilobits per millisecond (megabits per second)."""
 
 Pixels = npt.NDArray[Any]
 
 
 @dataclass(frozen=True)
 class Way:
-    """One way for images to travel."""
+    """An image encoding: functions to encode and decode, and the encoded size."""
 
     name: str
     encode: Callable[[Pixels], Any]
@@ -56,7 +56,7 @@ class Way:
 
 @dataclass
 class Row:
-    """What was measured of one way, on images of one kind and size."""
+    """Results of one encoding, on images of one kind and size."""
 
     image: str
     side: int
@@ -69,14 +69,14 @@ class Row:
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """Measures, and prints the table."""
-    parser = argparse.ArgumentParser(description="Measures what each encoding of images costs.")
-    parser.add_argument("--frames", type=int, default=24, help="of each size (default: %(default)s)")
-    parser.add_argument("--rounds", type=int, default=9, help="of which the median counts (default: %(default)s)")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write the rows here too")
+    """Run the benchmark and print its table."""
+    parser = argparse.ArgumentParser(description="Measure the costs of each image encoding.")
+    parser.add_argument("--frames", type=int, default=24, help="number of frames of each size (default: %(default)s)")
+    parser.add_argument("--rounds", type=int, default=9, help="number of rounds (default: %(default)s)")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="output file for the results")
     options = parser.parse_args(argv)
     if options.frames < 1 or options.rounds < 1:
-        parser.error("--frames and --rounds are whole numbers above 0")
+        parser.error("--frames and --rounds must be whole numbers above 0")
     rows = []
     for side, frames in rendered(options.frames).items():
         rows += measured("rgb", side, [frame.rgb for frame in frames], colour_ways(), options.rounds)
@@ -87,7 +87,7 @@ def main(argv: Sequence[str] | None = None) -> None:
 
 
 def rendered(count: int) -> dict[int, list[Frame]]:
-    """`count` frames of each size, of all episodes and phases."""
+    """Draw `count` frames of each size, evenly from all episodes and phases."""
     with data_or_sample(None) as data, ExitStack() as stack:
         (split,) = read_splits(data).values()
         cities = {name: stack.enter_context(World(city_scene(section))) for name, section in split.sections.items()}
@@ -114,7 +114,7 @@ def _states(episode: Episode, ground: World) -> list[State]:
 
 
 def colour_ways() -> list[Way]:
-    """Everything for RGB."""
+    """Return the encodings of RGB."""
     return [
         _offered("raw", ENCODING_RAW),
         _offered("zstd", ENCODING_ZSTD),
@@ -125,7 +125,7 @@ def colour_ways() -> list[Way]:
 
 
 def depth_ways() -> list[Way]:
-    """Everything for depth."""
+    """Return the encodings of depth."""
     return [_offered("raw", ENCODING_RAW, depth=True), _offered("zstd", ENCODING_ZSTD, depth=True), _png()]
 
 
@@ -150,7 +150,7 @@ def _png() -> Way:
 
 
 def measured(image: str, side: int, frames: Sequence[Pixels], ways: Sequence[Way], rounds: int) -> list[Row]:
-    """A row for each way, with the ways taking turns."""
+    """Measure encodings in alternating rounds; return a row for each."""
     rows = [Row(image, side, way.name) for way in ways]
     for number in range(rounds + 1):
         for way, row in zip(ways, rows, strict=True):
@@ -170,7 +170,7 @@ def measured(image: str, side: int, frames: Sequence[Pixels], ways: Sequence[Way
 
 
 def table(rows: Sequence[Row]) -> str:
-    """The rows for people."""
+    """Return the rows as a Markdown table."""
     lines = [
         f"| image | encoding | encode us | decode us | kB | ms at {LINK:.0f} Mbit/s |",
         "| --- | --- " + "| ---: " * 4 + "|",

@@ -1,10 +1,10 @@
-"""How the server starts, and how it grows: with open episodes, with streams, and with the bodies in a section.
+"""Startup time, and scaling with open episodes, with streams, and with the bodies of a section.
 
     python benchmarks/growth.py [--data DIR] [--seconds 4] [--rounds 3] [--json FILE]
 
-All over a Unix socket with shared memory, RGB and depth of 224x224, without fsync, with a random walk; the server's
-memory is what it holds with all its sections made. Bodies are left out of the largest section evenly, and drawn in this
-process. A first start on a machine compiles the camera; here it is told to keep its compiled code in an empty folder.
+All over a Unix socket with shared memory, RGB and depth of 224x224, without fsync, with a random walk. The server's
+memory is measured with all sections built. Bodies are removed evenly from the largest section, which is drawn in this
+process. The first start on a machine compiles the camera; it is simulated with an empty cache folder.
 """
 
 import argparse
@@ -25,18 +25,18 @@ from common import data_or_sample
 from serving import Setting, Timed, family, resident, see_all_sections, serving, some, warm_up
 
 from arramon.v1 import evaluation_pb2
-from arramon_client.connection import METADATA, Server, connect
 from arramon_client.play import Settings, play
+from arramon_client.transport.connection import METADATA, Server, connect
 from server.episodes.splits import Split, read_splits
 from server.sim.bullet import Obstacles
 from server.sim.city import city_scene
-from server.sim.raster import RasterCamera
+from server.sim.raster.camera import RasterCamera
 from server.sim.scene import Scene
 from server.sim.view import View
 
 EPISODES = (1, 16, 128, 1000)
 ENOUGH = 100
-"""Open episodes, from which on their memory stands out from what comes and goes."""
+"""Number of open episodes from which on their memory exceeds the noise."""
 
 STREAMS = (1, 2, 4, 16)
 SHARES = (0.25, 0.5, 0.75, 1.0)
@@ -45,7 +45,7 @@ Figures = dict[str, float]
 
 
 def starts(data: Path) -> Iterator[tuple[str, Figures]]:
-    """A server's first start on a machine, and the next one."""
+    """Measure a server's first start on a machine, and a later one."""
     with tempfile.TemporaryDirectory() as folder:
         for name in ("first start on a machine", "later start"):
             with serving(data, Setting(name), {"NUMBA_CACHE_DIR": folder}) as (_, process, ready):
@@ -53,7 +53,7 @@ def starts(data: Path) -> Iterator[tuple[str, Figures]]:
 
 
 def loads(data: Path, split: Split, seconds: float) -> Iterator[tuple[str, Figures]]:
-    """Episodes open on one stream, then 16 episodes on several streams, all on one server."""
+    """Measure episodes open on one stream, then 16 episodes on several streams, all on one server."""
     setting = Setting("growth")
     with serving(data, setting) as (address, process, _), connect(address) as server:
         request = evaluation_pb2.CreateRunRequest(agent="growth", split=split.name, language=min(split.languages))
@@ -63,7 +63,7 @@ def loads(data: Path, split: Split, seconds: float) -> Iterator[tuple[str, Figur
 
         def under(streams: int, episodes: int) -> Figures:
             with playing(server, request, streams, episodes) as agent:
-                figures = watched(agent, seconds)
+                figures = measure_play(agent, seconds)
                 return {**figures, "MB": memory(process.pid)}
 
         for episodes in EPISODES:
@@ -78,7 +78,7 @@ def loads(data: Path, split: Split, seconds: float) -> Iterator[tuple[str, Figur
 
 @contextmanager
 def playing(server: Server, request: evaluation_pb2.CreateRunRequest, streams: int, episodes: int) -> Iterator[Timed]:
-    """Plays a run for a while, on several streams with an equal share of the episodes; gives the agent of all."""
+    """Play a run on several streams with an equal share of the episodes; yields their common agent."""
     run = server.stub.CreateRun(some(server, request, 4 * episodes + 16), metadata=METADATA)
     agent, settings = Timed(), Settings(episodes // streams, Setting("").encoding)
     arguments = server.stub, run, agent, settings
@@ -92,8 +92,8 @@ def playing(server: Server, request: evaluation_pb2.CreateRunRequest, streams: i
         thread.join()
 
 
-def watched(agent: Timed, seconds: float) -> Figures:
-    """What an agent does in some seconds."""
+def measure_play(agent: Timed, seconds: float) -> Figures:
+    """Measure an agent's play for some seconds."""
     agent.reset()
     started = time.perf_counter()
     time.sleep(seconds)
@@ -103,30 +103,30 @@ def watched(agent: Timed, seconds: float) -> Figures:
 
 
 def bodies(split: Split) -> Iterator[tuple[str, Figures]]:
-    """The largest section with some of its bodies."""
+    """Measure the largest section with shares of its bodies."""
     section = max(split.sections, key=lambda name: len(city_scene(split.sections[name]).bodies))
     whole, views = city_scene(split.sections[section]), list(islice(views_of(split, section), VIEWS))
-    RasterCamera(whole)  # what all cameras share is made once
+    RasterCamera(whole)  # builds what all cameras share
     for share in SHARES:
-        scene = thinned(whole, share)
+        scene = with_share_of_bodies(whole, share)
         started = time.perf_counter()
         with Obstacles(scene) as ground:
             camera = RasterCamera(scene)
             made = time.perf_counter() - started
             rate = statistics.median(drawing(camera, views, 224, segmentation=False)() for _ in range(3))
-            figures = {"seconds": made, "frames/s": rate, "rules us": 1e6 * asking(ground, views)}
+            figures = {"seconds": made, "frames/s": rate, "rules us": 1e6 * seconds_per_check(ground, views)}
         yield f"{len(scene.bodies)} bodies", figures
 
 
-def thinned(scene: Scene, share: float) -> Scene:
-    """The scene with a share of what is solid in it, evenly from all that there is."""
+def with_share_of_bodies(scene: Scene, share: float) -> Scene:
+    """Return the scene with an evenly chosen share of its solid bodies."""
     solid = [body for body in scene.bodies if body.collider is not None]
     kept = {body.name for number, body in enumerate(solid) if int((number + 1) * share) > int(number * share)}
     return replace(scene, bodies=tuple(body for body in scene.bodies if body.collider is None or body.name in kept))
 
 
-def asking(ground: Obstacles, views: Sequence[View]) -> float:
-    """Seconds that it takes to find out whether a step ahead is free."""
+def seconds_per_check(ground: Obstacles, views: Sequence[View]) -> float:
+    """Return the seconds per collision check of a step ahead."""
     ways = [((seen.viewpoint.x, seen.viewpoint.y), (seen.viewpoint.x + 1.0, seen.viewpoint.y)) for seen in views]
     started = time.perf_counter()
     for _ in range(20):
@@ -136,12 +136,12 @@ def asking(ground: Obstacles, views: Sequence[View]) -> float:
 
 
 def memory(process_id: int) -> float:
-    """MB that a server's processes hold."""
+    """Return the resident memory of a server's processes, in MB."""
     return sum(map(resident, family(process_id)))
 
 
 def table(rows: dict[str, list[Figures]]) -> str:
-    """Medians; a column that a row has nothing for stays empty."""
+    """Return the table of medians; missing values stay empty."""
     columns = {
         "steps/s": 0,
         "mean ms": 1,
@@ -163,12 +163,12 @@ def table(rows: dict[str, list[Figures]]) -> str:
 
 
 def main() -> int:
-    """Measures, and prints the table."""
+    """Run the benchmark and print its table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, help="data folder (default: the sample episodes)")
-    parser.add_argument("--seconds", type=float, default=4.0, help="of each load (default: %(default)s)")
-    parser.add_argument("--rounds", type=int, default=3, help="of all (default: %(default)s)")
-    parser.add_argument("--json", type=Path, help="file for the figures")
+    parser.add_argument("--seconds", type=float, default=4.0, help="duration of each load (default: %(default)s)")
+    parser.add_argument("--rounds", type=int, default=3, help="number of rounds (default: %(default)s)")
+    parser.add_argument("--json", type=Path, help="output file for the results")
     options = parser.parse_args()
     rows: dict[str, list[Figures]] = {}
     with data_or_sample(options.data) as data:

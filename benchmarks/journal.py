@@ -1,9 +1,9 @@
-"""Milliseconds that a commit takes, as the engine makes one with every round: 1, 16 or 128 steps.
+"""Duration of a journal commit of 1, 16 or 128 steps, as in a round of the engine, in milliseconds.
 
     python benchmarks/journal.py [--postgres URL] [--folder DIR] [--commits 100]
 
 SQLite in the folder, and PostgreSQL by the URL of an empty database, each with and without waiting for the disk. They
-take turns, round by round; the median of the rounds' means is shown, and what one read takes.
+alternate, round by round; the table shows the median of the rounds' means, and the duration of one read.
 """
 
 import argparse
@@ -16,15 +16,15 @@ from datetime import UTC, datetime
 from pathlib import Path
 from uuid import uuid4
 
-from server.runs.database import Database
-from server.runs.journal import Journal
-from server.runs.records import RUNNING, Batch, Run
+from server.runs.storage.database import Database
+from server.runs.storage.journal import Journal
+from server.runs.storage.records import RUNNING, Batch, Run
 
 SIZES = (1, 16, 128)
 
 
 class Bench:
-    """A run of as many episodes as a commit has steps, in one database."""
+    """Commits and reads of one run in one database; the run has as many episodes as a commit has steps."""
 
     def __init__(self, journal: Journal, size: int) -> None:
         self._journal, self._run_id, self._step = journal, uuid4().hex, 0
@@ -34,7 +34,7 @@ class Bench:
         self._claims = journal.claim(self._run_id, journal.pending(self._run_id), "p", "w")
 
     def commit(self, commits: int) -> float:
-        """Milliseconds that a commit takes, on average."""
+        """Return the mean duration of a commit, in milliseconds."""
         started = time.perf_counter()
         for _ in range(commits):
             batch = Batch()
@@ -45,7 +45,7 @@ class Bench:
         return 1e3 * (time.perf_counter() - started) / commits
 
     def read(self, reads: int) -> float:
-        """Milliseconds that a small question takes, on average."""
+        """Return the mean duration of a small query, in milliseconds."""
         started = time.perf_counter()
         for _ in range(reads):
             self._journal.count_ended(self._run_id)
@@ -54,7 +54,7 @@ class Bench:
 
 @contextmanager
 def databases(folder: Path, postgres: str) -> Iterator[dict[str, Journal]]:
-    """The journals that are compared."""
+    """Open the journals to compare, by name."""
     with tempfile.TemporaryDirectory(dir=folder) as own:
         urls = {"SQLite": f"sqlite:///{own}/journal.db", **({"PostgreSQL": postgres} if postgres else {})}
         opened = {
@@ -67,12 +67,14 @@ def databases(folder: Path, postgres: str) -> Iterator[dict[str, Journal]]:
 
 
 def main() -> None:
-    """Runs the benchmark and prints its table."""
+    """Run the benchmark and print its table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("--postgres", default="", help="URL of an empty database")
-    parser.add_argument("--folder", type=Path, default=Path(tempfile.gettempdir()), help="where SQLite's file goes")
-    parser.add_argument("--commits", type=int, default=100, help="of each round (default: %(default)s)")
-    parser.add_argument("--rounds", type=int, default=5, help="(default: %(default)s)")
+    parser.add_argument("--folder", type=Path, default=Path(tempfile.gettempdir()), help="folder for SQLite's file")
+    parser.add_argument(
+        "--commits", type=int, default=100, help="number of commits in each round (default: %(default)s)"
+    )
+    parser.add_argument("--rounds", type=int, default=5, help="number of rounds (default: %(default)s)")
     options = parser.parse_args()
     with databases(options.folder, options.postgres) as journals:
         benches = {(name, size): Bench(journal, size) for name, journal in journals.items() for size in SIZES}

@@ -1,10 +1,10 @@
-"""Seconds for which an episode stands still when a process of the server ends, and others or its successor go on.
+"""Interruption of episodes, in seconds, when a server process ends and others or its successor continue.
 
     python benchmarks/pauses.py [--data DIR] [--rounds 5] [--parallel 16] [--json FILE]
 
-A real client plays over TCP. In each round a process of the server is told to stop, or is killed: one of two workers,
-and the only one, which is started again at once. The rows show how long the episodes waited that were open then, beside
-the longest wait of any of them while nothing happened.
+A real client plays over TCP. In each round a server process is stopped or killed: one of two workers, or the only
+process, which is restarted at once. The rows show the waits of the episodes that were open then, and the longest wait
+of any of them without a disturbance.
 """
 
 import argparse
@@ -20,28 +20,28 @@ from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-sys.path.insert(0, str(Path(__file__).parents[1]))  # the tests start and kill servers, too
+sys.path.insert(0, str(Path(__file__).parents[1]))  # uses the tests' server processes
 
 from common import data_or_sample
 from serving import Timed, family, warm_up
 
 from arramon.v1 import evaluation_pb2, types_pb2
 from arramon_client.agent import Action, Observation
-from arramon_client.connection import METADATA, connect
-from arramon_client.lanes import play_in_lanes
+from arramon_client.multi_stream import play_streams
 from arramon_client.play import Settings
+from arramon_client.transport.connection import METADATA, connect
 from server.episodes.splits import read_splits
 from tests.serving import Server
 
 PATIENCE = 60.0
-"""Seconds after which an episode that stands still is given up."""
+"""Seconds without an observation after which the benchmark fails."""
 
 
-class Seen(Timed):
-    """Turns on the spot, so that no episode is soon over, and notes when each was last seen."""
+class TurningAgent(Timed):
+    """An agent that only turns, so that episodes last long, and records each one's latest observation."""
 
     def act(self, observations: Sequence[Observation]) -> Sequence[int]:
-        """Left, always."""
+        """Return LEFT for every observation."""
         super().act(observations)
         now = time.perf_counter()
         for observation in observations:
@@ -51,37 +51,37 @@ class Seen(Timed):
         return [Action.LEFT] * len(observations)
 
     def reset(self) -> None:
-        """Forgets what was noted so far."""
+        """Discard all measurements so far."""
         super().reset()
         self.last: dict[str, float] = {}
         self.longest: dict[str, float] = {}
 
 
-def drained(server: Server) -> None:
-    """One of two workers is told to stop."""
+def drain_worker(server: Server) -> None:
+    """Send SIGTERM to one of two workers."""
     os.kill(family(server.process.pid)[1], signal.SIGTERM)
 
 
-def killed(server: Server) -> None:
-    """One of two workers is killed."""
+def kill_worker(server: Server) -> None:
+    """Kill one of two workers."""
     os.kill(family(server.process.pid)[1], signal.SIGKILL)
 
 
-def started_again(server: Server) -> None:
-    """The only process is killed, and another is started on its port."""
+def restart_server(server: Server) -> None:
+    """Kill the only process, and start another on its port."""
     server.kill()
     server.start()
 
 
 ROWS: dict[str, tuple[int, Callable[[Server], None]]] = {
-    "a worker of two drains": (2, drained),
-    "a worker of two is killed": (2, killed),
-    "the only process is killed, and started again": (1, started_again),
+    "one of two workers drains": (2, drain_worker),
+    "one of two workers is killed": (2, kill_worker),
+    "the only process is killed, and restarted": (1, restart_server),
 }
 
 
 def measure(data: Path, split: str, language: str, parallel: int, row: str) -> tuple[float, float]:
-    """One round: the longest wait of an episode for its next observation, when nothing happens, and over the fault."""
+    """Measure one round: the longest wait of an episode for its next observation, without and with the fault."""
     workers, fault = ROWS[row]
     with ExitStack() as stack:
         folder = Path(stack.enter_context(TemporaryDirectory()))
@@ -93,10 +93,10 @@ def measure(data: Path, split: str, language: str, parallel: int, row: str) -> t
         request = evaluation_pb2.CreateRunRequest(agent="benchmark", split=split, language=language)
         request.sensors.extend(("rgb", "depth"))
         run = there.stub.CreateRun(request, metadata=METADATA)
-        agent = Seen()
+        agent = TurningAgent()
         agent.reset()
         settings = Settings(min(parallel, run.episodes), types_pb2.ENCODING_RAW)
-        playing = threading.Thread(target=play_in_lanes, args=(there, run, agent, settings), daemon=True)
+        playing = threading.Thread(target=play_streams, args=(there, run, agent, settings), daemon=True)
         playing.start()
         warm_up(agent, settings.parallel)
         agent.reset()
@@ -111,21 +111,21 @@ def measure(data: Path, split: str, language: str, parallel: int, row: str) -> t
     return quiet, longest
 
 
-def wait_for_all(agent: Seen, episodes: Iterable[str], fault: float) -> None:
-    """Waits until each of these has been seen for a second after the fault, or again after that."""
+def wait_for_all(agent: TurningAgent, episodes: Iterable[str], fault: float) -> None:
+    """Wait until each of these has had an observation at least a second after the fault."""
     while left := [episode for episode in episodes if agent.last[episode] < fault + 1.0]:
         if time.perf_counter() > fault + PATIENCE:
-            raise SystemExit(f"{len(left)} episodes have stood still for {PATIENCE:.0f} seconds")
+            raise SystemExit(f"{len(left)} episodes had no observation for {PATIENCE:.0f} seconds")
         time.sleep(0.05)
 
 
 def main() -> None:
-    """Runs the benchmark and prints its table."""
+    """Run the benchmark and print its table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("--data", type=Path, help="data folder (default: the sample episodes)")
-    parser.add_argument("--rounds", type=int, default=5, help="of each row (default: %(default)s)")
+    parser.add_argument("--rounds", type=int, default=5, help="number of rounds (default: %(default)s)")
     parser.add_argument("--parallel", type=int, default=16, help="episodes open at once (default: %(default)s)")
-    parser.add_argument("--json", type=Path, help="file for the figures")
+    parser.add_argument("--json", type=Path, help="output file for the results")
     options = parser.parse_args()
     with data_or_sample(options.data) as data:
         split = max(read_splits(data).values(), key=lambda split: len(split.episodes))

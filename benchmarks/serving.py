@@ -1,10 +1,10 @@
-"""Steps a second from end to end: a real server, a real client, a random walk, on this machine.
+"""Steps per second, end to end: a real server, a real client and a random walk on this machine.
 
     python benchmarks/serving.py [--data DIR] [--seconds 6] [--rounds 3] [--postgres URL] [--json FILE]
 
-Every setting starts its own server process and plays for some seconds with the client's own play loop. The settings
-take turns, round by round, so that a machine that gets slower does so for all, and the medians are shown. The first row
-is the baseline of the ratios: what one core does in process, rules and frames alone, without gRPC, journal or client.
+Every row starts its own server process and plays for some seconds with the client's own play loop. The rows alternate,
+round by round, so that changes of the machine's speed affect all of them; the table shows medians. The first row is the
+baseline of the ratios: one core in process, rules and frames alone, without gRPC, journal or client.
 """
 
 import argparse
@@ -27,12 +27,12 @@ from common import data_or_sample
 from agents.random_walk import Agent as RandomWalk
 from arramon.v1 import evaluation_pb2, types_pb2
 from arramon_client.agent import Episode, Observation
-from arramon_client.connection import METADATA, Server, connect
-from arramon_client.lanes import play_in_lanes
+from arramon_client.multi_stream import play_streams
 from arramon_client.play import Settings
+from arramon_client.transport.connection import METADATA, Server, connect
 from server.episodes.splits import Split, read_splits
-from server.runs.session import Session
-from server.runs.worlds import Worlds
+from server.runs.play.session import Session
+from server.runs.play.worlds import Worlds
 from server.sim.rules import Action, Limits
 
 SENSORS = ("rgb", "depth")
@@ -40,7 +40,7 @@ SENSORS = ("rgb", "depth")
 
 @dataclass(frozen=True)
 class Setting:
-    """What is measured: one row of the table."""
+    """Settings of one row of the table."""
 
     name: str
     parallel: int = 16
@@ -80,7 +80,7 @@ SETTINGS = (
 
 @dataclass
 class Timed:
-    """A random walk that notes when it was asked."""
+    """A random walk that measures the waits between its actions and their observations."""
 
     steps: int = 0
     waits: list[float] = field(default_factory=list)
@@ -89,11 +89,11 @@ class Timed:
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def begin(self, episode: Episode) -> None:
-        """As the random walk."""
+        """Begin an episode of the random walk."""
         self._agent.begin(episode)
 
     def act(self, observations: Sequence[Observation]) -> Sequence[int]:
-        """As the random walk."""
+        """Return the random walk's actions, and record the waits."""
         now = time.perf_counter()
         with self._lock:
             for observation in observations:
@@ -107,21 +107,21 @@ class Timed:
         return actions
 
     def reset(self) -> None:
-        """Forgets what was noted so far: it was the warm-up."""
+        """Discard all measurements so far, those of the warm-up."""
         with self._lock:
             self.steps, self.waits = 0, []
 
 
 @dataclass(frozen=True)
 class Measured:
-    """One round of one setting.
+    """Results of one round of a row.
 
     Attributes:
-        rate: steps a second.
+        rate: steps per second.
         mean, p50, p99: milliseconds from an action to the next observation of its episode.
-        memory: MB that the server's processes hold.
-        work: milliseconds of CPU that the server's processes take for a step.
-        ready: seconds until the server listened.
+        memory: resident memory of the server's processes, in MB.
+        work: CPU time of the server's processes per step, in milliseconds.
+        ready: seconds until the server listens.
     """
 
     rate: float
@@ -134,7 +134,7 @@ class Measured:
 
 
 def in_process(split: Split, seconds: float, size: int = 224) -> Measured:
-    """Rules and frames of 16 episodes in turn, in this process."""
+    """Measure rules and frames of 16 episodes in turn, in this process."""
     worlds, limits = Worlds({split.name: split}), Limits()
     episodes = islice(cycle(split.episodes.values()), 16)
     sessions = [Session(e, worlds.ground(split.name, e.section), limits) for e in episodes]
@@ -158,7 +158,7 @@ def in_process(split: Split, seconds: float, size: int = 224) -> Measured:
 def serving(
     data: Path, setting: Setting, environment: Mapping[str, str] | None = None, *, journal: str = ""
 ) -> Iterator[tuple[str, "subprocess.Popen[str]", float]]:
-    """A server, with its own journal unless a URL is given: its address, process, and the seconds until it listened."""
+    """Run a server, with its own journal unless a URL is given; yields address, process and startup seconds."""
     with tempfile.TemporaryDirectory() as folder:
         listen = "127.0.0.1:0" if setting.tcp else f"unix:{folder}/socket"
         command = [sys.executable, *setting.program, "serve", "--data", str(data), "--listen", listen]
@@ -176,7 +176,7 @@ def serving(
 
 
 def measure(data: Path, split: Split, setting: Setting, seconds: float, postgres: str = "") -> Measured:
-    """One round: plays for a while to warm up, then for the seconds that count."""
+    """Measure one round: warm up, then play for some seconds."""
     with (
         serving(data, setting, journal=postgres if setting.postgres else "") as (address, process, ready),
         connect(address) as server,
@@ -188,7 +188,7 @@ def measure(data: Path, split: Split, setting: Setting, seconds: float, postgres
         run = server.stub.CreateRun(request, metadata=METADATA)
         agent = Timed()
         settings = Settings(min(setting.parallel, run.episodes), setting.encoding, image_size=setting.size)
-        playing = threading.Thread(target=play_in_lanes, args=(server, run, agent, settings), daemon=True)
+        playing = threading.Thread(target=play_streams, args=(server, run, agent, settings), daemon=True)
         playing.start()
         warm_up(agent, settings.parallel)
         agent.reset()
@@ -211,10 +211,10 @@ def measure(data: Path, split: Split, setting: Setting, seconds: float, postgres
 
 
 def see_all_sections(server: Server, request: evaluation_pb2.CreateRunRequest) -> None:
-    """Opens enough episodes that every section is made: that is once, and no part of a step."""
+    """Open enough episodes to build every section, as that happens once and is not part of a step."""
     run = server.stub.CreateRun(some(server, request, 64), metadata=METADATA)
     agent, settings = Timed(), Settings(min(64, run.episodes))
-    playing = threading.Thread(target=play_in_lanes, args=(server, run, agent, settings), daemon=True)
+    playing = threading.Thread(target=play_streams, args=(server, run, agent, settings), daemon=True)
     playing.start()
     warm_up(agent, settings.parallel)
     server.stub.CancelRun(evaluation_pb2.CancelRunRequest(run_id=run.run_id), metadata=METADATA)
@@ -222,7 +222,7 @@ def see_all_sections(server: Server, request: evaluation_pb2.CreateRunRequest) -
 
 
 def some(server: Server, request: evaluation_pb2.CreateRunRequest, episodes: int) -> evaluation_pb2.CreateRunRequest:
-    """The request for a run of so many episodes, where there are more: what is not played has to be cancelled."""
+    """Return the request limited to so many episodes, as unplayed episodes must be cancelled later."""
     there = next(split.episodes[request.language] for split in server.info.splits if split.name == request.split)
     fewer = evaluation_pb2.CreateRunRequest()
     fewer.CopyFrom(request)
@@ -231,20 +231,20 @@ def some(server: Server, request: evaluation_pb2.CreateRunRequest, episodes: int
 
 
 def warm_up(agent: Timed, parallel: int) -> None:
-    """Waits until every open episode has been asked at least once, and a second more."""
+    """Wait until every open episode has had an observation, and a second more."""
     while agent.steps < parallel:
         time.sleep(0.05)
     time.sleep(1.0)
 
 
 def family(process_id: int) -> list[int]:
-    """A process and its children; Linux only."""
+    """Return the ids of a process and its children; Linux only."""
     children = Path(f"/proc/{process_id}/task/{process_id}/children").read_text().split()
     return [process_id, *(int(child) for child in children)]
 
 
 def resident(process_id: int) -> float:
-    """MB of memory that a process holds for itself and shares."""
+    """Return the resident memory of a process, including shared memory, in MB."""
     for line in Path(f"/proc/{process_id}/status").read_text().splitlines():
         if line.startswith("VmRSS:"):
             return int(line.split()[1]) / 1000
@@ -252,25 +252,25 @@ def resident(process_id: int) -> float:
 
 
 def cpu_seconds(process_id: int) -> float:
-    """Seconds of CPU that a process has taken so far."""
+    """Return the CPU seconds that a process has used so far."""
     fields = Path(f"/proc/{process_id}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def median(rounds: Sequence[Measured]) -> Measured:
-    """Field by field."""
+    """Return the medians by field."""
     return Measured(**{name: statistics.median(getattr(r, name) for r in rounds) for name in Measured.__annotations__})
 
 
 def main() -> None:
-    """Runs the benchmark and prints its table."""
+    """Run the benchmark and print its table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("--data", type=Path, help="data folder (default: the sample episodes)")
-    parser.add_argument("--seconds", type=float, default=6.0, help="of each round (default: %(default)s)")
-    parser.add_argument("--rounds", type=int, default=3, help="of each setting (default: %(default)s)")
-    parser.add_argument("--only", default="", help="settings whose name holds this text")
-    parser.add_argument("--postgres", default="", help="URL of an empty database, for the settings that need one")
-    parser.add_argument("--json", type=Path, help="file for the figures")
+    parser.add_argument("--seconds", type=float, default=6.0, help="duration of each round (default: %(default)s)")
+    parser.add_argument("--rounds", type=int, default=3, help="number of rounds (default: %(default)s)")
+    parser.add_argument("--only", default="", help="only rows whose name contains this text")
+    parser.add_argument("--postgres", default="", help="URL of an empty database, for the rows with PostgreSQL")
+    parser.add_argument("--json", type=Path, help="output file for the results")
     options = parser.parse_args()
     with data_or_sample(options.data) as data:
         split = max(read_splits(data).values(), key=lambda split: len(split.episodes))
@@ -291,11 +291,9 @@ def main() -> None:
 
 
 def show(rows: dict[str, Measured], split: Split) -> None:
-    """Prints the table."""
+    """Print the table."""
     base = rows["in process"].rate
-    print(
-        f"split {split.name}, {len(split.episodes)} episodes. Where not said: 224, shared memory, Unix socket, no fsync"
-    )
+    print(f"split {split.name}, {len(split.episodes)} episodes. Defaults: 224, shared memory, Unix socket, no fsync")
     print(
         f"{'':20} {'steps/s':>8} {'ratio':>6} {'mean ms':>8} {'p50 ms':>8} {'p99 ms':>8} {'MB':>6} {'CPU ms':>7} "
         f"{'start s':>8}"

@@ -1,12 +1,15 @@
-"""Nothing is lost: clients play run after run while faults hit everything, and every run ends as an undisturbed one.
+"""Soak test: clients play run after run under faults of all kinds, and every run must equal an undisturbed one.
 
     python benchmarks/soak.py [--kills 100] [--database sqlite|postgresql] [--workers N] [--seed S] [--json FILE]
+    python benchmarks/soak.py --hosted --database postgresql --clients 4 --kills 20 --rude 300 --spread 60
 
-SQLite: one host. PostgreSQL: two hosts that share one, and clients whose way leads to either. Between two kills of the
-server another fault may be made. The seed decides which, whom and how long; the moment in the play is the machine's.
+SQLite: one host. PostgreSQL: two hosts that share a database, and clients that connect to either. Between two kills of
+the server another fault may be injected. The seed determines its kind, target and duration, but not its exact moment.
 The agent's actions are a function of episode and step. At the end every run is compared with the undisturbed one:
-scores, causes, actions in the journal, the receipt, and what comes out when the journal is played again.
-Exit status 1 where anything differs, or was not finished in time.
+scores, causes, actions in the journal, the receipt, and the result of a replay of the journal.
+With --hosted the servers have a host's settings (TLS, tokens, limits, log at `info`), every warning in their logs is
+counted, and a process that exits on its own is a failure. --rude adds streams that end without a proper close.
+Exits with status 1 if anything differs, or was not finished in time.
 """
 
 import argparse
@@ -15,6 +18,7 @@ import io
 import itertools
 import json
 import random
+import re
 import signal
 import statistics
 import subprocess
@@ -29,20 +33,24 @@ from typing import Any
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1]))  # the tests make the same faults, one by one
+sys.path.insert(0, str(Path(__file__).parents[1]))  # uses the tests' faults
 
 from soak_players import Player
-from soak_service import KILL, OF_DATABASE, OTHERS, Fault, Faults, Service, Stuck, service
+from soak_rude import RudeStreams
+from soak_service import AUTHORITY, KILL, OF_DATABASE, OTHERS, Fault, Faults, Service, Stuck, service
 
-from arramon_client import verify
+from arramon_client.commands import verify
+from server.runs.accounts.accounts import Accounts
+from server.runs.accounts.callers import Role
+from server.runs.storage.database import Database
 from tests.faults.clients import differences, undisturbed
 
 SHARE_OF_OTHERS = 0.6
-"""Chance of another fault after a kill."""
+"""Probability of another fault after a kill."""
 
 
 def plan(kills: int, kind: str, seed: int) -> Iterator[Fault]:
-    """The faults in their order."""
+    """Yield the faults in order."""
     chance = random.Random(seed)  # noqa: S311 - the same faults for a seed
     others = (*OTHERS, OF_DATABASE[kind])
     for _ in range(kills):
@@ -52,48 +60,65 @@ def plan(kills: int, kind: str, seed: int) -> Iterator[Fault]:
 
 
 class Soak:
-    """One soak on a service that runs.
+    """A soak test of a running service.
 
     Attributes:
-        made: how many faults of each kind.
-        stuck: what was not done in time.
+        made: number of faults by kind.
+        stuck: descriptions of what was not finished in time.
     """
 
     def __init__(self, there: Service, options: argparse.Namespace, folder: Path) -> None:
         self._there, self._options, self._folder = there, options, folder
         self._chance = random.Random(options.seed)  # noqa: S311 - the same faults for a seed
         addresses = itertools.islice(itertools.cycle(host.address for host in there.hosts), options.clients)
-        self._players = [Player(address, folder / f"player-{number}") for number, address in enumerate(addresses)]
+        self._players = [
+            Player(address, folder / f"player-{number}", credentials(there, folder, f"team-{number}", options.hosted))
+            for number, address in enumerate(addresses)
+        ]
+        seconds = 60.0 * max(options.spread, 0.2)
+        self._rude = RudeStreams(self._players, self._shown, options.rude, seconds, random.Random(options.seed))  # noqa: S311
         self._faults = Faults(there, self._players, self._chance, folder)
         self.made, self.stuck = Counter[str](), list[str]()
+        self._started = time.monotonic()
 
     def close(self) -> None:
-        """Leaves no client running."""
-        with ExitStack() as stack:  # whatever goes wrong with one, the others are closed too
+        """Stop all clients."""
+        with ExitStack() as stack:  # an error with one does not keep the others open
             for player in self._everyone:
                 stack.callback(player.close)
+            stack.callback(self._rude.close)
+
+    @staticmethod
+    def _shown(player: Player) -> Sequence[str]:
+        """Return the files of a player's token and of the authority, if any."""
+        return player.more[1::2]
 
     @property
     def _everyone(self) -> list[Player]:
         return [*self._players, *self._faults.seconds]
 
     def disturb(self, until: float) -> None:
-        """Has the players play, and makes the faults, until they are through or time is up; then ends the play."""
+        """Start the players and inject faults until all are done or time is up; then let the last runs end."""
         for player in self._players:
             player.start()
+        self._rude.start()
+        faults = list(plan(self._options.kills, self._options.database, self._options.seed))
+        rest = 60.0 * self._options.spread / len(faults) if faults else 0.0
         try:
-            for fault in plan(self._options.kills, self._options.database, self._options.seed):
+            for number, fault in enumerate(faults):
+                self._there.rest(self._started + number * rest - time.monotonic())
                 if time.monotonic() > until:
-                    self.stuck.append(f"time was up after {self.made[KILL.name]} of {self._options.kills} kills")
+                    self.stuck.append(f"out of time after {self.made[KILL.name]} of {self._options.kills} kills")
                     break
                 self._there.wait_for_steps()
                 time.sleep(self._chance.uniform(0.0, 0.5))
                 said = fault.make(self._faults)
                 self.made[fault.name] += 1
                 print(f"{sum(self.made.values()):4} {fault.name}: {said}", flush=True)
+            self._rude.wait()
         except Stuck as error:
             self.stuck.append(str(error))
-        print("no more faults; the last runs are played to their end ...", flush=True)
+        print("no more faults; waiting for the last runs to end ...", flush=True)
         for player in self._everyone:
             player.end()
         end = time.monotonic() + self._options.patience
@@ -101,13 +126,17 @@ class Soak:
         self.stuck += [f"run {player.run or '?'} was not finished" for player in left]
 
     def figures(self, once: Any) -> dict[str, Any]:
-        """What came out, every run compared with the undisturbed one."""
+        """Return the results, after comparing every run with the undisturbed one."""
         played = [(player, run) for player in self._everyone for run in player.finished]
         print(f"comparing {len(played)} runs with the undisturbed one ...", flush=True)
         wrong = [f"run {run}: {text}" for player, run in played for text in compare(self._there, once, player, run)]
         wrong += rescore(self._there, [once["run"]["run_id"], *{run for _, run in played}])
         complaints = [text for player in self._everyone for text in player.complaints]
         complaints += [*self.stuck, *self._faults.complaints]
+        if sum(self._rude.ended.values()) < self._options.rude:
+            complaints.append(f"only {sum(self._rude.ended.values())} streams ended rudely")
+        if self._options.hosted and self._there.given_up:
+            complaints.append(f"{self._there.given_up} server processes exited on their own")
         runs = {run: player.results(run) for player, run in played}
         return {
             "faults": dict(self.made),
@@ -119,34 +148,63 @@ class Soak:
             "episodes offered again": sum(int(each["run"]["reoffers"]) for each in runs.values()),
             "clients that found no server": sum(player.refusals for player in self._everyone),
             "hosts started again as a whole": self._there.given_up,
+            "streams ended rudely": sum(self._rude.ended.values()),
+            "of these, by way": dict(self._rude.ended),
+            "further ones that were refused": dict(self._rude.refused),
+            "warnings and errors in the logs": warnings(self._folder),
             "mismatches": len(wrong),
             "other complaints": len(complaints),
             "said": [*wrong, *complaints],
         }
 
 
+def credentials(there: Service, folder: Path, participant: str, hosted: bool) -> Sequence[str]:
+    """Return a participant's client arguments: files of a new token and of the authority; none without --hosted."""
+    if not hosted:
+        return ()
+    token = folder / f"token-{participant}"
+    with closing(Database(there.url)) as database:
+        token.write_text(Accounts(database).create_token(participant, Role.PARTICIPANT))
+    return "--token-file", str(token), "--tls-ca", str(folder / AUTHORITY)
+
+
+def warnings(folder: Path) -> dict[str, int]:
+    """Count the warnings and errors in the JSON logs by message, without numbers and ids."""
+    found = Counter[str]()
+    for log in sorted(folder.glob("log-*")):
+        for line in log.read_text().splitlines():
+            if not line.startswith("{"):
+                found[f"no JSON: {line[:100]}"] += 1
+                continue
+            record = json.loads(line)
+            if record["level"] not in ("info", "debug", "INFO", "DEBUG"):
+                message = re.sub(r"[0-9a-f]{32}|\d+", "...", record["message"])
+                found[f"{record['level']}: {message[:160]}"] += 1
+    return dict(found)
+
+
 def compare(there: Service, once: Any, player: Player, run: str) -> Iterator[str]:
-    """What is not as in the undisturbed run, and what is wrong with the receipt."""
+    """Yield the differences from the undisturbed run, and the errors of the receipt."""
     yield from differences(there.url, once, player.results(run))
     said = io.StringIO()
     with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-        status = verify.main([str(player.receipt(run)), "--server", there.hosts[0].address])
+        status = verify.main([str(player.receipt(run)), "--server", there.hosts[0].address, *player.more])
     if status:
         yield f"its receipt: {said.getvalue().strip()}"
 
 
 def rescore(there: Service, runs: Sequence[str]) -> list[str]:
-    """Plays the journal again; what comes out otherwise, in words."""
+    """Replay the journal; return descriptions of the differences."""
     command = [sys.executable, "-m", "server", "rescore", "--data", str(there.data), "--journal", there.url, *runs]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     lines = [line for line in done.stdout.splitlines() if not line.endswith(": identical")]
     if done.returncode and not lines:
         lines = [done.stderr.strip()]
-    return [f"played again: {line}" for line in lines]
+    return [f"replayed: {line}" for line in lines]
 
 
 def show(figures: dict[str, Any]) -> None:
-    """Prints the table."""
+    """Print the table."""
     rows = {**figures, **{f"fault: {name}": number for name, number in figures["faults"].items()}}
     times = rows.pop("seconds to resume")
     if times:
@@ -156,39 +214,56 @@ def show(figures: dict[str, Any]) -> None:
         print(f"WRONG: {text}")
     del rows["faults"]
     for name, value in rows.items():
-        print(f"{name:40} {value:>10}")
+        if isinstance(value, dict):
+            print(f"{name:40}", *(f"\n{number:>8} {what}" for what, number in value.items()))
+        else:
+            print(f"{name:40} {value:>10}")
 
 
 def main() -> int:
-    """Runs the soak; returns the exit status."""
+    """Run the soak test; return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     add = parser.add_argument
-    add("--kills", type=int, default=100, help="of server processes (default: %(default)s)")
-    add("--database", choices=sorted(OF_DATABASE), default="sqlite", help="(default: %(default)s)")
+    add("--kills", type=int, default=100, help="number of kills of server processes (default: %(default)s)")
+    add(
+        "--database",
+        choices=sorted(OF_DATABASE),
+        default="sqlite",
+        help="the journal's database (default: %(default)s)",
+    )
     add("--workers", type=int, default=1, help="processes of each host (default: %(default)s)")
-    add("--clients", type=int, default=3, help="that play at once, each its own runs (default: %(default)s)")
-    add("--seed", type=int, default=1, help="of the faults (default: %(default)s)")
-    add("--minutes", type=float, default=60.0, help="after which no more faults are made (default: %(default)s)")
+    add("--clients", type=int, default=3, help="concurrent clients, each with its own runs (default: %(default)s)")
+    add("--seed", type=int, default=1, help="seed of the faults (default: %(default)s)")
+    add(
+        "--minutes",
+        type=float,
+        default=60.0,
+        help="time after which no more faults are injected (default: %(default)s)",
+    )
     add("--patience", type=float, default=300.0, help="seconds for the last runs to end (default: %(default)s)")
-    add("--json", type=Path, help="file for the figures")
+    add("--hosted", action="store_true", help="TLS, tokens, limits and a log at `info`")
+    add("--rude", type=int, default=0, help="number of streams that end without a proper close (default: %(default)s)")
+    add("--spread", type=float, default=0.0, help="minutes over which the faults are spread (default: no pauses)")
+    add("--json", type=Path, help="output file for the results")
     options = parser.parse_args()
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that everything is stopped on the way
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that everything is stopped on exit
     started = time.monotonic()
     try:
         with tempfile.TemporaryDirectory(prefix="arramon-soak-") as name:
             folder = Path(name)
-            with service(options.database, options.workers, folder) as there:
+            with service(options.database, options.workers, folder, hosted=options.hosted) as there:
                 print("an undisturbed run ...", flush=True)
-                once = undisturbed(there.hosts[0], folder / "undisturbed")
+                shown = credentials(there, folder, "undisturbed", options.hosted)
+                once = undisturbed(there.hosts[0], folder / "undisturbed", *shown)
                 with closing(Soak(there, options, folder)) as soak:
                     soak.disturb(started + 60.0 * options.minutes)
                     figures = soak.figures(once)
-    except pytest.skip.Exception as missing:  # how the tests say that there is no PostgreSQL
+    except pytest.skip.Exception as missing:  # raised by the tests if PostgreSQL is missing
         parser.error(str(missing))
     except KeyboardInterrupt:
         print("interrupted")
         return 130
-    settings = {name: getattr(options, name) for name in ("database", "workers", "clients", "seed")}
+    settings = {name: getattr(options, name) for name in ("database", "workers", "clients", "seed", "hosted")}
     figures = {**settings, **figures, "minutes": round((time.monotonic() - started) / 60.0, 1)}
     show(figures)
     if options.json:

@@ -1,10 +1,11 @@
-"""The soak's players: real clients that play run after run, and go on whatever happens to them."""
+"""Players of the soak test: real clients that play run after run, and continue after every fault."""
 
 import json
 import signal
 import subprocess
 import threading
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,29 +13,36 @@ from tests.faults.clients import client
 from tests.relay import Relay
 
 REST_SECONDS = 0.5
-"""Between two starts of a client that found no server."""
+"""Seconds before a client that found no server is restarted."""
 
 NO_SERVER = "no server answers"
-"""What a client says that is started, or wants its scores, while there is none: to be tried again, and no defect."""
+"""Message of a client that finds no server: it is restarted, and this is not counted as a defect."""
 
 
 class Player:
-    """One participant: a client that plays a run; when it has ended, another one.
+    """A participant: its client plays one run after another.
+
+    Args:
+        target: the server's address.
+        output: folder for results.
+        more: further arguments of its clients, for example for its token.
 
     Attributes:
-        relay: through which its clients connect.
-        run: that is being played, once that is known.
-        finished: its complete runs.
-        complaints: what clients said that failed for a reason of their own.
-        refusals: clients that found no server and were started again.
+        relay: the relay through which its clients connect.
+        more: as given.
+        run: id of the current run, once it is known.
+        finished: ids of its complete runs.
+        complaints: messages of clients that failed for other reasons than a missing server.
+        refusals: number of clients that found no server and were restarted.
     """
 
-    def __init__(self, target: str, output: Path) -> None:
+    def __init__(self, target: str, output: Path, more: Sequence[str] = ()) -> None:
         self.relay = Relay(target)
         self.run = ""
         self.finished: list[str] = []
         self.complaints: list[str] = []
         self.refusals = 0
+        self.more = more
         self._output = output
         self._process: subprocess.Popen[str] | None = None
         self._ending = threading.Event()
@@ -42,7 +50,7 @@ class Player:
         self._thread = threading.Thread(target=self._play_runs)
 
     def start(self, run: str = "") -> "Player":
-        """Begins to play: a run that others play too, and nothing else, or one run after another."""
+        """Start to play: only the given run, which others play too, or one new run after another."""
         self.run = run
         if run:
             self.end()
@@ -50,16 +58,16 @@ class Player:
         return self
 
     def end(self) -> None:
-        """The present run is to be the last one."""
+        """Make the current run the last one."""
         self._ending.set()
 
     def wait(self, seconds: float) -> bool:
-        """Waits for the end of the last run; returns whether it came in time."""
+        """Wait for the end of the last run; return whether it ended in time."""
         self._thread.join(max(0.0, seconds))
         return not self._thread.is_alive()
 
     def close(self) -> None:
-        """Leaves nothing running."""
+        """Stop its client and its thread."""
         self.end()
         self._given_up.set()
         self.signal(signal.SIGKILL)
@@ -69,20 +77,20 @@ class Player:
 
     @property
     def is_playing(self) -> bool:
-        """Whether a client of it runs that has a run."""
+        """Whether its client is running and has a run."""
         return bool(self.run) and self._process is not None and self._process.poll() is None
 
     def signal(self, number: signal.Signals) -> None:
-        """Sends a signal to its client, if one runs."""
+        """Send a signal to its client, if it is running."""
         if self._process is not None and self._process.poll() is None:
             self._process.send_signal(number)
 
     def results(self, run: str) -> Any:
-        """What a client wrote down of a run."""
+        """Return the results file of a run, parsed."""
         return json.loads((self._output / f"{run}.json").read_text())
 
     def receipt(self, run: str) -> Path:
-        """Of a run."""
+        """Return the path of a run's receipt."""
         return self._output / f"{run}.receipt.json"
 
     def _play_runs(self) -> None:
@@ -93,10 +101,10 @@ class Player:
             self.run = ""
 
     def _play(self) -> None:
-        """Plays a run to its end, by as many clients as that takes."""
+        """Play a run to its end, with as many clients as necessary."""
         while not self._given_up.is_set():
             more = ["--resume", self.run] if self.run else []
-            self._process = client(self.relay.address, self._output, "--quiet", *more)
+            self._process = client(self.relay.address, self._output, "--quiet", *self.more, *more)
             if self._given_up.is_set():
                 self._process.kill()
             said = self._listen(self._process)

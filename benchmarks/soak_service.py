@@ -1,4 +1,4 @@
-"""What the soak disturbs: server processes on one journal, and every fault that it makes."""
+"""Server processes of the soak test, on one journal, and its faults."""
 
 import os
 import random
@@ -13,37 +13,38 @@ from typing import NamedTuple
 import sqlalchemy as sa
 from soak_players import Player
 
-from server.runs import tables
-from server.runs.database import Database
-from server.runs.records import OPEN
+from server.runs.storage import tables
+from server.runs.storage.database import Database
+from server.runs.storage.records import OPEN
 from tests import tiny
+from tests.certificates import Authority
 from tests.faults.clients import EPISODES, pause
 from tests.postgres import Cluster, running_cluster
+from tests.process.test_workers import children
 from tests.serving import Server
-from tests.test_workers import children
 
 PATIENCE = 120.0
-"""Seconds in which a step must be recorded again after any fault."""
+"""Seconds within which a step must be recorded after any fault."""
 
 FULL = (4096, resource.RLIM_INFINITY)
-"""How long the operating system lets a process's files become, at most: every write beyond fails, as on a full disk."""
+"""Limit of the size of a process's files: every write beyond it fails, as on a full disk."""
 
 Steps = dict[tuple[str, str], tuple[int, int]]
-"""The open episodes, by run and id: under which claim, and how many steps are recorded."""
+"""Open episodes by run and episode id: the epoch of the claim, and the number of recorded steps."""
 
 
 class Stuck(Exception):
-    """Nothing is recorded any more."""
+    """No step was recorded within `PATIENCE` seconds."""
 
 
 class Service:
-    """One host with SQLite, or two with one PostgreSQL; each has one process or several.
+    """One host with SQLite, or two with a shared PostgreSQL; each has one or several processes.
 
     Attributes:
-        url: of the journal.
-        hosts: the first process of each.
-        away: those that were killed and stay away for now.
-        given_up: hosts whose workers died too often in a row, and that were started again as a whole.
+        url: URL of the journal.
+        hosts: the first process of each host.
+        away: hosts that were killed and are not restarted yet.
+        given_up: number of restarts of whole hosts, after their workers died too often in a row.
     """
 
     def __init__(self, hosts: Sequence[Server], url: str, cluster: Cluster | None, database: Database) -> None:
@@ -58,7 +59,7 @@ class Service:
         return self.hosts[0].data
 
     def open_episodes(self) -> Steps:
-        """What is being played."""
+        """Return the open episodes."""
         episodes, steps = tables.episodes.c, tables.steps.c
         last = (
             sa.select(sa.func.max(steps.step))
@@ -70,18 +71,25 @@ class Service:
         return {(run, episode): (epoch, 0 if step is None else step + 1) for run, episode, epoch, step in rows}
 
     def wait_for_steps(self) -> None:
-        """Waits until something new is recorded."""
+        """Wait until a new step is recorded."""
         before = self.open_episodes()
         for _ in self._looks():
             now = self.open_episodes()
             if any(steps > before.get(episode, (0, 0))[1] for episode, (_, steps) in now.items()):
                 return
 
+    def rest(self, seconds: float) -> None:
+        """Wait, and restart hosts that exit meanwhile."""
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            self.revive()
+            time.sleep(0.1)
+
     def wait_for_return(self, lost: Steps) -> bool:
-        """Waits until a step is recorded of an episode that was open when a process died and was claimed anew since.
+        """Wait for a step of an episode that was open when a process died and has been claimed again since.
 
         Returns:
-            Whether there was one: not where the process that died held nothing.
+            Whether there was one: False if the process that died held no episodes.
         """
         for _ in self._looks():
             now = self.open_episodes()
@@ -90,10 +98,10 @@ class Service:
                 return True
             if all(later == earlier and steps > before for (earlier, before), (later, steps) in shared):
                 return False
-        raise AssertionError("the looks end by themselves")
+        raise AssertionError("unreachable: the polling ends with an exception")
 
     def revive(self) -> None:
-        """Starts hosts again that ended because a worker died again and again, as a host's supervisor does."""
+        """Restart hosts that exited because a worker died repeatedly, as a host's supervisor does."""
         for host in self.hosts:
             if host not in self.away and host.process.poll() is not None:
                 self.given_up += 1
@@ -101,29 +109,31 @@ class Service:
                 host.start()
 
     def _looks(self) -> Iterator[None]:
-        """Moments at which to look whether what is waited for is there."""
+        """Yield at each poll, for `PATIENCE` seconds."""
         until = time.monotonic() + PATIENCE
         while time.monotonic() < until:
             yield
             self.revive()
             time.sleep(0.01)
-        raise Stuck(f"no step was recorded in {PATIENCE:.0f} seconds")
+        raise Stuck(f"no step was recorded within {PATIENCE:.0f} seconds")
 
 
 @contextmanager
-def service(kind: str, workers: int, folder: Path) -> Iterator[Service]:
-    """Starts everything on the loopback, and stops it.
+def service(kind: str, workers: int, folder: Path, *, hosted: bool = False) -> Iterator[Service]:
+    """Start all hosts on the loopback, and stop them at the end.
 
     Args:
-        kind: of the database, sqlite or postgresql.
-        workers: processes of each host.
-        folder: for the hosts' data.
+        kind: the database, sqlite or postgresql.
+        workers: number of processes of each host.
+        folder: folder for the hosts' data.
+        hosted: with the settings of a host: TLS, tokens, limits, and a log at `info` (the files `log-N`).
     """
     with ExitStack() as stack:
         cluster = stack.enter_context(running_cluster()) if kind == "postgresql" else None
         url = cluster.create() if cluster else f"sqlite:///{folder / 'journal.db'}"
         shared = ["--journal", url, "--signing-key", str(folder / "key.pem"), "--workers", str(workers)]
         shared += ["--drain-seconds", "5"]
+        shared += _settings_of_a_host(folder) if hosted else []
         hosts = list[Server]()
         for listen in ("127.0.0.2:0", "127.0.0.3:0") if cluster else ("127.0.0.1:0",):
             data = folder / f"host-{len(hosts)}"
@@ -134,8 +144,23 @@ def service(kind: str, workers: int, folder: Path) -> Iterator[Service]:
         yield Service(hosts, url, cluster, database)
 
 
+AUTHORITY = "authority.pem"
+"""File name of the authority's certificate in the service's folder, trusted by players over TLS."""
+
+
+def _settings_of_a_host(folder: Path) -> list[str]:
+    """Return a host's settings: TLS, required tokens, limits, and the log settings of `deploy/kubernetes`."""
+    authority = Authority()
+    (folder / AUTHORITY).write_bytes(authority.pem)
+    (folder / "tls").mkdir()
+    certificate, key = authority.sign(folder / "tls")
+    settings = ["--tls-certificate", str(certificate), "--tls-key", str(key), "--no-anonymous"]
+    settings += ["--runs-per-day", "100000", "--runs-at-once", "2", "--streams-at-once", "16"]
+    return [*settings, "--log", "info", "--log-format", "json"]
+
+
 def _end(host: Server) -> None:
-    """Stops a host, whatever state it is in."""
+    """Stop a host in any state, also if its processes are paused."""
     if host.process.poll() is None:
         for process in (host.process.pid, *children(host.process.pid)):
             with suppress(ProcessLookupError):
@@ -144,18 +169,18 @@ def _end(host: Server) -> None:
 
 
 class Faults:
-    """Makes faults, one at a time; each method says what it did.
+    """Injection of faults, one at a time; each method returns a description.
 
     Args:
-        service: to be disturbed.
-        players: likewise.
-        chance: draws who is hit, and for how long.
-        folder: for the results of second clients.
+        service: the service.
+        players: the players.
+        chance: draws targets and durations.
+        folder: folder for the results of second clients.
 
     Attributes:
         times: seconds from each kill that hit a process with open episodes to the next step of one of these.
-        seconds: the clients that were started to play another's run.
-        complaints: what was not as it should be.
+        seconds: second clients, which play another's run.
+        complaints: descriptions of errors.
     """
 
     def __init__(self, service: Service, players: Sequence[Player], chance: random.Random, folder: Path) -> None:
@@ -165,7 +190,7 @@ class Faults:
         self.complaints: list[str] = []
 
     def kill_server(self) -> str:
-        """SIGKILL to a worker, or to all processes of a host."""
+        """Send SIGKILL to a worker, or to all processes of a host."""
         host = self._host()
         workers = children(host.process.pid)
         one = bool(workers) and self._chance.random() < 0.5
@@ -181,7 +206,7 @@ class Faults:
             self._leave(host)
             if len(self._service.hosts) == 1:
                 host.start()
-            else:  # it stays away until others have taken over; then a player is sent back to it
+            else:  # it is restarted once others have taken over; then a player is redirected to it
                 self._service.away.append(host)
         returned = self._service.wait_for_return(lost)
         if returned:
@@ -190,10 +215,10 @@ class Faults:
             self._service.away.pop().start()
             self._send(self._chance.choice(self._players), host)
         what = "a worker" if one else f"the host at {host.address}"
-        return f"{what}; " + (f"played on after {self.times[-1]:.2f} s" if returned else "it played nothing")
+        return f"{what}; " + (f"play continued after {self.times[-1]:.2f} s" if returned else "it held no episodes")
 
     def stop_server(self) -> str:
-        """SIGTERM, as for an upgrade, and a new start."""
+        """Send SIGTERM, as for an upgrade, and restart."""
         host = self._host()
         self._leave(host)
         if status := host.stop():
@@ -202,7 +227,7 @@ class Faults:
         return f"the host at {host.address}"
 
     def pause_server(self) -> str:
-        """A process stands still; where there is another host, that takes over what it holds."""
+        """Pause a process; another host, if any, takes over its episodes."""
         host, seconds = self._host(), self._chance.uniform(0.5, 8.0)
         process = self._chance.choice(children(host.process.pid) or [host.process.pid])
         pause(process, None if self._service.cluster else Path(self._service.url.removeprefix("sqlite:///")))
@@ -212,14 +237,14 @@ class Faults:
         return f"a process of the host at {host.address}, for {seconds:.1f} s"
 
     def kill_client(self) -> str:
-        """SIGKILL; it is started again with --resume."""
+        """Send SIGKILL to a client; it is restarted with --resume."""
         player = self._player()
         player.signal(signal.SIGKILL)
         self._until_back(player)
         return f"in run {player.run}"
 
     def pause_client(self) -> str:
-        """It stands still, and goes on."""
+        """Pause a client."""
         player, seconds = self._player(), self._chance.uniform(0.5, 4.0)
         player.signal(signal.SIGSTOP)
         time.sleep(seconds)
@@ -227,14 +252,15 @@ class Faults:
         return f"for {seconds:.1f} s"
 
     def double_client(self) -> str:
-        """Another client plays the same run at the same time, to its end."""
-        run = self._player().run
-        second = Player(self._host().address, self._folder / f"second-{len(self.seconds)}")
+        """Start a second client that plays the same run to its end."""
+        first = self._player()
+        run = first.run
+        second = Player(self._host().address, self._folder / f"second-{len(self.seconds)}", first.more)
         self.seconds.append(second.start(run))
         return f"run {run}"
 
     def reset(self) -> str:
-        """Every connection of a player is reset, as by a proxy that restarts."""
+        """Reset every connection of a player, as a restarted proxy does."""
         player = self._player()
         before = player.relay.resets
         player.relay.reset()
@@ -242,7 +268,7 @@ class Faults:
         return f"{player.relay.resets - before} of them"
 
     def silence(self) -> str:
-        """Nothing passes for a while, and nobody is told; then all of it."""
+        """Delay all traffic of a player for a while, without closing its connections."""
         relay, seconds = self._player().relay, self._chance.uniform(0.5, 4.0)
         relay.freeze()
         time.sleep(seconds)
@@ -250,7 +276,7 @@ class Faults:
         return f"for {seconds:.1f} s"
 
     def fill_disk(self) -> str:
-        """No file of the server can grow for a while."""
+        """Keep the server's files from growing for a while."""
         host, seconds = self._host(), self._chance.uniform(0.3, 2.0)
         processes = [host.process.pid, *children(host.process.pid)]
         for limits in (FULL, (resource.RLIM_INFINITY, resource.RLIM_INFINITY)):
@@ -261,7 +287,7 @@ class Faults:
         return f"for {seconds:.1f} s"
 
     def end_database(self) -> str:
-        """PostgreSQL crashes, or is stopped, and comes back."""
+        """Crash or stop PostgreSQL, and restart it."""
         cluster, seconds, crash = self._service.cluster, self._chance.uniform(0.0, 3.0), self._chance.random() < 0.5
         assert cluster is not None
         if crash:
@@ -270,29 +296,29 @@ class Faults:
             cluster.stop()
         time.sleep(seconds)
         cluster.start()
-        return f"{'by a crash' if crash else 'in good order'}, for {seconds:.1f} s"
+        return f"{'by a crash' if crash else 'by a clean stop'}, for {seconds:.1f} s"
 
     def _host(self) -> Server:
-        """One to which a player's way leads."""
+        """Choose a host to which a player connects."""
         target = self._chance.choice(self._players).relay.target
         return next(host for host in self._service.hosts if host.address == target)
 
     def _player(self) -> Player:
-        """One that plays, once there is one."""
+        """Choose a player with a current run; wait until there is one."""
         for _ in range(int(PATIENCE / 0.02)):
             playing = [player for player in self._players if player.is_playing]
             if playing:
                 return self._chance.choice(playing)
             time.sleep(0.02)
-        raise Stuck(f"no client has begun a run in {PATIENCE:.0f} seconds")
+        raise Stuck(f"no client started a run within {PATIENCE:.0f} seconds")
 
     def _until_back(self, player: Player) -> None:
-        """Waits until a player whose connection broke goes on with what it had: the next kill's time is its own."""
+        """Wait until a player whose connection broke continues, so that it does not delay the next measurement."""
         mine = {episode: known for episode, known in self._service.open_episodes().items() if episode[0] == player.run}
         self._service.wait_for_return(mine)
 
     def _leave(self, host: Server) -> None:
-        """Where there are several hosts, the clients' ways lead to another one, as behind a proxy that knows."""
+        """Redirect a host's clients to another host, if any, as a proxy with health checks does."""
         others = [each for each in self._service.hosts if each is not host]
         for player in (*self._players, *self.seconds):
             if others and player.relay.target == host.address:
@@ -305,7 +331,7 @@ class Faults:
 
 
 class Fault(NamedTuple):
-    """A kind of fault."""
+    """A kind of fault, and the method that injects it."""
 
     name: str
     make: Callable[[Faults], str]
@@ -315,14 +341,14 @@ KILL = Fault("server killed", Faults.kill_server)
 
 OTHERS = (
     Fault("client killed", Faults.kill_client),
-    Fault("client stood still", Faults.pause_client),
+    Fault("client paused", Faults.pause_client),
     Fault("a second client played the run", Faults.double_client),
     Fault("connections reset", Faults.reset),
-    Fault("connections fell silent", Faults.silence),
-    Fault("server stood still", Faults.pause_server),
-    Fault("server stopped in good order", Faults.stop_server),
+    Fault("connections silent", Faults.silence),
+    Fault("server paused", Faults.pause_server),
+    Fault("server stopped cleanly", Faults.stop_server),
 )
-"""Those of every arrangement."""
+"""Faults for every database."""
 
 OF_DATABASE = {
     "sqlite": Fault("disk full", Faults.fill_disk),

@@ -1,10 +1,10 @@
-"""Many clients at once: what open streams cost a server while they lie idle, and how it answers those that play.
+"""Benchmark of many streams: server memory with idle streams, and latency of those that play.
 
     python benchmarks/streams.py [--data DIR] [--streams 1 100 1000] [--playing 64] [--seconds 5] [--json FILE]
 
-Each stream is a client of its own with one episode, over TCP on the loopback, RGB and depth of 224x224, raw. All are in
-this one process: latency is from sending an action to having its observation, theirs and the server's work together.
-The memory of the first streams has that of the sections in it, which are made when they are first played in.
+Each stream is a separate client with one episode, over TCP on the loopback, with raw RGB and depth of 224x224. All
+clients are in this process: latency is measured from sending an action to receiving its observation, and includes their
+own work. The memory of the first streams includes the sections, which are built when they are first played.
 """
 
 import argparse
@@ -24,7 +24,7 @@ from serving import SENSORS, Setting, family, resident, serving
 
 from arramon.v1 import evaluation_pb2, types_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
-from arramon_client.connection import CHANNEL_OPTIONS, METADATA
+from arramon_client.transport.connection import CHANNEL_OPTIONS, METADATA
 from server.episodes.splits import read_splits
 
 Figures = dict[str, float]
@@ -39,18 +39,18 @@ class Client:
 
     def __init__(self, stub: EvaluationStub, run_id: str) -> None:
         self.waits: list[float] = []
-        self._stub: Any = stub  # asynchronous, which the stub's types do not know
+        self._stub: Any = stub  # asynchronous, contrary to the stub's types
         self._run_id = run_id
 
     async def open(self) -> None:
-        """Opens the stream, and waits for the first observation."""
+        """Open the stream, and wait for the first observation."""
         self._call = self._stub.Play(metadata=METADATA)
         opening = evaluation_pb2.Open(run_id=self._run_id, max_episodes=1, encoding=types_pb2.ENCODING_RAW)
         await self._call.write(evaluation_pb2.PlayRequest(open=opening))
         self._seen = await anext(self._observations())
 
     async def play(self, until: float) -> None:
-        """Acts by chance until a moment of `time.perf_counter`."""
+        """Take random actions until a time of `time.perf_counter`."""
         chance = random.Random(self._run_id)  # noqa: S311
         while time.perf_counter() < until:
             action = types_pb2.Action.ValueType(chance.randrange(4))
@@ -61,7 +61,7 @@ class Client:
             self.waits.append(time.perf_counter() - started)
 
     def close(self) -> None:
-        """Ends the stream."""
+        """Cancel the stream."""
         self._call.cancel()
 
     async def _observations(self) -> AsyncIterator[evaluation_pb2.Observation]:
@@ -73,7 +73,7 @@ class Client:
 
 
 async def measured(address: str, process_id: int, split: str, streams: int, playing: int, seconds: float) -> Figures:
-    """Opens streams, looks at the server's memory, and lets some of them play."""
+    """Open streams, measure the server's memory, and play on some of them."""
     async with grpc.aio.insecure_channel(address, options=CHANNEL_OPTIONS) as channel:
         stub: Any = EvaluationStub(channel)
         request = evaluation_pb2.CreateRunRequest(agent="streams", split=split, language="en", sensors=SENSORS)
@@ -101,25 +101,27 @@ async def measured(address: str, process_id: int, split: str, streams: int, play
 
 
 def memory(process_id: int) -> float:
-    """MB that a server's processes hold."""
+    """Return the resident memory of a server's processes, in MB."""
     return sum(map(resident, family(process_id)))
 
 
 def main() -> int:
-    """Measures, and prints the table."""
+    """Run the benchmark and print its table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, help="data folder (default: the sample episodes)")
-    parser.add_argument("--streams", type=int, nargs="+", default=[1, 100, 1000], help="open at once")
-    parser.add_argument("--playing", type=int, default=64, help="of them, at the most (default: %(default)s)")
-    parser.add_argument("--seconds", type=float, default=5.0, help="of play (default: %(default)s)")
-    parser.add_argument("--json", type=Path, help="file for the figures")
+    parser.add_argument("--streams", type=int, nargs="+", default=[1, 100, 1000], help="numbers of open streams")
+    parser.add_argument(
+        "--playing", type=int, default=64, help="maximum number of streams that play (default: %(default)s)"
+    )
+    parser.add_argument("--seconds", type=float, default=5.0, help="duration of play (default: %(default)s)")
+    parser.add_argument("--json", type=Path, help="output file for the results")
     options = parser.parse_args()
     rows: dict[int, Figures] = {}
     with data_or_sample(options.data) as data, serving(data, Setting("streams", tcp=True)) as (address, process, _):
         split = max(read_splits(data).values(), key=lambda split: len(split.episodes))
         for streams in options.streams:
             if streams > len(split.episodes):
-                print(f"{streams} streams want as many episodes; split {split.name} has {len(split.episodes)}")
+                print(f"{streams} streams need as many episodes; split {split.name} has {len(split.episodes)}")
                 continue
             arguments = address, process.pid, split.name, streams, options.playing, options.seconds
             rows[streams] = asyncio.run(measured(*arguments))

@@ -1,8 +1,8 @@
-"""Makes the sample in `examples/sample`: 24 episodes in two made-up sections, in the official release's format.
+"""Generator of the sample in `examples/sample`: 24 episodes in two invented sections, in the release's format.
 
     python -m examples.make_sample [--output DIR]
 
-Nothing in it is taken from the release. The same program gives the same bytes on every machine.
+It contains nothing of the release. The same program gives the same bytes on every machine.
 """
 
 import argparse
@@ -16,30 +16,30 @@ from examples.sampling import english, hindi
 from examples.sampling.rooms import Order, draw_orders
 from examples.sampling.routes import Leg, legs_of, side_of
 from examples.sampling.town import TOWNS, Place, Spot, Town, find_way
-from server.episodes.chance import seeded
+from server.dataset.randomness import seeded
 from server.sim.catalogue import ALL_TYPES, ObjectType
 from server.sim.geometry import EYE_HEIGHT
 from server.sim.room import CELL
 
 EPISODES = 12
-"""In each town."""
+"""Number of episodes in each town."""
 
 LENGTHS = range(15, 46)
-"""Steps forward in a turn."""
+"""Range of forward steps in a turn."""
 
 TURNS = (0, 1)
 LETTERS = "flrP"
 PICK_UP = 3
 OBJECT_HEIGHT = 0.06
 ROOM = (100.0, -50.0, -20.0)
-"""Where the start tile is in the file's coordinates: anywhere, as in the release."""
+"""Position of the start tile in the file's coordinates; arbitrary, as in the release."""
 
 Walk = tuple[list[Spot], list[int], Place]
-"""The spots after each action, the actions, and the target."""
+"""Spots after each action, the actions, and the target's place."""
 
 
 def main() -> None:
-    """Writes both files."""
+    """Write both files."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--output", type=Path, default=Path(__file__).parent / "sample", help="folder to write to")
     output: Path = parser.parse_args().output
@@ -51,7 +51,7 @@ def main() -> None:
 
 
 def make_episodes(town: Town) -> list[tuple[dict[str, Any], dict[str, Any]]]:
-    """The town's episodes, each in English and in Hindi, spread so that they walk all its streets."""
+    """Return the town's episodes, each in English and in Hindi, spread over all its streets."""
     covered: list[Place] = []
     pairs = []
     for number in range(EPISODES):
@@ -66,7 +66,7 @@ def make_episodes(town: Town) -> list[tuple[dict[str, Any], dict[str, Any]]]:
 
 
 def draw_walks(town: Town, covered: list[Place], random: Random) -> list[Walk]:
-    """Two walks, the second from where the first ended, through what is not `covered` yet; adds to it."""
+    """Draw two walks, the second from the end of the first, away from `covered` places; add theirs to `covered`."""
     while True:
         start = max(random.sample(town.spots, 10), key=lambda place: apart(place, covered))
         heading = random.choice((0, 0, 6, 3, 9))
@@ -84,7 +84,7 @@ def draw_walks(town: Town, covered: list[Place], random: Random) -> list[Walk]:
 
 
 def draw_walk(town: Town, start: Spot, covered: Sequence[Place], random: Random) -> Walk | None:
-    """A walk of a fit length that words can tell, to a target that is far from all that is `covered`."""
+    """Draw a describable walk of suitable length to a target far from `covered` places; None if there is none."""
     far = town.distances(start.place)
     targets = [spot for spot in town.spots if 17 <= far.get((int(spot.across), int(spot.along)), 0) <= 40]
     targets = random.sample(targets, min(16, len(targets)))
@@ -99,14 +99,14 @@ def draw_walk(town: Town, start: Spot, covered: Sequence[Place], random: Random)
 
 
 def apart(place: Place, others: Sequence[Place]) -> float:
-    """From a place to the nearest of the others, squared."""
+    """Return the squared distance from a place to the nearest of the others; 0 if there are none."""
     return min(((place.across - o.across) ** 2 + (place.along - o.along) ** 2 for o in others), default=0.0)
 
 
 def tell(
     town: Town, targets: Sequence[ObjectType], walks: Sequence[Walk], orders: Sequence[Order], random: Random
 ) -> list[dict[str, list[str]]]:
-    """The `instructions` of an episode in English and in Hindi."""
+    """Return the `instructions` of an episode in English and in Hindi."""
     told = []
     for language in (english, hindi):
         navigation = []
@@ -121,7 +121,7 @@ def tell(
 def write_record(
     town: Town, map_id: int, targets: Sequence[ObjectType], walks: Sequence[Walk], orders: Sequence[Order]
 ) -> dict[str, Any]:
-    """The episode as the release writes it, without its instructions."""
+    """Return the episode in the release's format, without its instructions."""
     navigation = [actions for _, actions, _ in walks]
     assembly = [list(order.actions) for order in orders]
     return {
@@ -152,13 +152,13 @@ def write_record(
 
 
 def at_height(town: Town, place: Place, height: float) -> list[float]:
-    """A place of the town as [x, y, z]."""
+    """Return a place of the town as [x, y, z]."""
     x, z = town.world(place)
     return [x, height, z]
 
 
 def spelt(actions: Sequence[int], turn: int) -> list[str]:
-    """Actions as letters, with the turn's number behind them."""
+    """Return actions as letters, followed by the turn's number."""
     return [*(LETTERS[action] for action in actions), str(turn)]
 
 

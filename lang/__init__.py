@@ -1,4 +1,4 @@
-"""The languages of the instructions: a folder of data each, and what reads them. Knows nothing of server or agents."""
+"""The languages of the instructions: data folders, and the code that uses them. Independent of server and agents."""
 
 from lang.language import Language, UnknownLanguage, available, identify, load
 from lang.mentions import Mention

@@ -1,21 +1,21 @@
-"""What kinds of clauses there are: which entry of `phrases.toml` a step is put by, and what fills its slots."""
+"""Clauses: which entry of `phrases.toml` expresses a step, and the values of its slots."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from lang.meaning import Face, Step, Thing, Turn, Walk, Where
+from lang.meaning import Face, Rotate, Step, Thing, Walk, Where
 
 Value = str | Thing | tuple[Where, ...]
-"""What fills a slot: an attribute's value, a thing, or relations."""
+"""A slot's value: an attribute's value, a thing, or relations."""
 
 
 @dataclass(frozen=True, slots=True)
 class Clause:
-    """What one clause is to say.
+    """The content of one clause.
 
     Attributes:
-        key: of `phrases.toml`'s table: "turn", "turn at", "face", "walk past".
-        said: what fills each slot that must be filled.
+        key: key in the table of `phrases.toml`: "turn", "turn at", "face", "walk past".
+        said: value of each slot that must be filled.
     """
 
     key: str
@@ -23,8 +23,8 @@ class Clause:
 
 
 def clause_of(step: Step) -> Clause:
-    """The clause that says a step."""
-    if isinstance(step, Turn):
+    """Return the clause that expresses a step."""
+    if isinstance(step, Rotate):
         if step.thing is None:
             return Clause("turn", {"direction": step.direction})
         return Clause(f"turn {step.at}", {"direction": step.direction, "thing": step.thing})
@@ -34,7 +34,7 @@ def clause_of(step: Step) -> Clause:
 
 
 def _said_of(walk: Walk) -> dict[str, Value]:
-    said: dict[str, Value] = dict(things_said(walk.things))
+    said: dict[str, Value] = dict(thing_slots(walk.things))
     if walk.side:
         said["side"] = walk.side
     if walk.count:
@@ -42,29 +42,29 @@ def _said_of(walk: Walk) -> dict[str, Value]:
     return said
 
 
-def things_said(things: tuple[Thing, ...]) -> dict[str, Thing]:
-    """The slots of one thing, of two, or of a pair of the same ("the two benches")."""
+def thing_slots(things: tuple[Thing, ...]) -> dict[str, Thing]:
+    """Return the slots of one thing, of two, or of a pair of equal things ("the two benches")."""
     if len(things) == 2 and things[0] == things[1] and not things[0].where:
         return {"pair": things[0]}
     return dict(zip(("thing", "other"), things, strict=False))
 
 
 def step_of(key: str, direction: str, things: tuple[Thing, ...], side: str, count: int) -> Step:
-    """The step that a clause with that key says; the inverse of `clause_of`.
+    """Return the step that a clause with that key expresses; the inverse of `clause_of`.
 
     Raises:
-        ValueError: where something that the step needs is not said.
+        ValueError: if something that the step needs is missing.
     """
     kind, _, rest = key.partition(" ")
     if kind == "turn":
-        return Turn(direction, rest, things[0] if things else None)
+        return Rotate(direction, rest, things[0] if things else None)
     if kind == "face":
         return Face(*things)
     return Walk(rest, things, side, count)
 
 
 def focus_of(things: tuple[Thing, ...], before: Thing | None) -> Thing | None:
-    """What "it" means after a clause about `things`: the one thing; unclear after two; unchanged after none."""
+    """Return what "it" means after a clause about `things`: the one thing; None after two; unchanged after none."""
     if not things:
         return before
     return things[0] if len(things) == 1 else None

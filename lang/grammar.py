@@ -1,4 +1,4 @@
-"""What a language's files hold for writing and reading: words with their forms, nouns, adjectives, phrases, joins."""
+"""The content of a language's files for writing and reading: inflected words, nouns, adjectives, phrases, joins."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -13,28 +13,28 @@ SLOTS = frozenset(
         *("a", "b", "c"),
     )
 )
-"""Slots that are neither words nor tables. "joined" is only read: two things that share a noun."""
+"""Slots that are neither words nor tables. "joined", two things that share a noun, is only read."""
 
 JOINS = ("sentence", "assembly", "first", "later", "last", "where", "where after clause", "nested where")
 
 Features = Mapping[str, str]
-"""A value for each axis that is settled: {"case": "oblique", "gender": "feminine"}."""
+"""A value for each axis that is determined: {"case": "oblique", "gender": "feminine"}."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lexeme:
-    """A word with its forms.
+    """A word with its inflected forms.
 
     Attributes:
-        forms: the marks under which each form stands, and the form; the first is the one to look up.
-        given: the features that it imposes on what agrees with it, such as its gender.
+        forms: the marks of each form, and the form; the first is the dictionary form.
+        given: features that it imposes on words that agree with it, such as its gender.
     """
 
     forms: tuple[tuple[frozenset[str], str], ...]
     given: tuple[tuple[str, str], ...] = ()
 
     def form(self, features: Features) -> str | None:
-        """The form with the most marks of those whose marks all hold; None if there is none."""
+        """Return the form with the most marks among those whose marks all hold, or None if there is none."""
         values = set(features.values()) | {value for _, value in self.given}
         fitting = [(len(marks), text) for marks, text in self.forms if marks <= values]
         return max(fitting, key=lambda each: each[0])[1] if fitting else None
@@ -42,7 +42,7 @@ class Lexeme:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """The wordings of an attribute's values; `attribute` is its name in `lang.meaning` ("direction")."""
+    """Wordings for the values of an attribute, whose name in `lang.meaning` is `attribute` ("direction")."""
 
     attribute: str
     values: Mapping[str, tuple[Pattern, ...]]
@@ -50,17 +50,17 @@ class Table:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Look:
-    """A wording of a thing's look; `after` where it stands behind its noun ("with a star")."""
+    """A wording for a thing's look; `after` if it follows the noun ("with a star")."""
 
     wording: Pattern
     after: bool
 
 
 class Grammar:
-    """The content of `grammar.toml`, `things.toml` and `phrases.toml`, which say themselves what they hold.
+    """The parsed content of `grammar.toml`, `things.toml` and `phrases.toml`, whose comments describe the formats.
 
     Raises:
-        ValueError: naming the entry, where one is missing, or holds a mark, a slot or a word that is not declared.
+        ValueError: if an entry is missing, or contains an undeclared mark, slot or word; names the entry.
     """
 
     def __init__(self, grammar: Mapping[str, Any], things: Mapping[str, Any], phrases: Mapping[str, Any]) -> None:
@@ -126,31 +126,31 @@ class Grammar:
                 raise ValueError(f"{name}: {', '.join(missing)} missing")
 
     def features_of(self, marks: Iterable[str]) -> dict[str, str]:
-        """The marks by their axes.
+        """Return the marks by axis.
 
         Raises:
-            ValueError: for a mark that is no feature's value.
+            ValueError: if a mark is not a value of any feature.
         """
         marks = tuple(marks)
         for mark in marks:
             if mark not in self._axis_of:
-                raise ValueError(f"{mark!r} is not a value of a feature; there are {', '.join(self._axis_of)}")
+                raise ValueError(f"{mark!r} is not a value of a feature; expected one of {', '.join(self._axis_of)}")
         return {self._axis_of[mark]: mark for mark in marks}
 
     def noun_phrases_of(self, kind: str) -> tuple[Pattern, ...]:
-        """The noun phrases for things of a kind: their own, or those of all things."""
+        """Return the noun phrases for things of a kind: specific ones, or else the general ones."""
         return self._noun_phrases_of.get(kind, self.noun_phrases)
 
     def look_kind(self, kind: str) -> str:
-        """Under which kind the looks of things of a kind are listed: their own, or that of the collectibles."""
+        """Return the kind under which a kind's looks are listed: itself if it has its own, else "collectible"."""
         return kind if kind in self.looks else "collectible"
 
     def word_forms(self) -> dict[str, tuple[str, ...]]:
-        """All forms of each word, without repetition."""
+        """Return all distinct forms of each word."""
         return {name: forms_of(lexemes) for name, lexemes in self.words.items()}
 
-    def spelt(self, pattern: Pattern) -> set[str]:
-        """Every text that a pattern of nothing but words can be."""
+    def spellings(self, pattern: Pattern) -> set[str]:
+        """Return all texts of a pattern that consists of words alone."""
         return {" ".join(text.split()) for text in spell_out(pattern.body, self.word_forms())}
 
     def _tabled(self, name: str, table: Mapping[str, Iterable[str]]) -> dict[str, tuple[Pattern, ...]]:
@@ -168,7 +168,7 @@ class Grammar:
         for pattern in patterns:
             for slot in pattern.slots():
                 if slot.name not in self._slots:
-                    raise ValueError(f"{name}: no word, table or slot {slot.name!r} in {pattern.text!r}")
+                    raise ValueError(f"{name}: unknown word, table or slot {slot.name!r} in {pattern.text!r}")
                 try:
                     self.features_of(slot.marks)
                 except ValueError as error:
@@ -200,5 +200,5 @@ class Grammar:
 
 
 def forms_of(lexemes: Iterable[Lexeme]) -> tuple[str, ...]:
-    """All forms of the lexemes, each once."""
+    """Return all distinct forms of the lexemes."""
     return tuple(dict.fromkeys(text for lexeme in lexemes for _, text in lexeme.forms))

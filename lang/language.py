@@ -1,4 +1,4 @@
-"""A language as the rest of the project sees it, read from its folder of data."""
+"""A language, loaded from its folder of data: the interface of this package."""
 
 import tomllib
 from collections.abc import Callable, Mapping
@@ -17,28 +17,28 @@ from lang.tokens import Tokenizer
 from lang.writing import Writer
 
 ROOT = Path(__file__).parent
-"""Where the languages' folders lie."""
+"""Folder that contains the languages' folders."""
 
-KEPT = 64
-"""Texts whose meaning is kept after they were read."""
+CACHED_READINGS = 64
+"""Number of cached readings of texts."""
 
 _ABOUT = "language.toml"
 
 
 class UnknownLanguage(LookupError):
-    """There is no folder for the language; the message names it and those that there are."""
+    """The language has no folder; the message lists the available ones."""
 
 
 class Language:
-    """One language: its names, and what can be read in its texts.
+    """One language: its names, and functions that analyse, read and write its texts.
 
     Args:
-        folder: with `language.toml`, `lexicon.toml`, `relations.toml`, `grammar.toml`, `things.toml` and
+        folder: contains `language.toml`, `lexicon.toml`, `relations.toml`, `grammar.toml`, `things.toml` and
             `phrases.toml`, all described in those of `lang/en`.
 
     Attributes:
-        code: such as "hi"; the folder's name.
-        name: in itself, such as "हिन्दी".
+        code: such as "hi"; the name of the folder.
+        name: in the language itself, such as "हिन्दी".
         english_name: such as "Hindi".
         script: such as "Devanagari".
 
@@ -62,44 +62,44 @@ class Language:
         self._relations = Relations(self._relation_words, self._tokenizer, self._lexicon)
 
     def normalise(self, text: str) -> str:
-        """The text in Unicode's NFC, without characters that carry no meaning, each run of white space one space."""
+        """Return the text in Unicode's NFC, without characters that carry no meaning, with single spaces."""
         return self._tokenizer.normalise(text)
 
     def tokenize(self, text: str) -> list[str]:
-        """The text's words, numbers and marks in order, normalised, in the case they were written in."""
+        """Return the text's words, numbers and punctuation in order, normalised, with their case."""
         return [token.text for token in self._tokenizer.split(text)]
 
     def find_objects(self, text: str) -> list[Mention]:
-        """The collectibles that a text mentions, in order; their places are those in `text` as given.
+        """Return the collectibles that a text mentions, in order, with their positions in `text` as given.
 
-        Attributes may stand in any order, words in any case, and words of five or more letters may have one wrong.
+        Attributes may be in any order and words in any case; words of five or more letters may have one typing error.
         """
         return find_mentions(self._tokenizer.split(text), self._lexicon)
 
     def relation_of(self, text: str, mention: Mention) -> str | None:
-        """The relation in which a mentioned object serves as the landmark.
+        """Return the relation whose landmark is a mentioned object.
 
         Args:
-            text: the one that the mention was found in.
-            mention: one that `find_objects(text)` gave.
+            text: in which the mention was found.
+            mention: from `find_objects(text)`.
 
         Returns:
             "on_top_of", "left_of", "right_of", "in_front_of", "behind", "between", "near" or "against"; None if the
-            object is the landmark of nothing.
+            object is no landmark.
         """
         return self._relations.of(self._tokenizer.split(text), mention)
 
     def write(self, meaning: Meaning, random: Random) -> str:
-        """An instruction that says the meaning; it depends on the two arguments alone.
+        """Return an instruction that expresses the meaning; it depends on the two arguments alone.
 
         Raises:
-            ValueError: for something that the language has no words for.
+            ValueError: if the language cannot express some part of it.
         """
         return self._writer.write(meaning, random)
 
     @cached_property
     def grammar(self) -> Grammar:
-        """What the language's files hold for writing and reading; read when it is first needed."""
+        """The language's data for writing and reading, loaded on first use."""
         return Grammar(*(_read(self._folder / f"{name}.toml") for name in ("grammar", "things", "phrases")))
 
     @cached_property
@@ -107,36 +107,38 @@ class Language:
         return Writer(self.grammar)
 
     def read(self, text: str, phase: str) -> Meaning:
-        """What an instruction means, as far as it is understood; what is not is skipped.
+        """Return the meaning of an instruction; parts that are not understood are skipped.
 
         Args:
             text: the instruction.
-            phase: "navigation", which gives a `lang.meaning.Navigation`, or "assembly", which gives an `Assembly`.
+            phase: "navigation" for a `lang.meaning.Navigation`, "assembly" for an `Assembly`.
 
         Raises:
-            ValueError: for another phase.
-            CannotRead: a ValueError, if nothing of the text is understood.
+            ValueError: if the phase is another.
+            CannotRead: a ValueError, if no part of the text is understood.
         """
         return self._reading(text, phase)
 
     @cached_property
     def _reading(self) -> Callable[[str, str], Meaning]:
-        """Keeps what it has read of late: an instruction that is tried is read by whoever tries and whoever follows."""
-        return lru_cache(maxsize=KEPT)(Reader(self.grammar, self._words, self._relation_words, self._tokenizer).read)
+        """The reader, with a cache: a tested instruction is read by both the tester and the follower."""
+        return lru_cache(maxsize=CACHED_READINGS)(
+            Reader(self.grammar, self._words, self._relation_words, self._tokenizer).read
+        )
 
     def count_letters(self, text: str) -> int:
-        """How many characters of the text belong to the language's script."""
+        """Return the number of characters of the text that belong to the language's script."""
         return self._tokenizer.count_letters(text)
 
 
 def available(root: Path = ROOT) -> tuple[str, ...]:
-    """The codes of the languages that there are, in alphabetical order: every folder with a `language.toml`."""
+    """Return the codes of all languages, sorted: every folder with a `language.toml`."""
     return tuple(sorted(path.parent.name for path in root.glob(f"*/{_ABOUT}")))
 
 
 @cache
 def load(code: str, root: Path = ROOT) -> Language:
-    """The language of that code; one object for all who ask.
+    """Return the language with that code; the same object on every call.
 
     Raises:
         UnknownLanguage: if there is none.
@@ -148,12 +150,12 @@ def load(code: str, root: Path = ROOT) -> Language:
 
 
 def identify(text: str, root: Path = ROOT) -> str:
-    """The code of the language that a text is in, by the script that most of its letters belong to.
+    """Return the code of the language of a text, by the script of most of its letters.
 
-    Languages that share a script are told apart by how many collectibles they find in the text.
+    Languages that share a script are distinguished by the number of collectibles that they find in the text.
 
     Raises:
-        ValueError: if no letter of it belongs to a language that there is.
+        ValueError: if no letter of it belongs to a known language.
     """
     languages = [load(code, root) for code in available(root)]
     most = max(language.count_letters(text) for language in languages)

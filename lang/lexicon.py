@@ -1,4 +1,4 @@
-"""The words for the collectible objects, and how a written word is recognised despite a typing error."""
+"""Words for the collectible objects, recognised in texts despite typing errors."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,33 +8,33 @@ from typing import Any
 from lang.tokens import Token, Tokenizer
 
 FUZZY_LENGTH = 5
-"""Letters that a word must have to be recognised with one typing error in it."""
+"""Minimum number of letters of a word that is recognised with one typing error."""
 
 JOINTS = frozenset("-‐‑–")
-"""Marks that may stand between the words of one phrase ("polka-dot") and are passed over."""
+"""Hyphens that may join the words of one phrase ("polka-dot"); they are ignored."""
 
 
 class Part(Enum):
-    """What a word does in a noun phrase; the keys of `lexicon.toml`."""
+    """The role of a word in a noun phrase; values are the keys of `lexicon.toml`."""
 
     KIND = "kinds"
-    PATTERNED_KIND = "patterned_kinds"  # a kind, but only where a pattern is said: what else it names has none
+    PATTERNED_KIND = "patterned_kinds"  # a kind only if a pattern is stated: its other referents have none
     PATTERN = "patterns"
     COLOUR = "colours"
-    MODIFIER = "modifiers"  # may stand in a noun phrase, but says nothing in the catalogue's terms
-    STAND_IN = "stand_ins"  # stands for the kind ("the dotted one")
-    OTHER = "others"  # a thing that is no collectible, so that what stands before it describes no collectible
+    MODIFIER = "modifiers"  # possible in a noun phrase, without meaning in the catalogue
+    STAND_IN = "stand_ins"  # replaces the kind ("the dotted one")
+    OTHER = "others"  # a noun that is not a collectible: adjectives before it do not describe one
     HAVING = "having"  # introduces a description after the noun ("a ball with dots")
 
 
 @dataclass(frozen=True, slots=True)
 class Word:
-    """One entry as it was found in a text.
+    """An entry found in a text.
 
     Attributes:
-        part: what it does.
+        part: its role.
         value: the catalogue's word for a kind, a pattern or a colour; otherwise "".
-        length: how many tokens it takes.
+        length: number of tokens.
     """
 
     part: Part
@@ -43,7 +43,7 @@ class Word:
 
 
 _FUZZY_PARTS = (Part.KIND, Part.PATTERN, Part.COLOUR)
-"""What a typing error is forgiven in; other words have too many neighbours that are words ("light", "right")."""
+"""Parts in which a typing error is accepted; other words are too similar to real words ("light", "right")."""
 
 
 class Lexicon:
@@ -72,7 +72,7 @@ class Lexicon:
         self._never_fuzzy = frozenset(word.casefold() for word in data["not_misspelt"])
 
     def read(self, keys: Sequence[str], start: int) -> Word | None:
-        """The entry that begins at `keys[start]`: the longest one as written, or else one word with a typing error."""
+        """Return the entry at `keys[start]`: the longest exact one, or else one word with a typing error."""
         for length in range(min(self._longest, len(keys) - start), 0, -1):
             meaning = self._entries.get(tuple(keys[start : start + length]))
             if meaning:
@@ -87,12 +87,12 @@ class Lexicon:
 
 
 def keys_of(tokens: Iterable[Token]) -> tuple[str, ...]:
-    """What the tokens are compared by, without the joints between them."""
+    """Return the comparison keys of tokens, without joints."""
     return tuple(token.key for token in tokens if token.text not in JOINTS)
 
 
 def within_one_edit(a: str, b: str) -> bool:
-    """Whether one letter added, left out, exchanged, or swapped with its neighbour turns `a` into `b`, or none does."""
+    """Return whether at most one letter must be added, removed, replaced or swapped with the next for `a` to be `b`."""
     if abs(len(a) - len(b)) > 1:
         return False
     if len(a) > len(b):

@@ -1,4 +1,4 @@
-"""Finds patterns in a text's words: they are compiled to one automaton, so that many are tried at once."""
+"""Search for patterns in a text's words, with an automaton that tries many patterns at once."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -7,24 +7,24 @@ from lang.patterns import Choice, Pattern
 from lang.patterns import Sequence as Body
 
 Keys = tuple[str, ...]
-Bound = tuple[tuple[str, object], ...]
-"""What was found in each slot that has a value, in order."""
+Bindings = tuple[tuple[str, object], ...]
+"""The value of each slot that has one, in order."""
 
-Split = Callable[[str], Keys]
-"""Gives a text's words as they are compared."""
+SplitWords = Callable[[str], Keys]
+"""Splits a text into comparison keys."""
 
 OPTIONAL = frozenset(",.;:।-–")
-"""Marks that are read whether or not they stand in the text."""
+"""Punctuation in patterns that texts may omit."""
 
 
 @dataclass(frozen=True, slots=True)
-class Label:
-    """Which pattern was found.
+class PatternLabel:
+    """Identifies the pattern that matched.
 
     Attributes:
-        key: under which it is listed in `phrases.toml`.
-        also: whether it is one that is only read.
-        main_only: whether it can only be a main clause.
+        key: its key in `phrases.toml`.
+        also: whether the pattern is only read, never written.
+        main_only: whether it is valid as a main clause only.
     """
 
     key: str
@@ -34,14 +34,14 @@ class Label:
 
 @dataclass(slots=True)
 class Node:
-    """A state: what may come next."""
+    """A state of the automaton, with its transitions."""
 
     words: dict[str, list["Node"]] = field(default_factory=dict)
     slots: dict[str, list["Node"]] = field(default_factory=dict)
-    accepted: list[Label] = field(default_factory=list)
+    accepted: list[PatternLabel] = field(default_factory=list)
 
     def join(self, other: "Node") -> None:
-        """Take over all that the other may be followed by."""
+        """Add all transitions and labels of another state."""
         for word, nodes in other.words.items():
             self.words.setdefault(word, []).extend(nodes)
         for slot, nodes in other.slots.items():
@@ -49,17 +49,17 @@ class Node:
         self.accepted.extend(label for label in other.accepted if label not in self.accepted)
 
     def after_word(self, word: str) -> "Node | None":
-        """What may follow that word."""
+        """Return the state after that word, or None."""
         nodes = self.words.get(word)
         return _merged(nodes) if nodes else None
 
     def after_slot(self, slot: str) -> "Node":
-        """What may follow that slot."""
+        """Return the state after that slot."""
         return _merged(self.slots[slot])
 
 
 def _merged(nodes: list[Node]) -> Node:
-    """The one state that stands for all of these; the list is made to hold it alone, so that it is made once."""
+    """Return one state equivalent to all of these; the list is replaced by it, so that it is built once."""
     if len(nodes) > 1:
         one = Node()
         for node in {id(node): node for node in nodes}.values():
@@ -70,35 +70,35 @@ def _merged(nodes: list[Node]) -> Node:
 
 @dataclass(frozen=True, slots=True)
 class Match:
-    """A pattern found: it ends before `end`; `label` is that of the pattern."""
+    """A match of the pattern with this label, up to but excluding `end`."""
 
     end: int
-    label: Label
-    bound: Bound
+    label: PatternLabel
+    bound: Bindings
 
 
 class Automaton:
-    """Patterns with labels, ready to be found.
+    """Labelled patterns, compiled for search.
 
     Args:
         split: of the language.
 
     Attributes:
-        vocabulary: all words in the patterns.
+        vocabulary: all words of the patterns.
     """
 
-    def __init__(self, split: Split) -> None:
+    def __init__(self, split: SplitWords) -> None:
         self._split = split
         self._start = Node()
         self.vocabulary: set[str] = set()
 
     def add(self, key: str, patterns: Iterable[Pattern], *, also: bool = False) -> None:
-        """Have these patterns found, under that key; `also` where they are only read."""
+        """Add patterns with this key; `also` marks those that are only read."""
         for pattern in patterns:
-            self.add_body(Label(key, also, pattern.main_only), pattern.body)
+            self.add_body(PatternLabel(key, also, pattern.main_only), pattern.body)
 
-    def add_body(self, label: Label, body: Body) -> None:
-        """The same for a pattern's body."""
+    def add_body(self, label: PatternLabel, body: Body) -> None:
+        """Add a pattern's body with a label."""
         self._start.join(self._compiled(body, Node(accepted=[label])))
 
     def _compiled(self, body: Body, after: Node) -> Node:
@@ -123,14 +123,15 @@ class Automaton:
     def find(
         self, keys: Sequence[str], start: int, read: Callable[[str, int], Iterable[tuple[int, object]]]
     ) -> Iterator[Match]:
-        """All patterns that begin at `keys[start]`.
+        """Yield all matches that begin at `keys[start]`.
 
         Args:
             keys: the text's words.
-            start: where the patterns are to begin.
-            read: what a slot of that name, at that place, can be: where it ends, and its value (None if it has none).
+            start: index of the first word.
+            read: returns, for a slot's name and an index, all possible ends and values there (None if a slot has no
+                value).
         """
-        pending: list[tuple[Node, int, Bound]] = [(self._start, start, ())]
+        pending: list[tuple[Node, int, Bindings]] = [(self._start, start, ())]
         while pending:
             node, at, bound = pending.pop()
             for label in node.accepted:
@@ -144,10 +145,10 @@ class Automaton:
 
 
 class Phrasebook:
-    """Phrases with meanings, found by their words.
+    """Phrases with meanings, looked up by their words.
 
     Attributes:
-        vocabulary: all words in the phrases.
+        vocabulary: all words of the phrases.
     """
 
     def __init__(self) -> None:
@@ -156,7 +157,7 @@ class Phrasebook:
         self.vocabulary: set[str] = set()
 
     def add(self, keys: Keys, meaning: object) -> None:
-        """Have a phrase found; an empty one is found everywhere."""
+        """Add a phrase; an empty one matches everywhere."""
         if not keys:
             self.empty.append(meaning)
         elif (keys, meaning) not in (entries := self._entries.setdefault(keys[0], [])):
@@ -165,7 +166,7 @@ class Phrasebook:
             self.vocabulary.update(keys)
 
     def at(self, keys: Sequence[str], start: int) -> Iterator[tuple[int, object]]:
-        """The end and the meaning of each phrase that begins at `keys[start]`, the longest first."""
+        """Yield the end and the meaning of each phrase that begins at `keys[start]`, the longest first."""
         if start < len(keys):
             for phrase, meaning in self._entries.get(keys[start], ()):
                 if tuple(keys[start : start + len(phrase)]) == phrase:

@@ -1,24 +1,23 @@
-"""What an instruction means, in no language: what a planner writes, every language says, and a reader gets back.
+"""Language-independent meanings of instructions: planners produce them, languages express them, readers recover them.
 
-Words here are the project's own names of things, never words of a language: the data of each language maps its words to
-them.
+Strings here are the project's own identifiers, never words of a language; each language's data maps its words to them.
 """
 
 from dataclasses import dataclass
 
 TURNS = ("left", "right", "around", "slightly left", "slightly right")
-"""About 90, 90, 180, 30 and 30 degrees."""
+"""Directions of turns: about 90, 90, 180, 30 and 30 degrees."""
 
 WAYS = ("ahead", "to", "towards", "past", "between", "along")
-"""Of a walk. "ahead": straight on, until the next step's place comes up (or for `Walk.count` steps). "to": until the
-thing is reached. "towards": in its direction, until the next step's place comes up. "past": until it lies behind.
-"between": through the gap of two things. "along": keeping beside it."""
+"""Kinds of walks. "ahead": straight on until the next step applies (or for `Walk.count` steps). "to": until the thing
+is reached. "towards": in its direction, until the next step applies. "past": until it is behind. "between": through the
+gap of two things. "along": keeping beside it."""
 
 ATS = ("at", "before", "after")
-"""Where a turn is taken, seen along the way: at the thing, before it is reached, once it has been passed."""
+"""Where a turn is made relative to a thing on the way: at it, before reaching it, after passing it."""
 
 RELATIONS = ("on_top_of", "left_of", "right_of", "in_front_of", "behind", "between", "near", "against", "diagonal_to")
-"""How one thing stands to another; those of the languages' `relations.toml`, and "diagonal_to"."""
+"""Relations of one thing to another: those of the languages' `relations.toml`, and "diagonal_to"."""
 
 PLACES = ("intersection", "corner", "street", "alley", "street_end")
 """Kinds of things that are not solid: a crossing, a building's corner where a street opens, and so on."""
@@ -28,17 +27,16 @@ WHICHES = ("", "first", "second", "last", "nearest")
 
 @dataclass(frozen=True, slots=True)
 class Thing:
-    """Something that can be seen, named as far as the instruction names it.
+    """A visible thing, described as far as the instruction describes it.
 
     Attributes:
         kind: a collectible's ("mug"), street furniture's ("phone_booth", "banner"), "building", "wall", one of PLACES,
-            "" where only its attributes are said ("the dotted one"), or "you", the agent itself where it stands ("in
-            front of you").
-        colour: "red", ...; "" where none is said.
+            "" if only attributes are stated ("the dotted one"), or "you", the agent itself ("in front of you").
+        colour: "red", ...; "" if not stated.
         look: a collectible's pattern ("dotted"), a banner's shape ("star"), a building's facade ("brick"), a wall's
-            look ("spotted"); "" where none is said.
+            look ("spotted"); "" if not stated.
         which: one of WHICHES, counted along the way.
-        where: how it stands to other things, where that is said ("the bucket in front of the TV").
+        where: stated relations to other things ("the bucket in front of the TV").
     """
 
     kind: str
@@ -58,7 +56,7 @@ class Where:
     Attributes:
         relation: one of RELATIONS.
         things: the landmarks.
-        exactly: whether it is said to be directly so ("directly behind").
+        exactly: whether it is stated to be direct ("directly behind").
     """
 
     relation: str
@@ -68,12 +66,12 @@ class Where:
     def __post_init__(self) -> None:
         _check("relation", self.relation, RELATIONS)
         if len(self.things) != (2 if self.relation == "between" else 1):
-            raise ValueError(f"{self.relation} of {len(self.things)} things")
+            raise ValueError(f"{self.relation} of {len(self.things)} things; expected 2 for between, otherwise 1")
 
 
 @dataclass(frozen=True, slots=True)
-class Turn:
-    """Turn, here or at a place further on.
+class Rotate:
+    """A turn, on the spot or at a thing farther on.
 
     Attributes:
         direction: one of TURNS.
@@ -94,20 +92,20 @@ class Turn:
 
 @dataclass(frozen=True, slots=True)
 class Face:
-    """Turn until the thing is straight ahead."""
+    """A turn until the thing is straight ahead."""
 
     thing: Thing
 
 
 @dataclass(frozen=True, slots=True)
 class Walk:
-    """Go on.
+    """A walk in the current direction or relative to things.
 
     Attributes:
         way: one of WAYS.
-        things: what it goes by: none with "ahead", two with "between", otherwise one.
-        side: "left" or "right" where it is said on which side the thing is then ("past the bench on your left"); or "".
-        count: steps, where they are counted ("about five steps"); or 0.
+        things: what the walk refers to: none with "ahead", two with "between", otherwise one.
+        side: "left" or "right" if the thing's side is stated ("past the bench on your left"), else "".
+        count: number of steps if stated ("about five steps"), else 0.
     """
 
     way: str
@@ -122,15 +120,15 @@ class Walk:
             raise ValueError(f"{self.way} with {len(self.things)} things")
 
 
-Step = Turn | Face | Walk
+Step = Rotate | Face | Walk
 
 
 @dataclass(frozen=True, slots=True)
 class Navigation:
-    """A navigation instruction: the steps in order, then what to pick up, and near what it lies.
+    """A navigation instruction: steps in order, then the object to pick up.
 
     Attributes:
-        target: what to pick up; `target.where` says what it stands near.
+        target: the object to pick up; `target.where` holds its relations to landmarks.
     """
 
     steps: tuple[Step, ...]
@@ -139,15 +137,15 @@ class Navigation:
 
 @dataclass(frozen=True, slots=True)
 class Assembly:
-    """An assembly instruction: turns first where they are said, then where the object belongs.
+    """An assembly instruction: turns, the object to place, and the relations of its cell.
 
-    Relations are those an agent sees after these turns, standing on its tile: left and right are its own, "in front of"
-    is on its side of the thing, "behind" on the far side.
+    Relations are as seen by the agent on its tile after these turns: left and right are its own, "in front of" is on
+    its side of the thing, "behind" on the far side.
 
     Attributes:
         turns: of TURNS, in order; usually none or one.
-        thing: what to place, as far as it is named; kind "" for a pronoun.
-        where: all of these hold of the cell.
+        thing: the object to place, as far as it is named; kind "" for a pronoun.
+        where: relations that all hold for the cell.
     """
 
     turns: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""Finds the collectible objects that a text speaks of."""
+"""Search for mentions of collectible objects in texts."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -9,19 +9,19 @@ from lang.tokens import Token
 _ATTRIBUTES = (Part.PATTERN, Part.COLOUR)
 
 _COMMAS = (",", "/")
-"""Marks that may stand within a noun phrase: "the dotted, green ball"."""
+"""Punctuation allowed within a noun phrase: "the dotted, green ball"."""
 
 
 @dataclass(frozen=True, slots=True)
 class Mention:
-    """A noun phrase that means a collectible, in the catalogue's words, as far as it says.
+    """A noun phrase for a collectible, in the catalogue's words; it may be incomplete.
 
     Attributes:
-        pattern: "dotted" or "striped"; None where it is not said.
-        colour: "green", "red", "blue", "white", "yellow", "brown" or "purple"; None where it is not said.
-        kind: "ball", "hourglass", "mug", "tv", "book", "bowl" or "bucket"; None where it is not said.
-        start: of the phrase, its articles not counted, in the text as given.
-        end: one past it.
+        pattern: "dotted" or "striped"; None if not stated.
+        colour: "green", "red", "blue", "white", "yellow", "brown" or "purple"; None if not stated.
+        kind: "ball", "hourglass", "mug", "tv", "book", "bowl" or "bucket"; None if not stated.
+        start: index of the phrase's first character, without articles, in the text as given.
+        end: index after its last character.
     """
 
     pattern: str | None
@@ -33,13 +33,13 @@ class Mention:
 
 @dataclass(slots=True)
 class _Phrase:
-    """What has been read of a noun phrase whose noun has not come yet."""
+    """A noun phrase whose noun has not been reached yet."""
 
     first: int = -1
     said: dict[Part, str] = field(default_factory=dict)
 
     def add(self, word: Word, at: int) -> None:
-        if word.part in self.said:  # a second colour: another phrase begins
+        if word.part in self.said:  # A second colour begins another phrase.
             self.first, self.said = at, {}
         if self.first < 0:
             self.first = at
@@ -48,10 +48,10 @@ class _Phrase:
 
 
 def find_mentions(tokens: Sequence[Token], lexicon: Lexicon) -> list[Mention]:
-    """The collectibles that are mentioned, in order.
+    """Return the mentions of collectibles, in order.
 
-    A phrase without a kind is a mention where it has both a pattern and a colour, or a stand-in for the kind; so "the
-    striped wall" and "the red banner" are none.
+    A phrase without a kind is a mention if it has both a pattern and a colour, or a stand-in for the kind; so "the
+    striped wall" and "the red banner" are not.
     """
     tokens = [token for token in tokens if token.text not in JOINTS]
     keys = [token.key for token in tokens]
@@ -85,7 +85,7 @@ def find_mentions(tokens: Sequence[Token], lexicon: Lexicon) -> list[Mention]:
 
 
 def _kindless(phrase: _Phrase, tokens: Sequence[Token], after: int, *, stand_in: bool) -> list[Mention]:
-    """The phrase as a mention without a kind, if it says enough to be one; it ends before `tokens[after]`."""
+    """Return a phrase that ends before `tokens[after]` as a mention without kind, or nothing if it says too little."""
     if not phrase.said or (len(phrase.said) < len(_ATTRIBUTES) and not stand_in):
         return []
     last = after - 2 if tokens[after - 1].text in _COMMAS else after - 1
@@ -94,9 +94,9 @@ def _kindless(phrase: _Phrase, tokens: Sequence[Token], after: int, *, stand_in:
 
 
 def _described_after(pattern: str | None, keys: Sequence[str], i: int, lexicon: Lexicon) -> tuple[str | None, int]:
-    """The pattern that a noun is given behind it ("with black dots"), and the index of what follows.
+    """Return the pattern, possibly stated after the noun ("with black dots"), and the index after it.
 
-    A pattern that goes on to another noun ("with a striped red bowl") is that noun's.
+    A pattern that is followed by another noun ("with a striped red bowl") belongs to that noun.
     """
     having = lexicon.read(keys, i) if i < len(keys) and pattern is None else None
     if having is None or having.part is not Part.HAVING:

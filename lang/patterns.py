@@ -1,10 +1,10 @@
-"""The notation in which a language's files say how something is put: words, slots, choices.
+"""The notation for phrases in a language's files: words, slots, choices.
 
-{name}          a slot: what is filled in, or an inflected word
-{name:a.b}      the same with marks: the features that it is to have ("oblique", "plural")
+{name}          a slot: filled with a value, or with an inflected word
+{name:a.b}      the same with marks: required features ("oblique", "plural")
 (this|that)     one of these
 [this|that]     one of these or nothing
-^ at the front  a main clause only: never put into another form ("after walking ...")
+^ at the front  a main clause only: never transformed ("after walking ...")
 """
 
 import re
@@ -17,7 +17,7 @@ _PIECE = re.compile(r"\{([^{}:]+)(?::([^{}]+))?\}|([(\[|)\]])|([^{}()\[\]|]+)|(.
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """A place to be filled; `marks` are features that what fills it is to have."""
+    """A place to be filled; `marks` are the features required of its filling."""
 
     name: str
     marks: tuple[str, ...] = ()
@@ -35,12 +35,12 @@ Sequence: TypeAlias = tuple["str | Slot | Choice", ...]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pattern:
-    """One way to put something. Two that are alike are two: one that is listed twice is written twice as often.
+    """One wording. Instances are compared by identity: a wording that is listed twice is chosen twice as often.
 
     Attributes:
-        body: its parts in order.
-        main_only: whether it can only be a main clause.
-        text: as it was written.
+        body: its parts, in order.
+        main_only: whether it is valid as a main clause only.
+        text: its notation.
     """
 
     body: Sequence
@@ -48,15 +48,15 @@ class Pattern:
     text: str
 
     def slots(self) -> tuple[Slot, ...]:
-        """All slots in it, those in choices included."""
+        """Return all slots, including those in choices."""
         return tuple(_slots(self.body))
 
 
 def parse(text: str) -> Pattern:
-    """The pattern that is written so.
+    """Parse a pattern.
 
     Raises:
-        ValueError: naming the pattern, where its brackets do not match.
+        ValueError: if its brackets do not match; names the pattern.
     """
     main_only = text.startswith("^")
     pieces = list(_PIECE.finditer(text, 1 if main_only else 0))[::-1]
@@ -89,11 +89,11 @@ def _parse(pieces: list[re.Match[str]], closing: str, text: str) -> tuple[Sequen
     else:
         if not closing:
             return tuple(map(tuple, options))
-    raise ValueError(f"pattern {text!r}: its brackets do not match")
+    raise ValueError(f"pattern {text!r}: unbalanced brackets")
 
 
 def needed(body: Sequence, fillable: frozenset[str]) -> frozenset[str]:
-    """Those of the `fillable` slots that every reading of the sequence has."""
+    """Return the `fillable` slots that are in every variant of the sequence."""
     names: set[str] = set()
     for part in body:
         if isinstance(part, Slot) and part.name in fillable:
@@ -104,7 +104,7 @@ def needed(body: Sequence, fillable: frozenset[str]) -> frozenset[str]:
 
 
 def possible(body: Sequence, fillable: frozenset[str]) -> frozenset[str]:
-    """Those of the `fillable` slots that some reading of the sequence has."""
+    """Return the `fillable` slots that are in some variant of the sequence."""
     return frozenset(slot.name for slot in _slots(body) if slot.name in fillable)
 
 
@@ -118,10 +118,10 @@ def _slots(body: Sequence) -> Iterator[Slot]:
 
 
 def spell_out(body: Sequence, forms: Mapping[str, tuple[str, ...]]) -> Iterator[str]:
-    """Every text that the sequence can be, `forms` being what each slot can be filled with.
+    """Yield every text of the sequence; `forms` are the possible fillings of each slot.
 
     Raises:
-        KeyError: for a slot without forms.
+        KeyError: if a slot has no forms.
     """
     if not body:
         yield ""

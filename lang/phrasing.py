@@ -1,30 +1,30 @@
-"""Puts things, their places and clauses into words: chooses patterns and fills them, with the features they need."""
+"""Wording of things, relations and clauses: chooses patterns and fills their slots with inflected words."""
 
 from collections.abc import Callable, Iterable, Mapping
 from random import Random
 from typing import TypeVar
 
-from lang.clauses import Value, focus_of, things_said
+from lang.clauses import Value, focus_of, thing_slots
 from lang.grammar import SLOTS, Grammar, Lexeme
 from lang.meaning import Thing, Where
 from lang.patterns import Choice, Pattern, Sequence, needed, possible
 
 Filler = Callable[[Mapping[str, str]], str]
-"""Gives a slot's text for the features that its marks ask for."""
+"""Returns a slot's text with the features that its marks require."""
 
-SAME = 0.6
-"""How often a thing that was just spoken of is referred back to, where that is clear."""
+REFER_BACK = 0.6
+"""Probability of an anaphoric reference to a thing that was just mentioned, where it is unambiguous."""
 
 _T = TypeVar("_T")
 
 
 def constant(text: str) -> Filler:
-    """A filler that is the same whatever the features."""
+    """Return a filler that ignores features."""
     return lambda _: text
 
 
 class Phraser:
-    """One text in the making: its random choices, its register, what it has spoken of."""
+    """The state of one text being written: random choices, register, things mentioned so far."""
 
     def __init__(self, grammar: Grammar, random: Random) -> None:
         self.grammar = grammar
@@ -33,21 +33,21 @@ class Phraser:
         for axis in grammar.per_text:
             self.features[axis] = random.choice(grammar.axes[axis])
         self.focus: Thing | None = None
-        self.spoken_of: list[Thing] = []
+        self.mentioned_things: list[Thing] = []
         self._used: set[tuple[str, object]] = set()
         self._nouns: dict[Thing, Lexeme] = {}
 
     # Choosing and filling
 
     def pick(self, options: Iterable[_T], about: str) -> _T:
-        """One of the options, one that this text has not used yet if there is any.
+        """Return a random option, preferably one not used in this text yet.
 
         Raises:
             ValueError: if there are no options.
         """
         options = list(options)
         if not options:
-            raise ValueError(f"no way to say {about}")
+            raise ValueError(f"no wording for {about}")
         chosen = self.random.choice([option for option in options if (about, option) not in self._used] or options)
         self._used.add((about, chosen))
         return chosen
@@ -55,12 +55,12 @@ class Phraser:
     def fitting(
         self, patterns: Iterable[Pattern], said: Iterable[str], fillers: Mapping[str, Filler] | None = None
     ) -> list[Pattern]:
-        """The patterns that say all that is to be said and nothing else.
+        """Return the patterns that express exactly the given content.
 
         Args:
-            patterns: to choose from.
-            said: the names of slots, and of the attributes that tables have wordings of.
-            fillers: where tables' slots may stand, all that can be filled.
+            patterns: candidates.
+            said: names of slots, and of attributes with wordings in tables.
+            fillers: the available fillers, needed where tables' slots may occur.
         """
         said, fillers = frozenset(said), fillers or {}
         tables = self.grammar.tables
@@ -75,7 +75,7 @@ class Phraser:
         return fitting
 
     def render(self, pattern: Pattern, fillers: Mapping[str, Filler], features: Mapping[str, str]) -> str:
-        """The pattern's text, optional parts drawn, inflected words in the form that the features ask for."""
+        """Return the pattern's text, with random choices, and inflected words in the required form."""
         return self._sequence(pattern.body, fillers, features)
 
     def _sequence(self, body: Sequence, fillers: Mapping[str, Filler], features: Mapping[str, str]) -> str:
@@ -94,14 +94,14 @@ class Phraser:
         return text
 
     def _option(self, choice: Choice, said: Iterable[str]) -> Sequence:
-        """One of the options whose slots can all be filled: of these one that says the most."""
+        """Return a random option among those with the most slots, of those whose slots can all be filled."""
         known, said = SLOTS | self.grammar.tables.keys(), frozenset(said)
         allowed = [option for option in choice.options if needed(option, known) <= said]
         most = max(len(possible(option, known) & said) for option in allowed)
         return self.random.choice([option for option in allowed if len(possible(option, known) & said) == most])
 
     def table_fillers(self, said: Mapping[str, Value]) -> dict[str, Filler]:
-        """For each table that has a wording of what is said of its attribute: its slot's filler."""
+        """Return a filler for the slot of each table that has a wording for the given value of its attribute."""
         fillers: dict[str, Filler] = {}
         for slot, table in self.grammar.tables.items():
             value = said.get(table.attribute)
@@ -115,39 +115,39 @@ class Phraser:
     # Things
 
     def noun(self, thing: Thing) -> Lexeme:
-        """A noun for the thing: in one text always the same.
+        """Return a noun for the thing, the same throughout one text.
 
         Raises:
-            ValueError: if the language has none for its kind.
+            ValueError: if the language has no noun for its kind.
         """
         nouns = self.grammar.nouns.get(thing.kind)
         if nouns is None:
-            raise ValueError(f"no noun for things of kind {thing.kind!r}; there are {', '.join(self.grammar.nouns)}")
+            raise ValueError(f"no noun for kind {thing.kind!r}; expected one of {', '.join(self.grammar.nouns)}")
         if thing not in self._nouns:
             self._nouns[thing] = self.pick(nouns, f"noun {thing.kind}")
         return self._nouns[thing]
 
     def nouns(self, said: Mapping[str, Value]) -> dict[str, Lexeme]:
-        """A noun for each slot that a thing fills and whose kind has one ("you" has none)."""
+        """Return a noun for each slot filled by a thing whose kind has one ("you" has none)."""
         things = {slot: value for slot, value in said.items() if isinstance(value, Thing)}
         return {slot: self.noun(thing) for slot, thing in things.items() if thing.kind != "you"}
 
     def thing_fillers(self, said: Mapping[str, Value], nouns: Mapping[str, Lexeme]) -> dict[str, Filler]:
-        """For each slot that a thing fills: its filler."""
+        """Return a filler for each slot filled by a thing."""
         fillers: dict[str, Filler] = {}
         for slot, noun in nouns.items():
             thing = said[slot]
             assert isinstance(thing, Thing)
             if slot == "pair":
                 fillers[slot] = self._pair(thing, noun)
-            elif self._may_be_short(thing) and self.random.random() < SAME:
+            elif self._may_be_short(thing) and self.random.random() < REFER_BACK:
                 fillers[slot] = self._short(thing, noun)
             else:
                 fillers[slot] = self.thing(thing, noun, self.grammar.nested, top=False)
         return fillers
 
     def thing(self, thing: Thing, noun: Lexeme, attached: Iterable[Pattern], *, top: bool) -> Filler:
-        """A thing's filler: its noun phrase, with where it stands as one of the `attached` patterns adds it."""
+        """Return a filler for a thing: its noun phrase, with its relations added by one of the `attached` patterns."""
         given, phrases = dict(noun.given), self.grammar.noun_phrases_of(thing.kind)
 
         def fill(features: Mapping[str, str]) -> str:
@@ -173,8 +173,8 @@ class Phraser:
         return lambda features: self._described(thing, noun, {**self.features, **features, **given}, phrases)
 
     def _may_be_short(self, thing: Thing) -> bool:
-        """Whether "that bench" is enough: the last one of its kind that was spoken of is the very same."""
-        last = next((each for each in reversed(self.spoken_of) if each.kind == thing.kind), None)
+        """Return whether "that bench" suffices: the last thing of its kind mentioned is this one."""
+        last = next((each for each in reversed(self.mentioned_things) if each.kind == thing.kind), None)
         return bool(thing.kind) and last == thing
 
     def _described(self, thing: Thing, noun: Lexeme, own: Mapping[str, str], patterns: Iterable[Pattern]) -> str:
@@ -191,7 +191,7 @@ class Phraser:
             looks = grammar.looks.get(grammar.look_kind(thing.kind), {})
             if thing.look not in looks:
                 raise ValueError(
-                    f"no words for the look {thing.look!r} of {thing.kind!r}; there are {', '.join(looks)}"
+                    f"no words for the look {thing.look!r} of {thing.kind!r}; expected one of {', '.join(looks)}"
                 )
             look = self.pick(looks[thing.look], f"look {thing.look}")
             said["look_after" if look.after else "look"] = self._wording(look.wording, own)
@@ -199,13 +199,13 @@ class Phraser:
 
     def _adjective(self, value: str, listed: Mapping[str, tuple[Pattern, ...]], own: Mapping[str, str]) -> Filler:
         if value not in listed:
-            raise ValueError(f"no words for {value!r}; there are {', '.join(listed)}")
+            raise ValueError(f"no words for {value!r}; expected one of {', '.join(listed)}")
         return self._wording(self.pick(listed[value], value), own)
 
     # Relations
 
     def wheres(self, wheres: tuple[Where, ...], *, top: bool) -> str:
-        """Relations as one text; `top` where they belong to what the sentence is about, not to a landmark of it."""
+        """Return relations as one text; `top` if their subject is the sentence's, rather than a landmark."""
         text, focus = "", self.focus
         for number, where in enumerate(wheres):
             said = self._where(where, top=top)
@@ -222,7 +222,7 @@ class Phraser:
 
     def _where(self, where: Where, *, top: bool) -> str:
         listed = self.grammar.where
-        said: dict[str, Value] = dict(things_said(where.things))
+        said: dict[str, Value] = dict(thing_slots(where.things))
         if where.exactly:
             said["exactly"] = "yes"
         kind = where.things[0].kind
@@ -232,7 +232,7 @@ class Phraser:
             patterns = self.fitting(listed.get(f"{where.relation} you", ()), said.keys() - {"thing"}, tables)
         elif not top and f"{where.relation} nested" in listed:
             patterns = self.fitting(listed[f"{where.relation} nested"], said, tables)
-        elif said.get("thing") == self.focus is not None and self.random.random() < SAME:
+        elif said.get("thing") == self.focus is not None and self.random.random() < REFER_BACK:
             patterns = self.fitting(listed.get(f"{where.relation} same", ()), said.keys() - {"thing"}, tables)
         patterns = patterns or self.fitting(listed.get(where.relation, ()), said, tables)
         nouns = self.nouns(said)

@@ -1,7 +1,7 @@
-"""The paper's automated quality checks of an instruction (its appendix, "Data Collection"), for any language's texts.
+"""The paper's automated quality checks of instructions (its appendix, "Data Collection"), for all languages.
 
-What the words are in a language is data, in its `quality.toml`. A failed check either blocks an instruction, as the
-paper's own do, or is only suspicious, after the paper's guidelines to writers: those make the list for a reviewer.
+Each language's words are data, in its `quality.toml`. A failed check either blocks an instruction, as the paper's own
+checks do, or marks it as suspicious for a reviewer, after the paper's guidelines to writers.
 """
 
 import re
@@ -28,11 +28,12 @@ MIN_UNIQUE = 0.4
 SYMBOLS = "([])&*^%$#@!=+"
 
 MAX_WORDS = 100
-"""More are suspicious; the longest of the release's val-seen has 97."""
+"""Longer texts are suspicious; the longest of the release's val-seen has 97 words."""
 
 MIN_TURN = 45.0
-"""Degrees of turning at a path's beginning from which "turn" is wanted. The paper gives none. In the release's val-seen
-those who had to turn by 30 degrees left it out in 29% of 319 instructions, those who had to turn by more in 0.2%."""
+"""Turning angle in degrees at the start of a path above which "turn" is required. The paper gives none. In the
+release's val-seen, "turn" is missing in 29% of 319 instructions with a turn of 30 degrees, and in 0.2% of those with
+more."""
 
 _TABLES = frozenset(("general", *PHASES, "wanted", "suspicious", "counts", "landmarks", "registers", "misspelt"))
 _KEYS = {
@@ -43,27 +44,27 @@ _KEYS = {
 }
 
 _MARKS = string.punctuation + "।॥…–—‘’“”"
-"""What may stand at a word's ends and is no part of it."""
+"""Punctuation that is stripped from the ends of words."""
 
 _SPACE_BEFORE_MARK = re.compile(r"\s[.,;:?।](?!\w)")
 
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """A check that a text failed.
+    """A check that a text fails.
 
     Attributes:
         check: its name, such as "few_words" or "term"; the same in every language.
         severity: BLOCKED or SUSPICIOUS.
-        says: what was wrong with which words, and what was expected.
+        message: what is wrong with which words, and what was expected.
     """
 
     check: str
     severity: str
-    says: str
+    message: str
 
     def __str__(self) -> str:
-        return f"{self.severity}: {self.check}: {self.says}"
+        return f"{self.severity}: {self.check}: {self.message}"
 
 
 def check(
@@ -75,19 +76,19 @@ def check(
     first_turn: float = 0.0,
     root: Path = ROOT,
 ) -> tuple[Failure, ...]:
-    """The checks that an instruction fails, those that block it first.
+    """Return the checks that an instruction fails, blocking ones first.
 
     Args:
-        text: as it was written, by a person or a program.
+        text: as written by a person or a program.
         language: code of the language that it should be in.
         phase: one of PHASES.
-        target: the object to pick up or to place, so far as it must be named; None to not look for it.
-        first_turn: degrees, either way, by which the ground truth turns before its first step.
-        root: where the languages' folders lie.
+        target: the object to pick up or place, with the attributes that must be named; None to skip this check.
+        first_turn: absolute angle in degrees by which the ground truth turns before its first step forward.
+        root: folder that contains the languages' folders.
 
     Raises:
-        UnknownLanguage: if there is no such language.
-        ValueError: for another phase, or if the language's `quality.toml` is not as described.
+        UnknownLanguage: if the language does not exist.
+        ValueError: if the phase is another, or the language's `quality.toml` is not as described.
     """
     if phase not in PHASES:
         raise ValueError(f"phase {phase!r} is not one of {', '.join(map(repr, PHASES))}")
@@ -107,12 +108,12 @@ def check(
 
 
 def is_blocked(failures: Iterable[Failure]) -> bool:
-    """Whether any of them blocks the instruction."""
+    """Return whether any of the failures blocks the instruction."""
     return any(failure.severity == BLOCKED for failure in failures)
 
 
 class _Words:
-    """A text's words: those between white space, and the tokens that terms are looked for in."""
+    """The words of a text: those between white space, and the tokens in which terms are searched."""
 
     def __init__(self, text: str, language: Language) -> None:
         tokens = language.tokenize(text)
@@ -120,7 +121,7 @@ class _Words:
         self.keys = [token.casefold() for token in tokens if _is_word(token)]
 
     def first_of(self, terms: Iterable["_Term"]) -> str:
-        """The first term's words as they stand in the text; "" where there is none."""
+        """Return the words of the first term in the text, as written; "" if there is none."""
         for start in range(len(self.keys)):
             for term in terms:
                 if term.begins(self.keys[start:]):
@@ -130,7 +131,7 @@ class _Words:
 
 @dataclass(frozen=True, slots=True)
 class _Term:
-    """Words one after another; the last is only how a word begins if `open_ended`."""
+    """Consecutive words; if `open_ended`, the last is a prefix."""
 
     words: tuple[str, ...]
     open_ended: bool
@@ -157,7 +158,7 @@ class _Rules:
         for table, keys in _KEYS.items():
             missing |= {f"{table}.{key}" for key in keys ^ set(data.get(table, ()))}
         if missing:
-            raise ValueError(f"lang/{language.code}/quality.toml: missing or not known: {', '.join(sorted(missing))}")
+            raise ValueError(f"lang/{language.code}/quality.toml: missing or unknown: {', '.join(sorted(missing))}")
 
         def terms(listed: Iterable[str]) -> Terms:
             return tuple(_term(term, language) for term in listed)
@@ -189,10 +190,10 @@ def _term(written: str, language: Language) -> _Term:
 
 
 def _general(text: str, words: _Words, rules: _Rules) -> Iterator[Failure]:
-    """The paper's general checks, but for its terms."""
+    """Yield failures of the paper's general checks, except for terms."""
 
-    def blocked(name: str, says: str) -> Failure:
-        return Failure(name, BLOCKED, says)
+    def blocked(name: str, message: str) -> Failure:
+        return Failure(name, BLOCKED, message)
 
     if len(words.spaced) < MIN_WORDS:
         yield blocked("few_words", f"{len(words.spaced)} words; expected at least {MIN_WORDS}")
@@ -203,12 +204,12 @@ def _general(text: str, words: _Words, rules: _Rules) -> Iterator[Failure]:
     for word in words.spaced:
         if len(word) == len(_letters(word)) == 1 and word.casefold() not in rules.single_letters:
             yield blocked("single_letter", f"{word!r} is a single letter")
-    if repeated := _thrice(text):
-        yield blocked("repeated_letter", f"{repeated!r} is one letter three times")
+    if repeated := _tripled_letter(text):
+        yield blocked("repeated_letter", f"{repeated!r} repeats a letter three times")
     keys = [word.casefold() for word in words.spaced]
     for first, second in pairwise(keys):
         if first == second and first not in rules.repeats:
-            yield blocked("repeated_word", f"{first!r} stands twice in a row")
+            yield blocked("repeated_word", f"{first!r} occurs twice in a row")
     if len(set(keys)) < MIN_UNIQUE * len(keys):
         yield blocked("few_unique", f"{len(set(keys))} different words of {len(keys)}; expected {MIN_UNIQUE:.0%}")
 
@@ -223,10 +224,10 @@ def _terms(words: _Words, rules: _Rules, phase: str) -> Iterator[Failure]:
 def _suspicious(
     text: str, words: _Words, rules: _Rules, phase: str, language: Language, target: Thing | None
 ) -> Iterator[Failure]:
-    """What the guidelines ask of writers, so far as it can be looked for."""
+    """Yield failures of the writers' guidelines, as far as they can be checked."""
 
-    def suspicious(name: str, says: str) -> Failure:
-        return Failure(name, SUSPICIOUS, says)
+    def suspicious(name: str, message: str) -> Failure:
+        return Failure(name, SUSPICIOUS, message)
 
     for name, listed in rules.suspicious.items():
         if (name != "movement" or phase == "assembly") and (found := words.first_of(listed)):
@@ -243,7 +244,7 @@ def _suspicious(
     if letters and language.count_letters(text) < letters / 2:
         yield suspicious("script", f"less than half of the letters are {language.script}")
     if phase == "assembly" and not words.first_of(rules.landmarks) and not _relates(text, language):
-        yield suspicious("no_landmark", "names nothing that the object is placed by")
+        yield suspicious("no_landmark", "names no landmark for the placement")
     if target is not None and not _names(text, language, target):
         called = " ".join(filter(None, (target.look, target.colour, target.kind)))
         yield suspicious("no_target", f"does not name the {called}")
@@ -255,9 +256,9 @@ def _spelling(text: str, words: _Words, rules: _Rules, language: Language) -> It
         if word in rules.misspelt:
             yield Failure("misspelt", SUSPICIOUS, f"{word!r}; expected {rules.misspelt[word]!r}")
     if _SPACE_BEFORE_MARK.search(text):
-        yield Failure("space_before_mark", SUSPICIOUS, "a space stands before a mark that ends a word")
+        yield Failure("space_before_mark", SUSPICIOUS, "a space before punctuation")
     if text.split() != language.normalise(text).split():
-        yield Failure("normalisation", SUSPICIOUS, "not in Unicode's NFC, or with characters that carry no meaning")
+        yield Failure("normalisation", SUSPICIOUS, "not in Unicode's NFC, or contains characters without meaning")
     used = {name: found for name, listed in rules.registers.items() if (found := words.first_of(listed))}
     if len(used) > 1:
         mixed = " and ".join(f"{found!r} ({name})" for name, found in used.items())
@@ -265,12 +266,12 @@ def _spelling(text: str, words: _Words, rules: _Rules, language: Language) -> It
 
 
 def _relates(text: str, language: Language) -> bool:
-    """Whether some object of the text is what another stands on, behind, beside, ..."""
+    """Return whether an object mentioned in the text is the landmark of a relation."""
     return any(language.relation_of(text, mention) for mention in language.find_objects(text))
 
 
 def _names(text: str, language: Language, target: Thing) -> bool:
-    """Whether some object of the text may be the target: nothing that is said of it belongs to another."""
+    """Return whether an object mentioned in the text may be the target: no stated attribute differs."""
     wanted = (target.kind, target.colour, target.look)
     for mention in language.find_objects(text):
         said = (mention.kind, mention.colour, mention.pattern)
@@ -284,7 +285,7 @@ def _quoted(terms: Iterable[_Term]) -> str:
 
 
 def _letters(text: str) -> str:
-    """The letters, without the signs that combine with them."""
+    """Return the letters of a text, without combining signs."""
     return "".join(filter(str.isalpha, text))
 
 
@@ -292,8 +293,8 @@ def _is_word(token: str) -> bool:
     return any(character.isalnum() for character in token)
 
 
-def _thrice(text: str) -> str:
-    """The first letter that stands three times in a row, so written; "" where none does."""
+def _tripled_letter(text: str) -> str:
+    """Return the first letter that occurs three times in a row, as repeated; "" if there is none."""
     spelt = text.casefold()
     for letters in zip(spelt, spelt[1:], spelt[2:], strict=False):
         if letters[0].isalpha() and len(set(letters)) == 1:

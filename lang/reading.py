@@ -1,37 +1,37 @@
-"""Reads what an instruction means: the language's patterns found in its words, what is not understood skipped."""
+"""Reader of instructions: matches the language's patterns against a text and skips what it does not understand."""
 
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from lang.discourse import Discourse, Item, things_in
 from lang.grammar import Grammar
 from lang.lexicon import FUZZY_LENGTH, keys_of, within_one_edit
-from lang.matching import OPTIONAL, Automaton, Label, Match, Phrasebook
+from lang.matching import OPTIONAL, Automaton, Match, PatternLabel, Phrasebook
 from lang.meaning import Meaning
-from lang.naming import Named, Namer, Placed
+from lang.noun_phrases import NounPhrase, NounPhraseReader, RelationPhrase
 from lang.patterns import Choice, Pattern, Slot
 from lang.patterns import Sequence as Body
-from lang.telling import Item, Told, things_in
 from lang.tokens import Tokenizer
 
 DEPTH = 2
-"""How deep landmarks may be described by landmarks."""
+"""Maximum nesting of landmarks described by landmarks."""
 
 PHASES = ("navigation", "assembly")
 
 _ITEM, _WHERE, _MENTION, _FILLER, _UNKNOWN = 0.2, 0.28, 0.8, 0.06, 1.0
-"""What it costs to read a clause, a mere relation or a mere thing, to skip a joining word, to skip another one."""
+"""Costs of reading a clause, a relation alone or a thing alone, of skipping a joining word, and any other word."""
 
 _ALSO, _AMID, _UNUSUAL = 0.05, 0.3, 0.1
-"""What it costs besides, if a clause is one that is only read, a main clause that begins amid other words, or said of
-a thing of another kind than its pattern is for."""
+"""Extra costs of a clause that is only read, of a main clause that begins after other words, and of one about a thing
+of another kind than its pattern is for."""
 
 _Listed = Mapping[str, tuple[Pattern, ...]]
 
 
 class CannotRead(ValueError):
-    """Nothing can be made of a text; the message says what was expected."""
+    """Nothing in the text is understood; the message says what was expected."""
 
 
 class Reader:
@@ -40,7 +40,7 @@ class Reader:
     Args:
         grammar: of the language.
         lexicon: the content of its `lexicon.toml`.
-        relations: the content of its `relations.toml`, whose phrases are read too.
+        relations: the content of its `relations.toml`, whose phrases are recognised too.
         tokenizer: of the language.
     """
 
@@ -49,7 +49,7 @@ class Reader:
     ) -> None:
         self._grammar = grammar
         self._tokenizer = tokenizer
-        self.namer = Namer(grammar, lexicon, self.split)
+        self.noun_phrase_reader = NounPhraseReader(grammar, lexicon, self.split)
         self.books = self._books()
         also = grammar.also_read
         targets = {f"target {key}": patterns for key, patterns in grammar.target.items()}
@@ -64,7 +64,7 @@ class Reader:
         self.relations = self._automaton(grammar.where, {key: also[key] for key in also if key in grammar.where})
         for relation, phrases in relations["phrases"].items():
             for phrase in phrases:
-                self.relations.add_body(Label(relation, also=True), _about_things(relation, phrase, relations))
+                self.relations.add_body(PatternLabel(relation, also=True), _phrase_body(relation, phrase, relations))
         self.joins = {True: self._joins(("where", "where after clause")), False: self._joins(("nested where",))}
         self.conjunctions = frozenset(relations["conjunctions"])
         self.fillers = self._fillers()
@@ -74,52 +74,52 @@ class Reader:
         self._corrected: dict[str, str] = {}
 
     def split(self, text: str) -> tuple[str, ...]:
-        """The words of a text as they are compared."""
+        """Return the comparison keys of a text."""
         return keys_of(self._tokenizer.split(text))
 
     def read(self, text: str, phase: str) -> Meaning:
-        """What the text means, as far as it is understood.
+        """Return the meaning of a text, as far as it is understood.
 
         Args:
             text: the instruction.
             phase: "navigation" or "assembly".
 
         Raises:
-            ValueError: for another phase.
-            CannotRead: if nothing of it is understood.
+            ValueError: if the phase is another.
+            CannotRead: if no part of it is understood.
         """
         if phase not in PHASES:
             raise ValueError(f"phase {phase!r}; expected {' or '.join(PHASES)}")
         for pattern, replacement in self._grammar.reading:
             text = re.sub(pattern, replacement, text)
-        keys = tuple(map(self._mended, self.split(self._tokenizer.normalise(text))))
+        keys = tuple(map(self._correct, self.split(self._tokenizer.normalise(text))))
         items = _Text(self, keys, phase).items()
         if not items:
             expected = "what to pick up" if phase == "navigation" else "where to place what"
             raise CannotRead(f"nothing understood in {text[:80]!r}; expected steps or {expected}")
-        told = Told(self._grammar)
-        return told.navigation(items) if phase == "navigation" else told.assembly(items)
+        discourse = Discourse(self._grammar)
+        return discourse.navigation(items) if phase == "navigation" else discourse.assembly(items)
 
-    def _mended(self, key: str) -> str:
-        """The word that is meant: itself, or the one word it is a typing error away from."""
+    def _correct(self, key: str) -> str:
+        """Return the word, corrected if exactly one known word is within one typing error."""
         if len(key) < FUZZY_LENGTH or key in self._vocabulary or key in self._never_fuzzy:
             return key
         if key not in self._corrected:
             near = [word for word in self._long if within_one_edit(key, word)]
-            if len(near) > 1:  # the first letter is seldom the wrong one
+            if len(near) > 1:  # The first letter is seldom wrong.
                 near = [word for word in near if word[0] == key[0]]
             self._corrected[key] = near[0] if len(near) == 1 else key
         return self._corrected[key]
 
     def _books(self) -> dict[str, Phrasebook]:
-        """What each word and each table's slot can be."""
+        """Return, for each word and table slot, its possible forms."""
         books = {name: Phrasebook() for name in (*self._grammar.words, *self._grammar.tables)}
         for name, forms in self._grammar.word_forms().items():
             for form in forms:
                 books[name].add(self.split(form), None)
         for slot, table in self._grammar.tables.items():
             for value, patterns in table.values.items():
-                for text in sorted({text for pattern in patterns for text in self._grammar.spelt(pattern)}):
+                for text in sorted({text for pattern in patterns for text in self._grammar.spellings(pattern)}):
                     books[slot].add(self.split(text), value)
         return books
 
@@ -135,11 +135,13 @@ class Reader:
         automaton = Automaton(self.split)
         for name in names:
             for pattern in self._grammar.joins[name]:
-                automaton.add_body(Label(name), tuple(part for part in pattern.body if not isinstance(part, Slot)))
+                automaton.add_body(
+                    PatternLabel(name), tuple(part for part in pattern.body if not isinstance(part, Slot))
+                )
         return automaton
 
     def _fillers(self) -> frozenset[str]:
-        """Words that join clauses and mean nothing by themselves, and marks."""
+        """Return words that join clauses without a meaning of their own, and punctuation."""
         joins = Automaton(self.split)
         for patterns in self._grammar.joins.values():
             joins.add("", patterns)
@@ -147,15 +149,15 @@ class Reader:
 
     def _all_words(self) -> Iterable[str]:
         yield from self.fillers
-        yield from self.namer.vocabulary
+        yield from self.noun_phrase_reader.vocabulary
         for book in self.books.values():
             yield from book.vocabulary
         for automaton in (*self.clauses.values(), self.attached, self.nested, self.relations):
             yield from automaton.vocabulary
 
 
-def _about_things(relation: str, phrase: str, relations: Mapping[str, Any]) -> Body:
-    """The pattern of a phrase of `relations.toml`: before its landmark or after it."""
+def _phrase_body(relation: str, phrase: str, relations: Mapping[str, Any]) -> Body:
+    """Return the pattern of a phrase of `relations.toml`, with its landmark after or before it."""
     landmark: Body = (Choice(((Slot("thing"),), (Slot("joined"),))),)
     if relation == "between":
         two: Body = (Slot("thing"), f" {relations['conjunctions'][0]} ", Slot("other"))
@@ -165,7 +167,7 @@ def _about_things(relation: str, phrase: str, relations: Mapping[str, Any]) -> B
 
 @dataclass(slots=True)
 class _Text:
-    """One text being read, with what was found at each place."""
+    """One text being read, with a memo of what was found at each index."""
 
     reader: Reader
     keys: tuple[str, ...]
@@ -173,7 +175,7 @@ class _Text:
     _memo: dict[tuple[str, int, int, bool], list[tuple[int, object]]] = field(default_factory=dict)
 
     def items(self) -> list[Item]:
-        """The parts that are understood, in order: of all ways to divide the text, the one that skips least."""
+        """Return the understood parts in order, from the division of the text with the least cost."""
         size = len(self.keys)
         best: list[tuple[float, Item | None]] = [(0.0, None)] * (size + 1)
         for start in range(size - 1, -1, -1):
@@ -205,8 +207,8 @@ class _Text:
 
     def _is_usual(self, match: Match) -> bool:
         kind = match.label.key.rpartition(" ")[2]
-        return kind not in self.reader.namer.kinds or all(
-            named.kind == kind for slot, named in match.bound if slot == "thing" and isinstance(named, Named)
+        return kind not in self.reader.noun_phrase_reader.kinds or all(
+            named.kind == kind for slot, named in match.bound if slot == "thing" and isinstance(named, NounPhrase)
         )
 
     def _slot(self, slot: str, at: int, depth: int, *, top: bool) -> list[tuple[int, object]]:
@@ -222,56 +224,58 @@ class _Text:
         if slot == "where":
             return [(end, wheres) for end, wheres in self._wheres(at, depth, top=top)]
         if slot == "joined":
-            return list(reader.namer.read_joined(self.keys, at, reader.conjunctions))
+            return list(reader.noun_phrase_reader.read_joined(self.keys, at, reader.conjunctions))
         if slot in ("thing", "other"):
-            return [*self._plain(at), *self._standing(reader.nested, at, depth, top=False)]
+            return [*self._noun_phrases_at(at), *self._located_things(reader.nested, at, depth, top=False)]
         if slot == "target":
-            found = [*self._plain(at), *self._standing(reader.attached, at, depth, top=True)]
+            found = [*self._noun_phrases_at(at), *self._located_things(reader.attached, at, depth, top=True)]
             return [
-                (end, named) for end, named in found if isinstance(named, Named) and reader.namer.is_collectible(named)
+                (end, named)
+                for end, named in found
+                if isinstance(named, NounPhrase) and reader.noun_phrase_reader.is_collectible(named)
             ]
-        return self._plain(at)
+        return self._noun_phrases_at(at)
 
-    def _plain(self, at: int) -> list[tuple[int, object]]:
+    def _noun_phrases_at(self, at: int) -> list[tuple[int, object]]:
         key = ("", at, 0, False)
         if key not in self._memo:
-            self._memo[key] = list(self.reader.namer.read(self.keys, at))
+            self._memo[key] = list(self.reader.noun_phrase_reader.read(self.keys, at))
         return self._memo[key]
 
-    def _standing(self, automaton: Automaton, at: int, depth: int, *, top: bool) -> list[tuple[int, object]]:
-        """Things with where they stand."""
+    def _located_things(self, automaton: Automaton, at: int, depth: int, *, top: bool) -> list[tuple[int, object]]:
+        """Return things with relations."""
         if depth == 0:
             return []
 
         def read(slot: str, place: int) -> list[tuple[int, object]]:
-            return self._plain(place) if slot == "thing" else self._slot(slot, place, depth - 1, top=top)
+            return self._noun_phrases_at(place) if slot == "thing" else self._slot(slot, place, depth - 1, top=top)
 
         found: list[tuple[int, object]] = []
         for match in automaton.find(self.keys, at, read):
             bound = dict(match.bound)
             thing, where = bound["thing"], bound["where"]
-            assert isinstance(thing, Named)
+            assert isinstance(thing, NounPhrase)
             assert isinstance(where, tuple)
-            found.append((match.end, Named(thing.kind, thing.colour, thing.look, thing.which, where, thing.back)))
+            found.append((match.end, NounPhrase(thing.kind, thing.colour, thing.look, thing.which, where, thing.back)))
         return found
 
-    def _wheres(self, at: int, depth: int, *, top: bool) -> list[tuple[int, tuple[Placed, ...]]]:
-        found: list[tuple[int, tuple[Placed, ...]]] = self._placed(at, depth)
+    def _wheres(self, at: int, depth: int, *, top: bool) -> list[tuple[int, tuple[RelationPhrase, ...]]]:
+        found: list[tuple[int, tuple[RelationPhrase, ...]]] = self._relations_at(at, depth)
         longer = list(found)
         for _ in range(2):
             longer = [
                 (end, (*wheres, *placed))
                 for before, wheres in longer
                 for join in self.reader.joins[top].find(self.keys, before, lambda *_: ())
-                for end, placed in self._placed(join.end, depth)
+                for end, placed in self._relations_at(join.end, depth)
             ]
             longer = list(dict.fromkeys(longer))
             found += longer
         return found
 
-    def _placed(self, at: int, depth: int) -> list[tuple[int, tuple[Placed, ...]]]:
-        """Relations: one, or one to each of two things that share a noun."""
-        found: list[tuple[int, tuple[Placed, ...]]] = []
+    def _relations_at(self, at: int, depth: int) -> list[tuple[int, tuple[RelationPhrase, ...]]]:
+        """Return relations: a single one, or one to each of two things that share a noun."""
+        found: list[tuple[int, tuple[RelationPhrase, ...]]] = []
         matches = list(
             self.reader.relations.find(self.keys, at, lambda slot, place: self._slot(slot, place, depth, top=False))
         )
@@ -283,5 +287,5 @@ class _Text:
             relation, _, kind = match.label.key.partition(" ")
             exactly, things = "exactly" in bound, things_in(bound, kind)
             each = [(thing,) for thing in things] if "joined" in bound and relation != "between" else [things]
-            found.append((match.end, tuple(Placed(relation, about, exactly) for about in each)))
+            found.append((match.end, tuple(RelationPhrase(relation, about, exactly) for about in each)))
         return list(dict.fromkeys(found))

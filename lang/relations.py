@@ -1,4 +1,4 @@
-"""Which spatial relation an object that is mentioned serves as the landmark of."""
+"""Detection of the spatial relation whose landmark is a mentioned object."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -15,8 +15,8 @@ _POSITIONS = ("before", "after")
 class Relations:
     """The phrases of one language's `relations.toml`.
 
-    Whether a phrase stands before its landmark ("behind the mug") or after it ("मग के पीछे") is data. Everything here
-    reads outwards from the landmark, so that the two differ in nothing but the direction.
+    The data states whether a phrase precedes its landmark ("behind the mug") or follows it ("मग के पीछे"). Words are
+    read outwards from the landmark, so that the two cases differ only in direction.
 
     Args:
         data: the file's content.
@@ -24,7 +24,7 @@ class Relations:
         lexicon: of the language.
 
     Raises:
-        ValueError: for a position or a relation that is not known, or one that is missing.
+        ValueError: if the position or a relation is unknown, or a relation is missing.
     """
 
     def __init__(self, data: Mapping[str, Any], tokenizer: Tokenizer, lexicon: Lexicon) -> None:
@@ -37,14 +37,14 @@ class Relations:
         self._tokenizer = tokenizer
         self._conjunctions = frozenset(data["conjunctions"])
         self._skipped = self._phrases({"": data["skipped"]})
-        # The longest first, so that "to the right of" is not taken for "of", nor "on the right of" for "on".
+        # Longest first, so that "to the right of" does not match as "of", nor "on the right of" as "on".
         self._relations = self._phrases(data["phrases"])
         self._vocabulary = frozenset(word for phrase, _ in self._relations for word in phrase)
 
     def of(self, tokens: Sequence[Token], mention: Mention) -> str | None:
-        """The relation whose landmark is `mention`, one of RELATIONS; None if it is the landmark of none.
+        """Return the relation whose landmark is `mention`, one of RELATIONS, or None.
 
-        Of two landmarks that a conjunction joins ("between the wall and the mug"), both have the relation.
+        Two landmarks joined by a conjunction ("between the wall and the mug") both have the relation.
         """
         if self._before:
             outwards = keys_of(token for token in tokens if token.end <= mention.start)[::-1]
@@ -58,7 +58,7 @@ class Relations:
         return self._at(words[passed:]) if passed > 1 else None
 
     def _at(self, words: Sequence[str]) -> str | None:
-        """The relation that the first of `words` (outwards) say."""
+        """Return the relation expressed by the first of `words` (outwards), or None."""
         for phrase, relation in self._relations:
             if phrase == tuple(words[: len(phrase)]):
                 return relation
@@ -69,7 +69,7 @@ class Relations:
         return relations.pop() if len(relations) == 1 else None
 
     def _same(self, written: str, word: str) -> bool:
-        """Whether `word` is meant: as it is written, or with a typing error that makes it no other word of a phrase."""
+        """Return whether `word` is meant: exactly, or with a typing error that is no other word of a phrase."""
         misspelt = len(word) >= FUZZY_LENGTH and written not in self._vocabulary
         return written == word or (misspelt and within_one_edit(written, word))
 
@@ -86,10 +86,10 @@ class Relations:
         return words
 
     def _pass_noun_phrase(self, words: Sequence[str], start: int) -> int:
-        """The index past the words from `start` on that belong to one noun phrase; `start` where there is none."""
+        """Return the index after the noun phrase that begins at `start`; `start` if there is none."""
         end, noun = start, False
         while end < len(words):
-            # An entry of several words is found from its first word in reading order, which comes last outwards.
+            # The lexicon matches from an entry's first word in reading order, which is the last one outwards.
             ahead = words[end : end + 3]
             for length in range(len(ahead), 0, -1):
                 entry = ahead[:length][::-1] if self._before else ahead[:length]
@@ -103,7 +103,7 @@ class Relations:
         return end if noun else start
 
     def _phrases(self, listed: Mapping[str, Sequence[str]]) -> tuple[tuple[tuple[str, ...], str], ...]:
-        """Phrase, read outwards, and what it means; the longest first."""
+        """Return (phrase read outwards, meaning) pairs, the longest first."""
         direction = -1 if self._before else 1
         phrases = [
             (keys_of(self._tokenizer.split(text))[::direction], meaning)

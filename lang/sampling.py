@@ -1,4 +1,4 @@
-"""Random meanings, to try a language's writing and reading on: everything a planner may want to say."""
+"""Random meanings for testing the writing and reading of languages, covering everything that planners may express."""
 
 from collections.abc import Iterable
 from random import Random
@@ -11,9 +11,9 @@ from lang.meaning import (
     Face,
     Meaning,
     Navigation,
+    Rotate,
     Step,
     Thing,
-    Turn,
     Walk,
     Where,
 )
@@ -44,7 +44,7 @@ FURNITURE: dict[str, tuple[str, ...]] = {
     "stop_sign": (),
     "speed_sign": (),
 }
-"""Kinds of street furniture, and the colours that they come in."""
+"""Kinds of street furniture, and their colours."""
 
 BANNER_COLOURS = ("red", "blue", "green", "yellow", "white", "black")
 BANNER_SHAPES = ("star", "diamond", "triangle", "circle", "hexagon", "dot")
@@ -56,7 +56,7 @@ _ROOM_RELATIONS = ("on_top_of", "left_of", "right_of", "in_front_of", "behind", 
 
 
 def navigation(random: Random) -> Navigation:
-    """An instruction for the street, of up to eight steps."""
+    """Return a random navigation instruction of up to eight steps."""
     things: list[Thing] = []
     steps: list[Step] = []
     for _ in range(random.choice((1, 2, 2, 3, 3, 4, 4, 5, 6, 8))):
@@ -69,7 +69,7 @@ def navigation(random: Random) -> Navigation:
 
 
 def assembly(random: Random) -> Assembly:
-    """An instruction for the room."""
+    """Return a random assembly instruction."""
     turns = (random.choice(TURNS),) if random.random() < 0.3 else ()
     wheres = [_room_where(random) for _ in range(random.choice((1, 1, 1, 2)))]
     kind = random.choice(KINDS)
@@ -78,19 +78,19 @@ def assembly(random: Random) -> Assembly:
 
 
 def meanings(random: Random, count: int) -> Iterable[Meaning]:
-    """As many of each sort, alternating."""
+    """Yield `count` random instructions of each kind, alternating."""
     for _ in range(count):
         yield navigation(random)
         yield assembly(random)
 
 
 def collectible(random: Random, where: tuple[Where, ...] = ()) -> Thing:
-    """A collectible object with pattern and colour."""
+    """Return a random collectible with pattern and colour."""
     return Thing(random.choice(KINDS), random.choice(COLOURS), random.choice(PATTERNS), where=where)
 
 
 def landmark(random: Random, nested: float = 0.05) -> Thing:
-    """Something in the street, named more or less closely; `nested` is how often with where it stands."""
+    """Return a random landmark in the street, with random detail; `nested` is the probability of a relation."""
     if random.random() < 0.15:
         return Thing("banner", random.choice(BANNER_COLOURS), random.choice(("", *BANNER_SHAPES)))
     if random.random() < 0.12:
@@ -105,13 +105,13 @@ def landmark(random: Random, nested: float = 0.05) -> Thing:
 def _step(random: Random, things: list[Thing]) -> Step:
     draw = random.random()
     if draw < 0.25:
-        return Turn(random.choice(TURNS))
+        return Rotate(random.choice(TURNS))
     thing = random.choice(things[-2:]) if things and random.random() < 0.25 else landmark(random)
     if random.random() < 0.25:
         thing = Thing(random.choice(PLACES[:2]), which=random.choice(("", "", "first", "second")))
     if draw < 0.45:
         things.append(thing)
-        return Turn(random.choice(TURNS), random.choice((*ATS, "at")), thing)
+        return Rotate(random.choice(TURNS), random.choice((*ATS, "at")), thing)
     if draw < 0.55:
         things.append(thing)
         return Face(thing)

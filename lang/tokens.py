@@ -1,20 +1,20 @@
-r"""Text to tokens, right for scripts whose vowels are combining signs (never `\w`: it is not a letter to them)."""
+r"""Tokenization that is correct for scripts whose vowels are combining signs, which `\w` does not match."""
 
 import re
 import unicodedata
 from typing import NamedTuple
 
 LATIN = "A-Za-z\u00c0-\u024f\u0300-\u036f"
-"""Letters that may stand in a text of any language ("TV"), as a regular expression's character class."""
+"""Latin letters, which texts of any language may contain ("TV"), as a regular expression's character class."""
 
 
 class Token(NamedTuple):
-    """A word, a number or one mark.
+    """A word, a number or a punctuation mark.
 
     Attributes:
-        text: normalised, in the case it was written in.
-        start: of the token in the text as it was given.
-        end: one past it.
+        text: normalised, with its original case.
+        start: index of its first character in the text as given.
+        end: index after its last character.
     """
 
     text: str
@@ -23,17 +23,17 @@ class Token(NamedTuple):
 
     @property
     def key(self) -> str:
-        """What it is compared by."""
+        """The form used for comparisons."""
         return self.text.casefold()
 
 
 class Tokenizer:
-    """Splits texts of one language.
+    """Splits texts of one language into tokens.
 
     Args:
         letters: the script's letters and combining signs, as a regular expression's character class.
-        digits: the script's own digits, likewise; 0 to 9 are always digits.
-        ignored: characters that carry no meaning and are taken out, such as the zero-width joiner.
+        digits: the script's own digits, as a character class; 0 to 9 are always digits.
+        ignored: characters that carry no meaning and are removed, such as the zero-width joiner.
     """
 
     def __init__(self, letters: str, digits: str = "", ignored: str = "") -> None:
@@ -45,15 +45,15 @@ class Tokenizer:
         self._ignored = {ord(character): None for character in ignored}
 
     def normalise(self, text: str) -> str:
-        """The text in Unicode's NFC, without what is ignored, each run of white space one space, none at the ends."""
+        """Return the text in Unicode's NFC, without ignored characters, with white space collapsed and stripped."""
         return " ".join(self._spelt(text).split())
 
     def split(self, text: str) -> list[Token]:
-        """The text's tokens in order. Their places are those in `text` as given, normalised or not."""
+        """Return the text's tokens in order, with their positions in `text` as given."""
         return [Token(self._spelt(m.group()), m.start(), m.end()) for m in self._token.finditer(text)]
 
     def count_letters(self, text: str) -> int:
-        """How many characters of the text belong to the language's script."""
+        """Return the number of characters of the text that belong to the language's script."""
         return len(self._letter.findall(text))
 
     def _spelt(self, text: str) -> str:

@@ -1,4 +1,4 @@
-"""Says a meaning in a language: which clauses there are, and how they are joined to sentences."""
+"""Writer of instructions: arranges a meaning's clauses in sentences."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -12,28 +12,28 @@ from lang.patterns import Pattern, Slot, needed, possible
 from lang.phrasing import Filler, Phraser, constant
 
 ATTEMPTS = 30
-"""How often a text is drawn anew that a reader would stumble over."""
+"""Maximum number of drafts until enough pass the checks."""
 
 DRAFTS = {"navigation": 5, "assembly": 2}
-"""Of so many good drafts the shortest is taken: people are brief."""
+"""Number of good drafts of which the shortest is returned, as people are brief."""
 
 FEWEST_WORDS = 6
-"""The paper's automated checks ask for as many."""
+"""Minimum number of words in the paper's automated checks."""
 
 MARKS = ",.;:।"
-"""Marks that stand at a word's end."""
+"""Punctuation at the ends of words."""
 
 _SENTENCES = (1, 1, 2, 2, 2, 3)
-"""How many clauses a sentence has: one of these."""
+"""Distribution of the number of clauses per sentence."""
 
 _TARGET_JOINED = 0.55
-"""How often what to pick up is said in the last steps' sentence."""
+"""Probability that the object to pick up is stated in the last step's sentence."""
 
 _TURN_JOINED = 0.6
-"""How often an assembly instruction says its turns in the sentence that says where to place the object."""
+"""Probability that an assembly instruction states its turns in the sentence about the placement."""
 
 _OPENED = {"first": 0.04, "later": 0.25, "last": 0.2}
-"""How often a sentence has words that open it, by its place in the text."""
+"""Probability that a sentence has opening words, by its place in the text."""
 
 _LABELS = "abc"
 
@@ -45,10 +45,10 @@ class Writer:
         self._grammar = grammar
 
     def write(self, meaning: Meaning, random: Random) -> str:
-        """The meaning as one text, that depends on the two arguments alone.
+        """Return the meaning as a text, which depends on the two arguments alone.
 
         Raises:
-            ValueError: for something that the language's data have no words for.
+            ValueError: if the language's data have no words for some part of it.
         """
         phase = "navigation" if isinstance(meaning, Navigation) else "assembly"
         drafts: list[str] = []
@@ -56,41 +56,41 @@ class Writer:
             draft = _Draft(self._grammar, random)
             text = draft.navigation(meaning) if isinstance(meaning, Navigation) else draft.assembly(meaning)
             words = [word.casefold().strip(MARKS) for word in text.split()]
-            if len(words) >= FEWEST_WORDS and not _stumbles(words):
+            if len(words) >= FEWEST_WORDS and not _is_clumsy(words):
                 drafts.append(text)
             if len(drafts) == DRAFTS[phase]:
                 break
         return min(drafts, key=lambda each: len(each.split())) if drafts else text
 
 
-def _stumbles(words: list[str]) -> bool:
-    """Whether a word stands twice in a row, or too few are different (the paper's checks: 40 per cent)."""
+def _is_clumsy(words: list[str]) -> bool:
+    """Return whether a word is repeated in a row, or too few words are different (the paper's checks: 40 per cent)."""
     return any(a == b for a, b in pairwise(words)) or len(set(words)) < 0.4 * len(words)
 
 
 class _Draft(Phraser):
-    """One text in the making, and its sentences."""
+    """The sentences of one text being written."""
 
     def navigation(self, meaning: Navigation) -> str:
         clauses = [clause_of(step) for step in meaning.steps]
-        groups = self._grouped(clauses)
+        groups = self._group_clauses(clauses)
         joined = bool(groups) and len(groups[-1]) < len(_LABELS) and self.random.random() < _TARGET_JOINED
         sentences = []
         for i, group in enumerate(groups):
             target = meaning.target if joined and i == len(groups) - 1 else None
-            sentences.append(self._opened("first" if i == 0 else "later", self._joined(group, target)))
+            sentences.append(self._add_opening("first" if i == 0 else "later", self._join_clauses(group, target)))
         if not joined:
             listed = self.grammar.target
             body = self._target(meaning.target, (*listed["clause"], *listed["sentences"]), {})
-            sentences.append(self._opened("last", body) if groups else body)
-        return self._finished(sentences)
+            sentences.append(self._add_opening("last", body) if groups else body)
+        return self._finish_text(sentences)
 
     def assembly(self, meaning: Assembly) -> str:
         parts = [self._turn(direction) for direction in meaning.turns]
         if parts and self.random.random() < _TURN_JOINED:
-            return self._finished([self._assembly_joined([*parts, self._place(meaning)])])
-        apart = [self._assembly_joined(parts)] if parts else []
-        return self._finished([*apart, self._place(meaning)])
+            return self._finish_text([self._join_assembly([*parts, self._place(meaning)])])
+        apart = [self._join_assembly(parts)] if parts else []
+        return self._finish_text([*apart, self._place(meaning)])
 
     def _turn(self, direction: str) -> str:
         fillers = self.table_fillers({"direction": direction})
@@ -111,15 +111,15 @@ class _Draft(Phraser):
         patterns = self.fitting(self.grammar.assembly["place" if named else "place it"], said)
         return self.render(self.pick(patterns, "where to place"), said, {**self.features, **given})
 
-    def _assembly_joined(self, parts: list[str]) -> str:
+    def _join_assembly(self, parts: list[str]) -> str:
         if len(parts) > len(_LABELS):
             raise ValueError(f"{len(parts) - 1} turns; expected at most {len(_LABELS) - 1}")
         fillers = {label: constant(part) for label, part in zip(_LABELS, parts, strict=False)}
         join = self.pick(self.fitting(self.grammar.joins["assembly"], fillers), "join")
         return self.render(join, fillers, self.features)
 
-    def _grouped(self, clauses: list[Clause]) -> list[list[Clause]]:
-        """The clauses of each sentence."""
+    def _group_clauses(self, clauses: list[Clause]) -> list[list[Clause]]:
+        """Return the clauses of each sentence."""
         groups = []
         while clauses:
             size = self.random.choice(_SENTENCES)
@@ -127,8 +127,8 @@ class _Draft(Phraser):
             clauses = clauses[size:]
         return groups
 
-    def _joined(self, clauses: list[Clause], target: Thing | None) -> str:
-        """The clauses as one sentence, what to pick up at its end if that is to stand in it."""
+    def _join_clauses(self, clauses: list[Clause], target: Thing | None) -> str:
+        """Return the clauses as one sentence, ending with the target if it is given."""
         labels = _LABELS[: len(clauses) + (target is not None)]
         bendable = {label for label, clause in zip(labels, clauses, strict=False) if self._patterns(clause, bent=True)}
         joins = self.fitting(self.grammar.joins["sentence"], labels)
@@ -141,15 +141,15 @@ class _Draft(Phraser):
             fillers[labels[-1]] = constant(self._target(target, self.grammar.target["clause"], marks[labels[-1]]))
         return self.render(join, fillers, self.features)
 
-    def _opened(self, place: str, body: str) -> str:
-        """A sentence, for some with words that open it at its place in the text: "first", "later" or "last"."""
+    def _add_opening(self, place: str, body: str) -> str:
+        """Return a sentence, possibly with opening words for its place in the text: "first", "later" or "last"."""
         if self.random.random() >= _OPENED[place]:
             return body
         opening = self.pick(self.grammar.joins[place], place)
         return self.render(opening, {"a": constant(body)}, self.features)
 
     def _patterns(self, clause: Clause, *, bent: bool) -> list[Pattern]:
-        """Those that say a clause: of its key, of its thing's kind too, and short ones if that was just spoken of."""
+        """Return the patterns for a clause: by its key, its thing's kind, and short ones if that was just mentioned."""
         listed, said = self.grammar.steps, clause.said.keys()
         tables = self.table_fillers(clause.said)
         patterns = self.fitting(listed.get(clause.key, ()), said, tables)
@@ -168,7 +168,7 @@ class _Draft(Phraser):
         text = self.render(pattern, fillers, {**self.features, **given, **marked})
         things = [value for value in clause.said.values() if isinstance(value, Thing)]
         self.focus = focus_of(tuple(things) * (2 if "pair" in clause.said else 1), self.focus)
-        self.spoken_of += things
+        self.mentioned_things += things
         return text
 
     def _target(self, target: Thing, patterns: Iterable[Pattern], marked: Mapping[str, str]) -> str:
@@ -184,8 +184,8 @@ class _Draft(Phraser):
         fillers["target"] = self.thing(target, noun, self.grammar.attached, top=True)
         return self.render(pattern, fillers, {**self.features, **dict(noun.given), **marked})
 
-    def _finished(self, sentences: list[str]) -> str:
-        """The text: sentences ended, spaces in their places, spelt, capitals where the script has them."""
+    def _finish_text(self, sentences: list[str]) -> str:
+        """Return the final text: sentences ended, spacing and spelling fixed, capitals where the script has them."""
         end = self.grammar.sentence_end
         text = " ".join(sentence.strip().rstrip(f"{MARKS} ") + end for sentence in sentences)
         text = re.sub(rf"\s+([{MARKS}])", r"\1", " ".join(text.split()))
@@ -195,5 +195,5 @@ class _Draft(Phraser):
 
 
 def _bent(join: Pattern) -> frozenset[str]:
-    """The labels of the clauses that a join wants in another form."""
+    """Return the labels of the clauses that a join requires in another form."""
     return frozenset(part.name for part in join.body if isinstance(part, Slot) and part.marks)

@@ -1,4 +1,4 @@
-"""`python -m server` is `arramon-server`."""
+"""Entry point of `python -m server`, the same as `arramon-server`."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""Addresses to listen on: which texts are addresses, and who can reach them."""
+"""Addresses to listen on: validation, and checks that they are free and whether they are local."""
 
 import ipaddress
 import socket
@@ -11,34 +11,26 @@ TCP_FORM = "host:port"
 
 
 def is_address(text: str) -> bool:
-    """Whether a text is `host:port` or `unix:/path`."""
+    """Return whether a text is `host:port` or `unix:/path`."""
     return (text.startswith("unix:") and text != "unix:") or is_tcp_address(text)
 
 
 def is_tcp_address(text: str) -> bool:
-    """Whether a text is `host:port`."""
+    """Return whether a text is `host:port`."""
     host, _, port = text.rpartition(":")
     return bool(host) and port.isascii() and port.isdecimal() and int(port) <= 65535
 
 
 def is_loopback(address: str) -> bool:
-    """Whether only this machine can reach what listens there."""
+    """Return whether only this machine can reach an address: a Unix socket or a loopback address."""
     return address.startswith("unix:") or (all(ip.is_loopback for ip in _found(address)) and bool(_found(address)))
 
 
-def is_public(address: str) -> bool:
-    """Whether anybody might reach what listens there: it is neither of this machine alone nor of a private network."""
-    if address.startswith("unix:"):
-        return False
-    found = _found(address)
-    return not found or any(ip.is_unspecified or not ip.is_private for ip in found)
-
-
 def check_free(listen: str) -> None:
-    """Makes sure that one can listen there: that nobody does, with a shared port either, and that it is this machine's.
+    """Check that this process can listen on an address: it is local, and no process listens there, nor shares its port.
 
     Raises:
-        BadInput: if not; it says why.
+        BadInput: if it cannot; the message says why.
     """
     try:
         if listen.startswith("unix:"):
@@ -48,7 +40,7 @@ def check_free(listen: str) -> None:
         infos = socket.getaddrinfo(host.strip("[]"), int(port), type=socket.SOCK_STREAM)
         for family, _, _, _, place in infos[:1]:
             with socket.socket(family) as probe:
-                # Connections of a server that has just ended are no hindrance.
+                # Remaining connections of a server that has just ended do not matter.
                 probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
                 probe.bind(place)
     except OSError as error:
@@ -56,7 +48,7 @@ def check_free(listen: str) -> None:
 
 
 def _found(address: str) -> list[ipaddress.IPv4Address | ipaddress.IPv6Address]:
-    """What a host's name stands for on this machine; nothing where it is not known."""
+    """Return the IP addresses to which this machine resolves the host of an address; empty if it is unknown."""
     try:
         infos = socket.getaddrinfo(address.rpartition(":")[0].strip("[]"), None, type=socket.SOCK_STREAM)
     except OSError:

@@ -2,46 +2,70 @@
 
 import argparse
 import os
+import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from importlib import import_module
 
-from server import __version__, logs
-from server.configuring import add_common_flags, configured
+from server import __version__
+from server.configuration.setting import mask_secrets
+from server.configuration.sources import add_common_flags, load_configuration
 from server.errors import ArraMonError
-from server.setting import masked
+from server.process import logs
 
 FAMILIES = {
-    "serving": ("serve", "health"),
+    "serve": ("serve", "health"),
     "data": ("import-release", "generate"),
-    "looking": ("show", "stats", "check-instruction"),
+    "inspection": ("show", "stats", "check-instruction"),
     "settings": ("config",),
     "token": ("token",),
     "quota": ("quota",),
+    "runs": ("runs",),
     "receipts": ("key", "rescore"),
     "transfer": ("export", "import"),
+    "backup": ("backup",),
 }
-"""The modules of `server.commands`, and the commands of each: only that of the command given is loaded, to be quick."""
+"""Modules of `server.commands`, with their commands. Only the module of the command in use is imported."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs a command; returns the exit status: 0 fine, 1 something was wrong and was said, 2 usage, 130 interrupted."""
-    # Before gRPC is loaded: what it would write by itself is no line of the log, and is explained with the error.
+    """Run a command; return the exit status: 0 success, 1 an error that was printed, 2 wrong usage, 130 interrupted."""
+    # Set before gRPC is loaded: its own output is not in the log's format, and the error explains the same.
     os.environ.setdefault("GRPC_VERBOSITY", "NONE")
-    given = sys.argv[1:] if argv is None else argv
-    arguments = parser(given[0] if given else "").parse_args(given)
+    words = sys.argv[1:] if argv is None else argv
+    with _exit_on_sigterm() if words[:1] == ["serve"] else nullcontext():
+        return _run(words)
+
+
+@contextmanager
+def _exit_on_sigterm() -> Iterator[None]:
+    """Exit with status 0 on SIGTERM during the start, when there is nothing to drain yet."""
+
+    def leave(*_: object) -> None:
+        sys.exit(0)
+
+    before = signal.signal(signal.SIGTERM, leave)
     try:
-        arguments.configured = configured(vars(arguments), os.environ)
-        arguments.settings = arguments.configured.config
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _run(words: Sequence[str]) -> int:
+    arguments = parser(words[0] if words else "").parse_args(words)
+    try:
+        arguments.configuration = load_configuration(vars(arguments), os.environ)
+        arguments.settings = arguments.configuration.config
         arguments.data = arguments.settings.data
         logs.configure(arguments.settings.log, arguments.settings.log_format)
         status: int | None = arguments.command(arguments)
         sys.stdout.flush()
-    except BrokenPipeError:  # read by `head`, or a pager that was left: nothing is wrong
+    except BrokenPipeError:  # The reader, such as `head` or a pager, has ended: not an error.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except ArraMonError as error:
-        print(f"arramon-server: {masked(str(error))}", file=sys.stderr)
+        print(f"arramon-server: {mask_secrets(str(error))}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print("arramon-server: interrupted", file=sys.stderr)
@@ -50,7 +74,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def parser(command: str = "") -> argparse.ArgumentParser:
-    """The command line of a command; the whole one for a word that is none."""
+    """Return the parser of a command, or of all commands if there is none of that name."""
     parser = argparse.ArgumentParser(prog="arramon-server", description="The ArraMon evaluation server.")
     parser.add_argument("--version", action="version", version=f"arramon-server {__version__}")
     common = argparse.ArgumentParser(add_help=False)

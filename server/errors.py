@@ -1,35 +1,47 @@
-"""The error tree: everything that the server can say is wrong, in words for whoever caused it.
+"""The error tree: all errors of the server whose messages are meant for users.
 
 ArraMonError
-├── BadInput        the caller's words, files or settings are wrong
-│   └── BadFile     a file is wrong; names file, line and field
-├── NotFound        no such run, split, language or episode
-├── Conflict        the request is right, but not in this state
-├── Unauthenticated no token, or one that is not good
-├── Forbidden       not with this role, or not over this connection
-├── OverQuota       a limit of the participant's is reached; names it, and when the next is possible
-└── StorageError    the journal or the data folder cannot be read or written
+├── BadInput         arguments, files or settings are wrong
+│   └── BadFile      a file is wrong; names file, line and field
+├── NotFound         no such run, split, language or episode
+├── Conflict         the request is not possible in the present state
+│   └── TakenOver    another server process was faster; the request can be repeated
+├── Unauthenticated  the token is missing or invalid
+├── Forbidden        not allowed for this role or over this connection
+├── OverQuota        a limit of the participant is reached; says when the next request is possible
+└── Unavailable      the server cannot serve the request now
+    └── StorageError the journal or the data folder cannot be read or written
 """
 
 from pathlib import Path
 
+LONGEST_QUOTE = 100
+"""Maximum characters of a caller's text that an error message quotes."""
+
+
+def quoted(words: str) -> str:
+    """Return a caller's text quoted for an error message, truncated if it is long: the size of a status is limited."""
+    if len(words) <= LONGEST_QUOTE:
+        return repr(words)
+    return f"{words[:LONGEST_QUOTE]!r}... ({len(words)} characters)"
+
 
 class ArraMonError(Exception):
-    """Base of all errors whose message may be shown to a user as it is."""
+    """Base of all errors whose messages may be shown to users."""
 
 
 class BadInput(ArraMonError):
-    """Something given by the caller is wrong; the message names it and what was expected."""
+    """An argument, file or setting is wrong; the message names it and what was expected."""
 
 
 class BadFile(BadInput):
-    """A file's content is wrong.
+    """The content or the mode of a file is wrong.
 
     Args:
-        path: the file.
+        path: path of the file.
         problem: what was wrong and what was expected.
-        line: 1-based line, where one is known.
-        field: dotted name of the field, such as `gt_paths.navi_path_gt[1]`.
+        line: 1-based line number; None if unknown.
+        field: dotted name of the field, such as `gt_paths.navi_path_gt[1]`; None if unknown.
     """
 
     def __init__(self, path: Path | str, problem: str, *, line: int | None = None, field: str | None = None) -> None:
@@ -39,32 +51,32 @@ class BadFile(BadInput):
 
 
 class NotFound(ArraMonError):
-    """What was asked for does not exist; the message names what does."""
+    """The requested object does not exist; the message names those that do, where possible."""
 
 
 class Conflict(ArraMonError):
-    """The request does not fit the present state, such as the scores of a run that is still being played."""
+    """The request is not possible in the present state, such as the scores of a run that is still being played."""
 
 
 class TakenOver(Conflict):
-    """Another process of this server has got there first. Whoever reads this tries again, and sees what is now."""
+    """Another process of this server was faster. The caller can try again, and sees the new state."""
 
 
 class Unauthenticated(ArraMonError):
-    """The caller gave no token where one is needed, or one that is not good; the message says what to do."""
+    """The token is missing where one is required, or is invalid; the message says what to do."""
 
 
 class Forbidden(ArraMonError):
-    """The server knows the caller, or needs not to, and will not do this for them."""
+    """The caller is not allowed to make the request, whether or not it is authenticated."""
 
 
 class OverQuota(ArraMonError):
-    """A participant's limit is reached; the message names it, what counts, and when the next is possible."""
+    """A limit of the participant is reached; the message names it, the usage, and when the next request is possible."""
 
 
 class Unavailable(ArraMonError):
-    """The server cannot go on just now, such as while it shuts down. Nothing that was answered is lost."""
+    """The server cannot serve the request now, for instance while it shuts down. No confirmed step is lost."""
 
 
 class StorageError(Unavailable):
-    """The journal or the data folder could not be read or written. Nothing that was answered is lost."""
+    """The journal or the data folder cannot be read or written. No confirmed step is lost."""

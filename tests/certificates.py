@@ -22,12 +22,12 @@ class Authority:
         self.pem = self._certificate.sign(self._key, hashes.SHA256()).public_bytes(Encoding.PEM)
 
     def sign(self, folder: Path, *, password: bytes = b"") -> tuple[Path, Path]:
-        """Writes a new certificate for localhost and 127.0.0.1, and its key; returns both paths."""
+        """Writes a new certificate for localhost and 127.0.0.1 to 127.0.0.3, and its key; returns both paths."""
         key = ec.generate_private_key(ec.SECP256R1())
         name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "localhost")])
         names = x509.SubjectAlternativeName([
             x509.DNSName("localhost"),
-            x509.IPAddress(ipaddress.ip_address("127.0.0.1")),
+            *(x509.IPAddress(ipaddress.ip_address(f"127.0.0.{last}")) for last in (1, 2, 3)),
         ])  # fmt: skip
         builder = self._builder(name, key.public_key()).add_extension(names, critical=False)
         locked = BestAvailableEncryption(password) if password else NoEncryption()

@@ -1,7 +1,12 @@
 """What tests of several folders need: a database server and a proxy of their own, and servers that start quickly."""
 
+import signal
+from collections.abc import Iterator
+
 import pytest
 
+from tests import tiny
+from tests.faults.clients import EPISODES, Peace, journal_url, undisturbed
 from tests.forked import Forked
 from tests.serving import Server
 
@@ -10,7 +15,34 @@ pytest_plugins = ["tests.postgres", "tests.proxy"]
 Server.fork = Forked
 
 
+@pytest.fixture(scope="session")
+def peace(tmp_path_factory: pytest.TempPathFactory) -> Peace:
+    """One undisturbed run for all tests that disturb one: by the same agent, on the same episodes."""
+    folder = tmp_path_factory.mktemp("peace")
+    tiny.write(folder / "data", count=EPISODES)
+    server = Server(folder / "data", "127.0.0.1:0", log=folder / "log")
+    results = undisturbed(server, folder / "results")
+    assert server.stop() == 0
+    return Peace(results, journal_url(server.data))
+
+
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """SIGINT interrupts this process and those that it starts, even where its parent has SIGINT ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Files with slow tests come first: at the end, one of several processes is not to be left with one of these."""
     slow = {item.path for item in items if item.get_closest_marker("slow")}
     items.sort(key=lambda item: item.path not in slow)
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Says in which fonts the pages were looked at: what is right in one may not be in another."""
+    reports = [report for kind in ("passed", "failed") for report in terminalreporter.getreports(kind)]
+    fonts = {value for report in reports for name, value in report.user_properties if name == "fonts"}
+    for font in sorted(map(str, fonts)):
+        terminalreporter.line(f"pages shown in: {font}")

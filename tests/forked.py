@@ -60,7 +60,7 @@ def run(*arguments: object) -> "subprocess.CompletedProcess[str]":
             process = Forked(words, says, Path(errors.name))
         with os.fdopen(os.dup(said.fileno())) as output:
             stdout = output.read()
-        return subprocess.CompletedProcess(words, process.wait(60), stdout, Path(errors.name).read_text())
+        return subprocess.CompletedProcess(words, process.wait(240), stdout, Path(errors.name).read_text())
 
 
 def _run(arguments: list[str], environment: Mapping[str, str], stdout: "Connection[Any, Any]", stderr: Path) -> None:

@@ -4,12 +4,12 @@ from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 
 from server.episodes.splits import Split
-from server.runs import causes
-from server.runs.database import Database
-from server.runs.journal import Journal
-from server.runs.records import COMPLETE, RUNNING, Batch, Ending, Run
-from server.runs.session import Session
-from server.runs.worlds import Worlds
+from server.runs.play.session import Session
+from server.runs.play.worlds import Worlds
+from server.runs.storage import causes
+from server.runs.storage.database import Database
+from server.runs.storage.journal import Journal
+from server.runs.storage.records import COMPLETE, RUNNING, Batch, Ending, Run
 from server.sim.rules import Action, Limits
 from tests import tiny
 

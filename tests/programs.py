@@ -9,7 +9,9 @@ from pathlib import Path
 
 import pytest
 
-SCRIPT = Path(__file__).parents[1] / "scripts" / "services"
+from tests import ROOT
+
+SCRIPT = ROOT / "scripts" / "services"
 
 
 def program(name: str, package: str, *folders: str) -> Path:
@@ -47,7 +49,7 @@ def stop(process: "subprocess.Popen[bytes]") -> None:
     """Ends a program that `start` started."""
     assert process.stdin is not None
     process.stdin.close()
-    process.wait(timeout=60)
+    process.wait(timeout=240)
 
 
 def _found(name: str, folders: tuple[str, ...]) -> Path | None:

@@ -10,10 +10,11 @@ from pathlib import Path
 
 import pytest
 
+from tests import ROOT
 from tests.certificates import Authority
 from tests.programs import free_port, program, start, stop
 
-CONFIGURATION = Path(__file__).parents[1] / "deploy" / "nginx.conf"
+CONFIGURATION = ROOT / "deploy" / "nginx.conf"
 
 _MAIN = """
 daemon off;

@@ -5,7 +5,9 @@ from pathlib import Path
 
 import pytest
 
-FOLDER = Path(os.environ.get("ARRAMON_RELEASE", Path(__file__).parents[2] / "shared" / "release"))
+from tests import ROOT
+
+FOLDER = Path(os.environ.get("ARRAMON_RELEASE", ROOT / "shared" / "release"))
 
 VAL_SEEN = FOLDER / "val_seen.json"
 

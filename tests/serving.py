@@ -80,11 +80,16 @@ class Server:
         self.process.send_signal(signal.SIGTERM)
         return self.wait()
 
-    def wait(self, timeout: float = 20.0) -> int:
+    def wait(self, timeout: float = 120.0) -> int:
         """The exit status, once it has ended."""
-        status = self.process.wait(timeout)
-        self._said.close()
-        return status
+        try:
+            return self.process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            self.process.kill()  # or it would disturb what comes after
+            self.process.wait(timeout)
+            raise
+        finally:
+            self._said.close()
 
     def _started(self, says: "Connection[Any, Any]", log: Path) -> Process:
         arguments = ["serve", "--data", str(self.data), "--listen", self.listen, *self.more]

@@ -1,83 +1,148 @@
 """The rules of the house that a tool can check: who imports whom, and what the pieces need."""
 
 import ast
+import re
+import subprocess
+import sys
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
+from tests import ROOT
 
-# Where -> what its modules may import of this repository.
-ALLOWED = {
-    "server/sim": {"server.sim"},
-    "server/scoring": {"server.scoring"},
-    "server/episodes": {"server.episodes", "server.sim", "server.errors", "server.private", "lang"},
+SHARED = {"server.errors", "server.private_files", "server.addresses", "server.per_split"}
+"""Modules of the server that any of its packages may import; they import nothing but each other."""
+
+WORLD = {"server.sim", "server.sim.assets", "server.sim.raster"}
+
+# By package (with its subpackages, unless these have a line of their own): what it may import besides itself.
+ALLOWED: dict[str, set[str]] = {
+    "server/sim": WORLD,
+    "server/scoring": set(),
+    "server/episodes": {*SHARED, "server.sim"},
+    "server/runs/storage": SHARED,
+    "server/runs/play": {*SHARED, *WORLD, "server.runs.storage", "server.episodes", "server.scoring"},
+    "server/runs/accounts": {*SHARED, "server.runs.storage"},
+    "server/runs/results": {
+        *SHARED, *WORLD, "server.runs.storage", "server.runs.play", "server.runs.accounts", "server.episodes",
+        "server.scoring", "arramon",
+    },
+    "server/runs/transfer": {*SHARED, "server.runs.storage"},
     "server/runs": {
-        "server",
-        "server.runs",
-        "server.episodes",
-        "server.scoring",
-        "server.sim",
-        "server.errors",
-        "server.private",
-        "arramon",
+        *SHARED, *WORLD, "server.__version__", "server.runs.storage", "server.runs.play", "server.runs.accounts",
+        "server.runs.results", "server.episodes",
     },
-    "server/board": {"server.board", "server.runs", "server.episodes", "server.scoring", "server.errors"},
+    "server/board": {*SHARED, "server.runs", "server.episodes", "server.scoring"},
     "server/web": {
-        "server",
-        "server.web",
-        "server.board",
-        "server.runs",
-        "server.episodes",
-        "server.scoring",
-        "server.sim",
-        "server.errors",
-        "server.config",
-        "server.metrics",
-        "server.tls",
+        *SHARED, *WORLD, "server.__version__", "server.board", "server.runs", "server.episodes", "server.scoring",
+        "server.configuration", "server.process.metrics", "server.process.tls",
     },
-    "agents": {"agents", "arramon_client", "lang", "arramon"},
-    "clients/python/arramon_client": {"arramon_client", "arramon"},
-    "lang": {"lang"},
-}
+    "server/api": {
+        *SHARED, *WORLD, "server.__version__", "server.board", "server.runs", "server.episodes", "server.scoring",
+        "server.configuration", "arramon",
+    },
+    "server/configuration": {*SHARED, *WORLD, "server.runs.play.clocks"},
+    "server/process": {
+        *SHARED, *WORLD, "server.__version__", "server.api", "server.board", "server.web", "server.runs",
+        "server.episodes", "server.configuration", "arramon",
+    },
+    "server/dataset": {
+        *SHARED, *WORLD, "server.episodes", "server.scoring", "lang",
+        "server.runs.play.session", "server.runs.play.worlds",  # An agent is tried, and pictured, by the very rules.
+        "arramon_client",  # The follower, which is an agent, tries every instruction.
+    },
+    "agents": {"arramon_client", "arramon", "lang"},
+    "clients/python/arramon_client": {"arramon"},
+    "lang": set(),
+}  # fmt: skip
 OURS = ("server", "agents", "lang", "arramon_client", "arramon", "tests", "examples")
 
 
 def imports(path: Path) -> Iterator[str]:
+    """The full names of everything that a module imports: `package.module` or `package.module.name`."""
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
-            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
 def sources(folder: str) -> list[Path]:
+    """The modules of a package, without those of a subpackage that has a line of its own."""
+    others = [ROOT / other for other in ALLOWED if other.startswith(folder + "/")]
     return [
-        path for path in (ROOT / folder).rglob("*.py") if "_pb2" not in path.name and "migrations" not in path.parts
+        path
+        for path in (ROOT / folder).rglob("*.py")
+        if "_pb2" not in path.name and "versions" not in path.parts and not any(o in path.parents for o in others)
     ]
+
+
+def is_within(name: str, package: str) -> bool:
+    return name == package or name.startswith(package + ".")
 
 
 @pytest.mark.parametrize("folder", ALLOWED)
 def test_imports_run_one_way(folder: str) -> None:
+    own = folder.removeprefix("clients/python/").replace("/", ".")
     found = sources(folder)
     assert found
     for path in found:
         for name in imports(path):
             if name.split(".")[0] in OURS:
-                allowed = {".".join(name.split(".")[: n + 1]) for n in range(name.count(".") + 1)} & ALLOWED[folder]
-                assert allowed - {"server"} or name == "server", f"{path.relative_to(ROOT)} imports {name}"
+                is_allowed = any(is_within(name, package) for package in {own, *ALLOWED[folder]})
+                assert is_allowed, f"{path.relative_to(ROOT)} imports {name}"
+
+
+def test_every_package_has_a_line() -> None:
+    """Not the command line, which may import everything."""
+    packages = {path.parent for path in (ROOT / "server").glob("*/__init__.py")} - {ROOT / "server" / "commands"}
+    assert {package.relative_to(ROOT).as_posix() for package in packages} <= ALLOWED.keys()
+
+
+def test_serve_loads_nothing_that_makes_data() -> None:
+    """Neither when it is started, with all of its pages, nor when it plays."""
+    code = (
+        "import sys, server.commands.serve, server.process.assembly, server.process.workers, server.web.pages; "
+        "print([name for name in sys.modules if name.startswith(('server.dataset', 'lang', 'agents', 'torch'))])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+TRACE = re.compile(r"^(\S+\.py): (\S+)", re.MULTILINE)
+
+
+def test_the_traces_of_contributing_name_functions_that_exist() -> None:
+    """So that the map stays true."""
+    lines = TRACE.findall((ROOT / "CONTRIBUTING.md").read_text())
+    assert len(lines) > 25
+    for path, name in lines:
+        *classes, function = name.split(".")
+        nodes: list[ast.stmt] = ast.parse((ROOT / path).read_text()).body
+        for wanted in classes:
+            (found,) = [node for node in nodes if isinstance(node, ast.ClassDef) and node.name == wanted]
+            nodes = found.body
+        names = [node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
+        assert function in names, f"{path} has no {name}"
+
+
+def test_the_paths_of_contributing_exist() -> None:
+    for path in re.findall(
+        r"`((?:server|clients|agents|lang|proto|tests)/[\w/.-]*)`", (ROOT / "CONTRIBUTING.md").read_text()
+    ):
+        assert "LANGUAGE" in path or "lang/xx" in path or (ROOT / path).exists(), path
 
 
 def test_one_file_imports_pybullet() -> None:
-    everywhere = [path for folder in ("server", "agents", "lang", "clients") for path in sources(folder)]
+    everywhere = [path for folder in ("server", "agents", "lang", "clients") for path in (ROOT / folder).rglob("*.py")]
     assert [path.name for path in everywhere if "pybullet" in set(imports(path))] == ["bullet.py"]
 
 
 def test_nobody_imports_torch_where_it_is_not_needed() -> None:
     for folder in ("server", "clients", "proto", "lang"):
-        for path in sources(folder):
+        for path in (ROOT / folder).rglob("*.py"):
             assert not {"torch", "transformers"} & {name.split(".")[0] for name in imports(path)}, path
 
 

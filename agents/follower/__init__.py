@@ -1,4 +1,5 @@
-"""Follows instructions by text, depth and segmentation alone: a grounded upper bound, and the test of a data set."""
+"""Rule-based agent that follows instructions by text, depth and segmentation alone: a grounded upper bound, and the
+test of a data set's instructions."""
 
 from agents.follower.agent import Agent
 

@@ -1,4 +1,4 @@
-"""The agent: reads each instruction, and gives it to what navigates or to what places."""
+"""The follower agent: reads each instruction, and passes it to the navigator or to the room follower."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ from lang.meaning import Assembly, Navigation, Thing
 
 @dataclass
 class _Memory:
-    """What is remembered of an episode."""
+    """Memory of an episode."""
 
     episode: Episode
     body: Body
@@ -23,7 +23,7 @@ class _Memory:
 
 
 class Agent:
-    """Plays from the text and what the camera shows: no position, no map, no ground truth."""
+    """Agent that uses only the text, depth and segmentation: no pose, no given map, no ground truth."""
 
     name = "follower"
     sensors = ("depth", "segmentation")
@@ -32,17 +32,17 @@ class Agent:
         self._episodes: dict[str, _Memory] = {}
 
     def begin(self, episode: Episode) -> None:
-        """A new episode.
+        """Start a new episode.
 
         Raises:
-            ValueError: if the episode does not say what its segmentation means.
+            ValueError: if the episode has no labels for its segmentation.
         """
         if not episode.labels:
-            raise ValueError("follower needs the sensor segmentation, and this run does not have it")
+            raise ValueError("follower requires the sensor segmentation, which this run does not have")
         self._episodes[episode.episode_id] = _Memory(episode, Body(episode.labels))
 
     def act(self, observations: Sequence[Observation]) -> list[Action]:
-        """One action for each observation."""
+        """Return one action for each observation."""
         return [self._act(observation, self._episodes[observation.episode_id]) for observation in observations]
 
     def _act(self, observation: Observation, memory: _Memory) -> Action:
@@ -52,14 +52,14 @@ class Agent:
         if memory.navigator is not None:
             memory.body.perceive(observation)
             action = memory.navigator.act()
-            memory.body.did(action)
+            memory.body.record_action(action)
             return action
         assert memory.room is not None
         return Action(memory.room.act(observation))
 
     def _begin_phase(self, observation: Observation, memory: _Memory) -> None:
         memory.navigator = memory.room = None
-        memory.body.did(None)
+        memory.body.record_action(None)
         meaning = read(memory.episode.language, observation.instruction, observation.phase)
         if isinstance(meaning, Navigation):
             memory.body.landmarks.forget()
@@ -69,7 +69,7 @@ class Agent:
 
 
 def read(language: str, text: str, phase: str) -> Navigation | Assembly:
-    """What an instruction means; where it cannot be read, only the object that it names."""
+    """Return the meaning of an instruction, or only the object that it mentions if it cannot be read."""
     speech = lang.load(language)
     try:
         return speech.read(text, phase)

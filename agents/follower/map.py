@@ -1,4 +1,4 @@
-"""What the agent has seen of the ground: its own map, cells of a quarter unit in its own frame (see `perceive`)."""
+"""The agent's occupancy map of the ground: cells of a quarter unit in the agent's own frame (see `perceive`)."""
 
 import math
 
@@ -9,19 +9,19 @@ from agents.follower.perceive import Scan
 
 CELL = 0.25
 SIDE = 640
-"""Cells along each axis: 80 units to each side of where the agent began."""
+"""Cells along each axis: 80 units to each side of the agent's start."""
 
 _OFFSETS = np.array([i * SIDE + j for i in (-1, 0, 1) for j in (-1, 0, 1)])
-"""What the agent's disc of 0.25 units cannot stand on beside a solid cell."""
+"""Offsets of the cells around a solid cell that the agent's disc of 0.25 units cannot occupy."""
 
 
 class Map:
-    """What is free, what is solid, and where the agent's disc cannot be.
+    """Map of free and solid ground, and of the places that the agent's disc cannot occupy.
 
     Attributes:
-        blocked: one byte a cell, 1 where the agent cannot stand.
-        free: one byte a cell, 1 where the ground was seen to be free.
-        wall: one byte a cell, 1 where a building stands.
+        blocked: one byte per cell, 1 where the agent cannot be.
+        free: one byte per cell, 1 where the ground was seen to be free.
+        wall: one byte per cell, 1 where there is a building.
     """
 
     def __init__(self) -> None:
@@ -34,13 +34,13 @@ class Map:
         self._solid = np.zeros(SIDE * SIDE, np.uint8)
 
     def add(self, scan: Scan) -> None:
-        """Enters what a frame shows."""
+        """Add a frame's free ground and obstacles."""
         self._free[_indices(scan.free[:, 0], scan.free[:, 1])] = 1
         if len(scan.obstacles):
             self._enter(_indices(scan.obstacles[:, 0], scan.obstacles[:, 1]), scan.walls)
 
     def block(self, x: float, z: float) -> None:
-        """Enters something solid that was felt rather than seen."""
+        """Add an obstacle that blocked a step without having been seen."""
         self._enter(_indices(np.array([x]), np.array([z])), np.array([False]))
 
     def _enter(self, cells: npt.NDArray[np.int64], walls: npt.NDArray[np.bool_]) -> None:
@@ -53,7 +53,7 @@ class Map:
             self._blocked[np.clip(around, 0, SIDE * SIDE - 1)] = 1
 
     def reach(self, x: float, z: float, angle: float, farthest: float) -> float:
-        """How far the agent could go straight from (x, z) as far as is known, in units; `angle` in radians."""
+        """Return how far the agent can go straight from (x, z) as far as is known, in units; `angle` in radians."""
         sin, cos = math.sin(angle) * CELL, math.cos(angle) * CELL
         blocked = self.blocked
         for i in range(2, int(farthest / CELL) + 1):
@@ -62,12 +62,12 @@ class Map:
         return farthest
 
     def sees(self, x: float, z: float, to_x: float, to_z: float) -> bool:
-        """Whether nothing known stands in the way between two places."""
+        """Return whether no known obstacle is between two places."""
         distance = math.hypot(to_x - x, to_z - z)
         return self.reach(x, z, math.atan2(to_x - x, to_z - z), distance) >= distance - 2 * CELL
 
     def near_free(self, x: float, z: float) -> tuple[float, float]:
-        """The place, or the nearest around it where the agent can stand, as far as is known."""
+        """Return the place, or the nearest one around it that the agent can occupy as far as is known."""
         if not self.blocked[index(x, z)]:
             return x, z
         for radius in (0.5, 1.0, 1.5, 2.0, 2.5):
@@ -81,16 +81,16 @@ class Map:
     def runs(
         self, x: float, z: float, angle: float, side: int, offsets: npt.NDArray[np.float64], farthest: float
     ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
-        """How far the ground beside a line is free to one side.
+        """Measure how far the ground to one side of a line is free.
 
         Args:
-            x, z, angle: the line.
-            side: 1 to the right of it, -1 to the left.
+            x, z, angle: a point on the line, and its direction in radians.
+            side: 1 for the right side, -1 for the left.
             offsets: (n,) places on the line, in units from (x, z).
-            farthest: in units.
+            farthest: maximum distance from the line, in units.
 
         Returns:
-            (n,) how far the ground is known to hold no wall, and (n,) whether a wall ends it.
+            (n,) distances up to which the ground is known to be without walls, and (n,) whether each ends at a wall.
         """
         sin, cos = math.sin(angle), math.cos(angle)
         out = np.arange(0.0, farthest, CELL)
@@ -98,7 +98,7 @@ class Map:
         zs = z + offsets[:, None] * cos - side * out[None, :] * sin
         cells = _indices(xs, zs)
         wall = self._wall[cells] == 1
-        # Walls are hollow and free ground is seen with gaps: two unknown cells in a row end what is known.
+        # Walls are hollow and free ground is seen with gaps: known ground ends at two consecutive unknown cells.
         unknown = (self._free[cells] == 0) & ~wall
         unknown[:, :-1] &= unknown[:, 1:]
         ends = wall | unknown
@@ -107,7 +107,7 @@ class Map:
         return last * CELL, wall[np.arange(len(offsets)), last]
 
     def frontier(self) -> npt.NDArray[np.float64]:
-        """(n, 2) of (x, z): free places beside what was never seen."""
+        """Return (n, 2) of (x, z): free places next to unknown ground."""
         free = self._free.reshape(SIDE, SIDE)
         known = free | self._solid.reshape(SIDE, SIDE)
         edge = np.zeros((SIDE, SIDE), dtype=bool)
@@ -121,7 +121,7 @@ class Map:
 
 
 def index(x: float, z: float) -> int:
-    """The cell of a place."""
+    """Return the index of a place's cell."""
     row, column = int(x / CELL + SIDE / 2), int(z / CELL + SIDE / 2)
     return min(max(row, 0), SIDE - 1) * SIDE + min(max(column, 0), SIDE - 1)
 

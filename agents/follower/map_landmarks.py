@@ -1,4 +1,4 @@
-"""The landmarks that the agent has seen: each label at each place once."""
+"""Map of the landmarks that the agent has seen, without duplicates."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -6,25 +6,25 @@ from dataclasses import dataclass
 
 from agents.follower.perceive import COLLECTIBLES, Sighting
 from arramon_client.agent import Label
-from lang.going import OFF_AXIS
 from lang.meaning import Thing
+from lang.street import OFF_AXIS
 
 APART, BUILDINGS_APART = 1.2, 3.0
-"""Sightings of one label nearer than this to each other, in units, are one thing."""
+"""Distance in units below which two sightings of one label are the same landmark."""
 
-FEWEST, FEWEST_OF_COLLECTIBLE = 6, 2
-"""Samples that make a sighting: of what one steers by, and of what one looks for."""
+MIN_SAMPLES, MIN_SAMPLES_OF_COLLECTIBLE = 6, 2
+"""Minimum number of samples of a sighting: of a landmark, and of a collectible."""
 
 BEHIND = -1.0
-"""A thing farther behind than this, in units, is not what is meant next."""
+"""Distance behind the agent, in units, beyond which a landmark is ignored."""
 
 ASIDE, BESIDE = math.radians(65.0), 3.0
-"""Nor is one farther off the course than this, unless it is so near, in units."""
+"""Angle off the course in radians beyond which a landmark is ignored, unless it is nearer than BESIDE units."""
 
 
 @dataclass(slots=True)
 class Landmark:
-    """A thing at a place in the agent's own frame; `nearest` is the distance from which it was seen best."""
+    """A landmark at a place in the agent's own frame; `nearest` is the smallest distance it was seen from, in units."""
 
     label: Label
     x: float
@@ -33,10 +33,10 @@ class Landmark:
 
 
 class Landmarks:
-    """All that was seen.
+    """All landmarks seen so far.
 
     Args:
-        labels: what the numbers of a segmentation mean.
+        labels: meaning of a segmentation's values, by index.
     """
 
     def __init__(self, labels: Sequence[Label]) -> None:
@@ -44,10 +44,10 @@ class Landmarks:
         self._by_label: dict[int, list[Landmark]] = {}
 
     def add(self, sightings: Iterable[Sighting]) -> None:
-        """Enters what a frame shows."""
+        """Add a frame's sightings."""
         for seen in sightings:
             label = self._labels[seen.label]
-            if seen.pixels < (FEWEST_OF_COLLECTIBLE if label.kind in COLLECTIBLES else FEWEST):
+            if seen.pixels < (MIN_SAMPLES_OF_COLLECTIBLE if label.kind in COLLECTIBLES else MIN_SAMPLES):
                 continue
             known = self._by_label.setdefault(seen.label, [])
             apart = BUILDINGS_APART if label.kind == "building" else APART
@@ -60,7 +60,7 @@ class Landmarks:
                 known.append(Landmark(label, seen.x, seen.z, seen.distance))
 
     def fitting(self, thing: Thing) -> list[Landmark]:
-        """Those that a thing's name fits, as far as it goes."""
+        """Return the landmarks that match a thing's attributes, as far as they are given."""
         return [
             landmark
             for number, known in self._by_label.items()
@@ -69,12 +69,12 @@ class Landmarks:
         ]
 
     def forget(self) -> None:
-        """All of them."""
+        """Remove all landmarks."""
         self._by_label.clear()
 
 
 def fits(thing: Thing, label: Label) -> bool:
-    """Whether a label is one that the thing's name allows."""
+    """Return whether a label matches a thing's attributes, as far as they are given."""
     if thing.kind:
         if thing.kind != label.kind:
             return False
@@ -83,8 +83,8 @@ def fits(thing: Thing, label: Label) -> bool:
     return thing.colour in ("", label.colour) and thing.look in ("", label.look)
 
 
-def along_way(landmarks: Iterable[Landmark], x: float, z: float, angle: float) -> list[Landmark]:
-    """Those ahead of (x, z) on a walk in the direction `angle` (radians), the likeliest to be meant first."""
+def landmarks_ahead(landmarks: Iterable[Landmark], x: float, z: float, angle: float) -> list[Landmark]:
+    """Return the landmarks ahead of (x, z) in the direction `angle` (radians), the most likely to be meant first."""
     sin, cos = math.sin(angle), math.cos(angle)
     scored = []
     for landmark in landmarks:

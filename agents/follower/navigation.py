@@ -1,45 +1,45 @@
-"""Does what a navigation instruction means, step by step, over what the agent has seen."""
+"""Execution of a navigation instruction, step by step, on the agent's map and landmarks."""
 
 import math
 from collections.abc import Callable
 
-from agents.follower.map_landmarks import Landmark, along_way
+from agents.follower.map_landmarks import Landmark, landmarks_ahead
 from agents.follower.navigation_body import Body, rotated
-from agents.follower.navigation_motion import HEADINGS, TURN, can_step, turns, way_to
-from agents.follower.navigation_places import opening
+from agents.follower.navigation_motion import HEADINGS, TURN, can_step, find_path, turns
+from agents.follower.navigation_places import find_opening
 from arramon_client.agent import Action
-from lang.going import ALONG, BESIDE, DEGREES, NEAR, PAST
-from lang.meaning import PLACES, Face, Navigation, Step, Thing, Turn, Walk
+from lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
+from lang.street import ALONG, BESIDE, DEGREES, NEAR, PAST
 
-PASSED = 0.5
-"""How near to the line beside a place counts as there, in units."""
+PASSED_DISTANCE = 0.5
+"""Distance in units to the line beside a place at which the place counts as passed."""
 
 NEAR_TARGET = 10.0
-"""From here the target is gone to at once where nothing stands in between, in units; otherwise the steps come first."""
+"""Distance in units below which a visible target is approached at once, before the remaining steps."""
 
 LOOK = (Action.LEFT, Action.RIGHT, Action.RIGHT, Action.LEFT)
-"""A look to both sides."""
+"""Actions of a look to both sides."""
 
-LOCKED = 4.0
-"""From here on a step stays with the thing that it has found, in units."""
+LOCK_DISTANCE = 4.0
+"""Distance in units below which a step no longer changes the landmark that it refers to."""
 
-SOUGHT = 15.0
-"""How far the agent goes on for a thing that it does not see, in units."""
+SEEK_DISTANCE = 15.0
+"""Distance in units that the agent goes on to find a landmark that it has not seen."""
 
-ONWARD = 25.0
-"""How far the agent goes on where the steps have ended and the target was not seen, before it looks elsewhere, in
-units."""
+ONWARD_DISTANCE = 25.0
+"""Distance in units that the agent goes on after the last step if it has not seen the target, before it searches
+elsewhere."""
 
 REACH_SIDE, REACH_FROM, REACH_TO = 0.42, 0.8, 1.9
-"""Where the target is to lie for the pick-up, in units to the side and ahead; the box itself is 0.5 and 3."""
+"""Range of the target for the pick-up, in units to the side and ahead; the rules' box is 0.5 and 3."""
 
 
 class Navigator:
-    """Acts on one instruction.
+    """Executor of one navigation instruction.
 
     Args:
-        body: what the agent knows of itself and the street; it goes on from one instruction to the next.
-        meaning: of the instruction.
+        body: the agent's pose, map and landmarks, which are kept from one instruction to the next.
+        meaning: the meaning of the instruction.
     """
 
     def __init__(self, body: Body, meaning: Navigation) -> None:
@@ -56,11 +56,11 @@ class Navigator:
         self._looks: list[Action] = []
         self._visited: list[tuple[float, float]] = []
         self._searched = not meaning.target.where
-        self._hopes = [self._to_surroundings, self._onward, self._to_surroundings]
+        self._searches = [self._to_surroundings, self._onward, self._to_surroundings]
         self._begin_step()
 
     def act(self) -> Action:
-        """The next action, after the body has perceived."""
+        """Return the next action; call it after the body has perceived the observation."""
         if self._interacted is not None:
             self._missed.add((self._interacted.x, self._interacted.z))
             self._interacted = None
@@ -121,7 +121,7 @@ class Navigator:
         right, ahead = rotated(target.x - x, target.z - z, heading * TURN)
         if abs(right) > REACH_SIDE or not REACH_FROM <= ahead <= REACH_TO:
             return False
-        # The nearest object in the box is the one that is picked up.
+        # The nearest object in the box is picked up.
         for other in self._body.landmarks.fitting(Thing("")):
             if other is not target:
                 aside, far = rotated(other.x - x, other.z - z, heading * TURN)
@@ -132,14 +132,14 @@ class Navigator:
     # The steps
 
     def _do(self, step: Step) -> Action | None:
-        """The next action of a step; None when it is done."""
-        if isinstance(step, Turn):
+        """Return the next action of a step; None when it is done."""
+        if isinstance(step, Rotate):
             return self._turn(step)
         if isinstance(step, Face):
             return self._face(step.thing)
         return self._walk(step)
 
-    def _turn(self, step: Turn) -> Action | None:
+    def _turn(self, step: Rotate) -> Action | None:
         if self._turned_to is None:
             if step.at and step.thing is not None:
                 action = self._approach(step)
@@ -190,12 +190,12 @@ class Navigator:
         if step.count:
             done = math.hypot(self._body.x - self._start[0], self._body.z - self._start[1]) >= step.count
             return None if done else self._ahead()
-        if following and not (isinstance(following[0], Turn) and not following[0].at):
+        if following and not (isinstance(following[0], Rotate) and not following[0].at):
             return None
         return self._ahead()
 
-    def _approach(self, step: Turn) -> Action | None:
-        """To where a turn is taken; None when the agent is there."""
+    def _approach(self, step: Rotate) -> Action | None:
+        """Return the next action towards the place of a turn; None when the agent is there."""
         thing = step.thing
         assert thing is not None
         if thing.kind in PLACES:
@@ -208,14 +208,14 @@ class Navigator:
     def _to_opening(self, side: int) -> Action | None:
         body = self._body
         if self._place is None:
-            self._place = opening(body.ground, body.x, body.z, self._course, side)
+            self._place = find_opening(body.ground, body.x, body.z, self._course, side)
             if self._place is None:
                 return self._ahead()
         _, ahead = rotated(self._place[0] - body.x, self._place[1] - body.z, self._course)
-        return None if ahead <= PASSED else self._go(self._place, 0.6)
+        return None if ahead <= PASSED_DISTANCE else self._go(self._place, 0.6)
 
     def _pass(self, place: tuple[float, float], beyond: float) -> Action | None:
-        """Beside a place and `beyond` units on, on the course."""
+        """Return the next action along the course to `beyond` units past a place; None when the agent is there."""
         body = self._body
         if self._place is None:
             self._place = place
@@ -224,7 +224,7 @@ class Navigator:
         course = self._course
         right, ahead = rotated(place[0] - body.x, place[1] - body.z, course)
         left = ahead + beyond
-        if left <= PASSED:
+        if left <= PASSED_DISTANCE:
             return None
         aside = right - min(max(right, -BESIDE), BESIDE)
         sin, cos = math.sin(course), math.cos(course)
@@ -237,11 +237,11 @@ class Navigator:
         return math.atan2(place[0] - start[0], place[1] - start[1])
 
     def _resolve(self, things: tuple[Thing, ...]) -> tuple[float, float] | None:
-        """Where the things are, or the middle of two; None where one was not seen yet."""
-        if not self._lock or self._body.distance(self._lock[0].x, self._lock[0].z) > LOCKED:
+        """Return the place of the things, or the middle of two; None if one has not been seen yet."""
+        if not self._lock or self._body.distance(self._lock[0].x, self._lock[0].z) > LOCK_DISTANCE:
             found = []
             for thing in things:
-                marks = along_way(self._body.landmarks.fitting(thing), *self._start, self._start_course)
+                marks = landmarks_ahead(self._body.landmarks.fitting(thing), *self._start, self._start_course)
                 place = {"second": 1, "last": len(marks) - 1}.get(thing.which, 0)
                 if not 0 <= place < len(marks):
                     return None
@@ -255,20 +255,20 @@ class Navigator:
     def _go(
         self, goal: tuple[float, float], radius: float, is_there: Callable[[float, float, int], bool] | None = None
     ) -> Action | None:
-        """The next action towards a goal; None when the agent is there, or can come no nearer."""
+        """Return the next action towards a goal; None when the agent is there or cannot get nearer."""
         body = self._body
         moved = math.hypot(goal[0] - self._plan_goal[0], goal[1] - self._plan_goal[1])
         stale = not self._plan or self._plan_age > 10 or moved > 0.8
         if not stale and self._plan[0] is Action.FORWARD:
             stale = not can_step(body.ground, *body.pose)
         if stale:
-            self._plan = way_to(body.ground, body.pose, goal, radius, is_there, body.closed_steps)
+            self._plan = find_path(body.ground, body.pose, goal, radius, is_there, body.closed_steps)
             self._plan_goal, self._plan_age = goal, 0
         self._plan_age += 1
         return self._plan.pop(0) if self._plan else None
 
     def _ahead(self) -> Action | None:
-        """On along the course, as the street goes; None where there is no going on."""
+        """Return the next action along the street, near the course; None if it is blocked."""
         body = self._body
         if self._plan and body.distance(*self._plan_goal) > 2.5:
             return self._go(self._plan_goal, 0.6)
@@ -286,31 +286,31 @@ class Navigator:
         return self._go((body.x + far * math.sin(angle), body.z + far * math.cos(angle)), 0.6)
 
     def _seek(self) -> Action | None:
-        """What a step names was not seen yet: a look to both sides, then on; None where there is no going on."""
+        """Look to both sides for a landmark not seen yet, then go on; None if blocked or far enough."""
         if not self._looked:
             self._looked = True
             self._looks = list(LOOK)
         if self._looks:
             return self._looks.pop(0)
-        return self._ahead() if self._body.distance(*self._start) < SOUGHT else None
+        return self._ahead() if self._body.distance(*self._start) < SEEK_DISTANCE else None
 
     def _explore(self) -> Action:
-        """All is done and the target was not seen: to what it stands near, on along the street, then anywhere."""
+        """Search for the target after the last step: near its surroundings, along the street, then anywhere."""
         if not self._looked:
             self._looked = True
             self._looks = list(LOOK)
-        while self._hopes:
+        while self._searches:
             if self._looks:
                 return self._looks.pop(0)
-            action = self._hopes[0]()
+            action = self._searches[0]()
             if action is not None:
                 return action
-            self._hopes.pop(0)
+            self._searches.pop(0)
             self._plan = []
         return self._wander()
 
     def _to_surroundings(self) -> Action | None:
-        """To the thing that the target is said to stand near, and a look round there."""
+        """Go to the landmark that the instruction names near the target, and look around there."""
         if self._searched:
             return None
         marks = self._resolve(tuple(thing for where in self._meaning.target.where[:1] for thing in where.things))
@@ -322,10 +322,10 @@ class Navigator:
         return action
 
     def _onward(self) -> Action | None:
-        return self._ahead() if self._body.distance(*self._start) < ONWARD else None
+        return self._ahead() if self._body.distance(*self._start) < ONWARD_DISTANCE else None
 
     def _wander(self) -> Action:
-        """A look all round, then to where the known ends, and so on."""
+        """Look around, go to the edge of the known ground, and repeat."""
         body = self._body
         if not self._looks and not self._plan and all(body.distance(*place) > 2.0 for place in self._visited):
             self._visited.append((body.x, body.z))

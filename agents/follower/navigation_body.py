@@ -1,4 +1,4 @@
-"""The agent's own account of where it is and what it has seen, from its actions and its frames alone."""
+"""The agent's odometry, map and landmarks, from its actions and frames alone."""
 
 import math
 from collections.abc import Sequence
@@ -14,20 +14,20 @@ from arramon_client.agent import Action, Label, Observation
 
 
 class Body:
-    """Odometry, map and landmarks in the own frame: it begins at (0, 0) with heading 0.
+    """Odometry, map and landmarks in the agent's own frame, in which it starts at (0, 0) with heading 0.
 
-    A blocked step is known by the depth, which stays the same to the last pixel.
+    A blocked step is detected by an unchanged depth image.
 
     Args:
-        labels: what the numbers of a segmentation mean.
+        labels: meaning of a segmentation's values, by index.
 
     Attributes:
-        x, z: units.
-        heading: in multiples of 30 degrees clockwise.
-        travelled: steps that were not blocked.
-        ground: the map.
-        landmarks: what was seen.
-        closed_steps: steps that turned out to be blocked.
+        x, z: the agent's position in units.
+        heading: the agent's heading in multiples of 30 degrees clockwise.
+        travelled: number of steps that were not blocked.
+        ground: the map of the ground.
+        landmarks: the landmarks seen.
+        closed_steps: `step_key`s of steps that turned out to be blocked.
     """
 
     def __init__(self, labels: Sequence[Label]) -> None:
@@ -48,18 +48,18 @@ class Body:
 
     @property
     def pose(self) -> tuple[float, float, int]:
-        """(x, z, heading)."""
+        """The pose (x, z, heading in multiples of 30 degrees)."""
         return self.x, self.z, self.heading
 
     def perceive(self, observation: Observation) -> None:
-        """Takes in the frame that followed the last action.
+        """Update pose, map and landmarks with the frame after the last action.
 
         Raises:
-            ValueError: if it holds no depth or no segmentation.
+            ValueError: if the observation has no depth or no segmentation.
         """
         depth, segmentation = observation.depth, observation.segmentation
         if depth is None or segmentation is None:
-            raise ValueError("follower needs the sensors depth and segmentation, and this run does not have them")
+            raise ValueError("follower requires the sensors depth and segmentation, which this run does not have")
         coarse = depth[::4, ::4].copy()
         self._move(self._before is not None and np.array_equal(coarse, self._before))
         self._before = coarse
@@ -67,16 +67,16 @@ class Body:
         self.ground.add(self._eye.scan(depth, segmentation, pose))
         self.landmarks.add(self._eye.sightings(depth, segmentation, pose))
 
-    def did(self, action: Action | None) -> None:
-        """What the agent does now; None when it leaves the street."""
+    def record_action(self, action: Action | None) -> None:
+        """Record the action that the agent takes now; None when it leaves the street."""
         self._last = action
 
     def local(self, x: float, z: float) -> tuple[float, float]:
-        """A place as the agent sees it: units to the right, units ahead."""
+        """Return a place relative to the agent: units to the right, units ahead."""
         return rotated(x - self.x, z - self.z, self.angle)
 
     def distance(self, x: float, z: float) -> float:
-        """How far a place is, in units."""
+        """Return the distance to a place, in units."""
         return math.hypot(x - self.x, z - self.z)
 
     def _move(self, same: bool) -> None:
@@ -96,6 +96,6 @@ class Body:
 
 
 def rotated(dx: float, dz: float, angle: float) -> tuple[float, float]:
-    """A vector as one who faces `angle` (radians) sees it: units to the right, units ahead."""
+    """Return a vector relative to the direction `angle` (radians): units to the right, units ahead."""
     sin, cos = math.sin(angle), math.cos(angle)
     return dx * cos - dz * sin, dx * sin + dz * cos

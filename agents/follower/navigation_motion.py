@@ -1,4 +1,4 @@
-"""A* in the agent's own motion, over its own map: unit steps at multiples of 30 degrees from how it began."""
+"""A* over the agent's motion on its own map: unit steps at multiples of 30 degrees from its first heading."""
 
 import math
 from collections.abc import Callable
@@ -14,30 +14,30 @@ STEPS = tuple((math.sin(TURN * i), math.cos(TURN * i)) for i in range(HEADINGS))
 
 TURN_COST = 0.12
 UNKNOWN_COST = 0.6
-"""What a step counts more that ends where the ground was never seen."""
+"""Additional cost of a step that ends on unknown ground."""
 
-GRAIN = 0.5
-"""Two places in one square of this side, in units, are one to the search."""
+RESOLUTION = 0.5
+"""Side of the search's squares, in units: places in one square count as one."""
 
-GREED = 1.15
-"""How much the way that is left counts for more than the way behind."""
+HEURISTIC_WEIGHT = 1.15
+"""Weight of the heuristic, the remaining distance (weighted A*)."""
 
-LIMIT = 350
-"""Places that are looked at before the search goes for the nearest it found."""
+MAX_EXPANDED = 350
+"""Number of places expanded before the search returns the path to the nearest place found."""
 
 TURNED = tuple(sorted(range(HEADINGS), key=lambda i: min(i, HEADINGS - i)))
 AHEAD_TURNED = tuple(i for i in TURNED if min(i, HEADINGS - i) <= 3)
 
 Pose = tuple[float, float, int]
-"""(x, z) in the own frame, and the heading in multiples of 30 degrees clockwise from how the agent began."""
+"""(x, z) in the agent's own frame, and the heading in multiples of 30 degrees clockwise from its first heading."""
 
 
 def can_step(ground: Map, x: float, z: float, heading: int) -> bool:
-    """Whether a step from (x, z) is free as far as is known."""
+    """Return whether a step from (x, z) is free as far as is known."""
     sin, cos = STEPS[heading]
     blocked = ground.blocked
     half = SIDE / 2
-    # The agent may stand closer to things than its map allows for: what is right beside it is left out.
+    # The agent may be closer to obstacles than its map allows, so a blocked cell right beside it is ignored.
     for share in (0.5, 0.75, 1.0, 0.25):
         row, column = int((x + share * sin) / CELL + half), int((z + share * cos) / CELL + half)
         if not (0 <= row < SIDE and 0 <= column < SIDE):
@@ -47,7 +47,7 @@ def can_step(ground: Map, x: float, z: float, heading: int) -> bool:
     return True
 
 
-def way_to(
+def find_path(
     ground: Map,
     start: Pose,
     goal: tuple[float, float],
@@ -55,14 +55,14 @@ def way_to(
     is_there: Callable[[float, float, int], bool] | None = None,
     closed_steps: frozenset[tuple[int, int, int]] = frozenset(),
 ) -> list[Action]:
-    """The actions from a pose to the goal, or as near as the search came; none where the agent is there already.
+    """Return the actions to the goal, or to the nearest place found; empty if the agent is already there.
 
     Args:
-        ground: what is known.
+        ground: the agent's map.
         start: the agent's pose.
-        goal: (x, z) in the own frame.
-        radius: how near counts as there, in units.
-        is_there: what else must hold of the last pose.
+        goal: (x, z) in the agent's own frame.
+        radius: distance to the goal that counts as reached, in units.
+        is_there: further condition on the last pose (x, z, heading).
         closed_steps: `step_key`s of steps that turned out to be blocked.
     """
     free, half = ground.free, SIDE / 2
@@ -70,13 +70,13 @@ def way_to(
     nodes: list[tuple[float, float, int, int]] = [(*start, -1)]
     costs = [0.0]
     distance = math.hypot(goal_x - start[0], goal_z - start[1])
-    queue = [(distance * GREED, 0)]
+    queue = [(distance * HEURISTIC_WEIGHT, 0)]
     closed: set[tuple[int, int]] = set()
     best, best_left = 0, distance
-    while queue and len(closed) < LIMIT:
+    while queue and len(closed) < MAX_EXPANDED:
         _, number = heappop(queue)
         x, z, heading, _ = nodes[number]
-        key = round(x / GRAIN), round(z / GRAIN)
+        key = round(x / RESOLUTION), round(z / RESOLUTION)
         if key in closed:
             continue
         closed.add(key)
@@ -92,19 +92,19 @@ def way_to(
             if not can_step(ground, x, z, new) or (closed_steps and step_key(x, z, new) in closed_steps):
                 continue
             nx, nz = x + STEPS[new][0], z + STEPS[new][1]
-            if (round(nx / GRAIN), round(nz / GRAIN)) in closed:
+            if (round(nx / RESOLUTION), round(nz / RESOLUTION)) in closed:
                 continue
             cost = costs[number] + 1.0 + TURN_COST * min(turned, HEADINGS - turned)
             if not free[int(nx / CELL + half) * SIDE + int(nz / CELL + half)]:
                 cost += UNKNOWN_COST
             nodes.append((nx, nz, new, number))
             costs.append(cost)
-            heappush(queue, (cost + GREED * math.hypot(goal_x - nx, goal_z - nz), len(nodes) - 1))
+            heappush(queue, (cost + HEURISTIC_WEIGHT * math.hypot(goal_x - nx, goal_z - nz), len(nodes) - 1))
     return _actions(nodes, best, nodes[best][2])
 
 
 def turns(heading: int, to: int) -> list[Action]:
-    """The fewest turns from one heading to another."""
+    """Return the shortest sequence of turns from one heading to another."""
     difference = (to - heading) % HEADINGS
     if difference <= HEADINGS // 2:
         return [Action.RIGHT] * difference
@@ -112,12 +112,12 @@ def turns(heading: int, to: int) -> list[Action]:
 
 
 def step_key(x: float, z: float, heading: int) -> tuple[int, int, int]:
-    """A step by where it starts."""
+    """Return a key of the step that starts at a pose, robust to rounding."""
     return round(x * 10), round(z * 10), heading
 
 
 def _actions(nodes: list[tuple[float, float, int, int]], number: int, last: int) -> list[Action]:
-    """From the first node to that one, and there to the heading `last`."""
+    """Return the actions from the first node to node `number`, and from its heading to the heading `last`."""
     headings = [nodes[number][2]]
     while nodes[number][3] >= 0:
         number = nodes[number][3]

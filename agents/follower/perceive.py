@@ -1,6 +1,6 @@
-"""What a frame shows, in the agent's own frame: what stands in the way, how far the way is free, and the landmarks.
+"""Perception of a frame: obstacles, free ground and landmarks, in the agent's own frame.
 
-The agent's own frame: it began at (0, 0) facing +z; x runs to the right of that, both in units.
+In the agent's own frame, the agent starts at (0, 0) facing +z; x is to the right; both are in units.
 """
 
 import math
@@ -20,19 +20,19 @@ FIELD_OF_VIEW = 60.0
 
 EYE_HEIGHT = 0.525
 LOWEST, HIGHEST = 0.05, 0.62
-"""Heights between which a thing stands in the agent's way, in units."""
+"""Heights between which an object is an obstacle, in units."""
 
-FARTHEST = 20.0
-"""How far what stands in the way is noted, in units."""
+MAX_DISTANCE = 20.0
+"""Maximum distance of obstacles that are recorded, in units."""
 
 SAMPLES = 112
-"""Rows and columns of a frame that are looked at: every second pixel of the usual 224."""
+"""Number of rows and columns of a frame that are sampled: every second pixel of the usual 224."""
 
 BEAM = np.arange(0.125, 16.0, 0.25, dtype=np.float32)
-"""How far ahead the points are, one after the other, at which the ground is noted as free, in units."""
+"""Distances ahead of the points at which the ground is recorded as free, in units."""
 
 CLUSTER = 1.5
-"""Pixels of one label in one square of this side, in units, are one sighting."""
+"""Side of the squares in which pixels of one label form one sighting, in units."""
 
 GROUND = ("nothing", "road", "pavement", "roof", "floor", "start_tile")
 COLLECTIBLES = ("ball", "hourglass", "mug", "tv", "book", "bowl", "bucket")
@@ -40,13 +40,13 @@ COLLECTIBLES = ("ball", "hourglass", "mug", "tv", "book", "bowl", "bucket")
 
 @dataclass(frozen=True, slots=True)
 class Sighting:
-    """A part of a thing as one frame shows it.
+    """A part of an object as seen in one frame.
 
     Attributes:
-        label: its place in the table of labels.
-        x, z: the middle of what is seen of it, in the agent's own frame.
-        distance: from the eye, in units.
-        pixels: how many of the samples show it.
+        label: index in the table of labels.
+        x, z: mean position of its pixels, in the agent's own frame.
+        distance: distance from the camera, in units.
+        pixels: number of samples that show it.
     """
 
     label: int
@@ -58,12 +58,12 @@ class Sighting:
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """A frame's geometry in the agent's own frame.
+    """Obstacles and free ground of a frame, in the agent's own frame.
 
     Attributes:
-        obstacles: (n, 2) of (x, z): points of what stands in the way.
+        obstacles: (n, 2) of (x, z): points of obstacles.
         walls: (n,) whether each of them belongs to a building.
-        free: (m, 2) of (x, z): points on the ground where nothing stands in the way.
+        free: (m, 2) of (x, z): points of free ground.
     """
 
     obstacles: Floats
@@ -73,10 +73,10 @@ class Scan:
 
 @dataclass(eq=False)
 class Eye:
-    """Reads frames by a table of labels.
+    """Interpreter of frames by a table of labels.
 
     Args:
-        labels: what the numbers of a segmentation mean.
+        labels: meaning of a segmentation's values, by index.
     """
 
     labels: Sequence[Label]
@@ -91,12 +91,12 @@ class Eye:
         self.thing = np.array([kind not in (*GROUND, "building", "wall") for kind in kinds])
 
     def scan(self, depth: Floats, segmentation: npt.NDArray[np.uint16], pose: tuple[float, float, float]) -> Scan:
-        """What stands in the way.
+        """Return a frame's obstacles and free ground.
 
         Args:
             depth: (size, size) units along the viewing direction, 0 where nothing was hit.
-            segmentation: (size, size) places in the table of labels.
-            pose: (x, z, radians clockwise) of the eye in the own frame.
+            segmentation: (size, size) indices in the table of labels.
+            pose: (x, z, radians clockwise) of the camera in the agent's own frame.
         """
         lens = _lens(len(depth))
         z = depth[lens.low, lens.sparse]
@@ -106,20 +106,20 @@ class Eye:
         solid &= height > LOWEST
         solid &= height < HIGHEST
         solid &= z > 0.0
-        near = np.where(solid, z, np.float32(FARTHEST)).min(axis=0)
-        solid &= z < FARTHEST
+        near = np.where(solid, z, np.float32(MAX_DISTANCE)).min(axis=0)
+        solid &= z < MAX_DISTANCE
         rows, columns = np.nonzero(solid)
         ahead = z[rows, columns]
-        obstacles = _own(lens.sparse_right[columns] * ahead, ahead, pose)
+        obstacles = _to_own_frame(lens.sparse_right[columns] * ahead, ahead, pose)
         walls = self.building[seen[rows, columns]]
         columns, steps = np.nonzero(lens.beams < near[:, None])
         ahead = BEAM[steps]
-        return Scan(obstacles, walls, _own(lens.sparse_right[columns] * ahead, ahead, pose))
+        return Scan(obstacles, walls, _to_own_frame(lens.sparse_right[columns] * ahead, ahead, pose))
 
     def sightings(
         self, depth: Floats, segmentation: npt.NDArray[np.uint16], pose: tuple[float, float, float]
     ) -> list[Sighting]:
-        """The things in view, and the buildings at eye height; arguments as of `scan`."""
+        """Return the objects in view, and the buildings at eye height; arguments as for `scan`."""
         lens = _lens(len(depth))
         z, seen = depth[lens.samples, lens.samples], segmentation[lens.samples, lens.samples]
         shown = self.thing[seen]
@@ -129,7 +129,7 @@ class Eye:
         if not len(rows):
             return []
         ahead, labels = z[rows, columns], seen[rows, columns].astype(np.int64)
-        places = _own(lens.right[columns] * ahead, ahead, pose)
+        places = _to_own_frame(lens.right[columns] * ahead, ahead, pose)
         cells = np.floor(places / CLUSTER).astype(np.int64) + 512
         keys = (labels << 20) | (cells[:, 0] << 10) | cells[:, 1]
         unique, inverse, counts = np.unique(keys, return_inverse=True, return_counts=True)
@@ -144,15 +144,15 @@ class Eye:
 
 @dataclass(frozen=True, eq=False)
 class _Lens:
-    """Which pixels of a frame are looked at, and where their rays go, in units for each unit ahead.
+    """Sampled pixels of a frame, and the directions of their rays, in units per unit ahead.
 
     Attributes:
-        samples: rows, and columns, where things are looked for.
-        right: (columns,) of the samples.
+        samples: rows, and columns, sampled for objects.
+        right: (columns,) offsets to the right of the sampled columns' rays.
         horizon: the sample row at eye height.
-        low, low_down: rows where something can stand in the way, and how far their rays go down.
-        sparse, sparse_right: columns where that is looked for.
-        beams: (columns, steps) how far ahead the points are at which the ground is taken for free, one beam a column.
+        low, low_down: rows that can show obstacles, and the downward offsets of their rays.
+        sparse, sparse_right: columns sampled for obstacles, and the offsets to the right of their rays.
+        beams: (columns, steps) distances ahead of the points tested for free ground, one beam per column.
     """
 
     samples: slice
@@ -178,8 +178,8 @@ def _lens(size: int) -> _Lens:
     )
 
 
-def _own(right: Floats, ahead: Floats, pose: tuple[float, float, float]) -> Floats:
-    """(n, 2): places given to the right and ahead of the eye, in the own frame."""
+def _to_own_frame(right: Floats, ahead: Floats, pose: tuple[float, float, float]) -> Floats:
+    """Return (n, 2) positions in the agent's own frame of places to the right and ahead of the camera."""
     x, z, heading = pose
     sin, cos = math.sin(heading), math.cos(heading)
     return np.stack([x + right * cos + ahead * sin, z - right * sin + ahead * cos], axis=1)

@@ -1,32 +1,32 @@
-"""Follows an assembly instruction: looks round the room, finds the cell that is meant, walks up to it and places."""
+"""Execution of an assembly instruction: look around the room, find the target cell, walk to it and place the object."""
 
 from collections import deque
 from collections.abc import Sequence
 
 from agents.follower.room_sight import RoomSight
-from agents.shortest_path.room import Stand, plan, quarter_of
+from agents.shortest_path.room import RoomPose, plan, quarter_of
 from arramon_client.agent import Action, Label, Observation
 from lang.meaning import Assembly
-from lang.placing import START, Cell, find_cell, is_all_there, quarter_after
+from lang.room import START, Cell, find_cell, is_all_there, quarter_after
 
 TURN = 30
 """Degrees of one turn."""
 
 LOOKS = 11
-"""Frames that show everything around, one turn apart, with a field of view of two turns."""
+"""Number of frames, one turn apart, that cover all directions with a field of view of two turns."""
 
 RESERVE = 26
-"""Steps that the way to any cell takes at most, the placement included: with no more left it looks no further."""
+"""Maximum number of steps to any cell, including the placement; with no more steps left, looking around stops."""
 
 OUTLOOK: Cell = (2, 3)
-"""Facing this cell from the one before it, the agent looks round again if it misses something named."""
+"""Cell that the agent faces, from the one before it, for a second look around if a named object was not found."""
 
 
 class RoomFollower:
-    """Plays one assembly phase by depth and segmentation alone.
+    """Player of one assembly phase by depth and segmentation alone.
 
     Args:
-        meaning: of the phase's instruction; a part of it that fits nothing in the room is passed over.
+        meaning: meaning of the phase's instruction; parts that match nothing in the room are ignored.
         labels: `Episode.labels`.
 
     Raises:
@@ -44,13 +44,13 @@ class RoomFollower:
         self._aside = Action.LEFT if quarter_after(meaning.turns) == 3 else Action.RIGHT
 
     def act(self, observation: Observation) -> int:
-        """The next action; the observations are to be those of one assembly phase from its beginning.
+        """Return the next action; pass it the observations of one assembly phase, from the first one on.
 
         Raises:
             ValueError: if the observation has no depth or no segmentation.
         """
         if observation.depth is None or observation.segmentation is None:
-            raise ValueError("the observation has no depth or no segmentation; the room follower needs both sensors")
+            raise ValueError("the observation has no depth or no segmentation; the room follower requires both sensors")
         if not self._ahead:
             if self._looks_left:
                 self._sight.add(observation.depth, observation.segmentation, self._cell, self._heading)
@@ -61,7 +61,7 @@ class RoomFollower:
         return action
 
     def _next(self, steps_left: int) -> list[Action]:
-        """What to do now: look further, look from elsewhere, or place."""
+        """Return the next actions: look further, look from another cell, or place the object."""
         may_look = steps_left > RESERVE + 1
         if self._looks_left and may_look:
             return [self._aside]
@@ -73,17 +73,17 @@ class RoomFollower:
         return [*self._way(find_cell(self._meaning, room)[0]), Action.INTERACT]
 
     def _way(self, target: Cell) -> list[Action]:
-        """The actions to where the target cell is the one ahead."""
+        """Return the actions to a pose whose cell ahead is the target."""
         quarter, first = quarter_of(self._heading)
-        way = plan(Stand(*self._cell, quarter), target, ())
+        way = plan(RoomPose(*self._cell, quarter), target, ())
         if way is None:
             raise ValueError(f"{target} is not a cell of the room")
         return first + way
 
     def _moved(self, action: Action) -> None:
-        """Keeps count of where it stands; it walks towards no wall."""
+        """Update the pose by an action; plans never walk into a wall."""
         if action is Action.FORWARD:
-            column, row = Stand(*self._cell, self._heading // 90).ahead
+            column, row = RoomPose(*self._cell, self._heading // 90).ahead
             self._cell = column, row
         elif action is not Action.INTERACT:
             self._heading = (self._heading + (TURN if action is Action.RIGHT else -TURN)) % 360

@@ -1,4 +1,4 @@
-"""What stands where in the assembly room, by what depth and segmentation show from known cells."""
+"""Reconstruction of the assembly room's contents from depth and segmentation, seen from known cells."""
 
 import math
 from collections.abc import Sequence
@@ -9,37 +9,37 @@ import numpy.typing as npt
 
 from agents.follower.perceive import EYE_HEIGHT, FIELD_OF_VIEW
 from arramon_client.agent import Label
-from lang.placing import COLUMNS, ROWS, Cell, Room, Standing
+from lang.room import COLUMNS, ROWS, Cell, Room, Standing
 
 CELL = 1.5
 """Side of a cell, in units."""
 
-ENOUGH = 4
-"""Pixels, over all frames, from which on something seen is there: fewer may be the edge of something else."""
+MIN_PIXELS = 4
+"""Minimum number of pixels, over all frames, of an object or wall; fewer may be the edge of another object."""
 
-FINE = 112
-"""Pixels across that tell enough: of larger frames, not every row and column is looked at."""
+MAX_SAMPLES = 112
+"""Maximum number of rows and columns examined; larger frames are subsampled."""
 
 _WALLS = np.array([ROWS - 0.5, COLUMNS - 0.5, 0.5, 0.5])
-"""How far each quarter's wall is from the middle of cell (0, 0), in cells: towards +row, +column, -row, -column."""
+"""Distance of each wall from the centre of cell (0, 0), in cells: towards +row, +column, -row, -column."""
 
 
 _Floats = npt.NDArray[np.float64]
 
 
 @dataclass(slots=True)
-class _Trace:
-    """What has been seen of one type of object in one cell: pixels, and the lowest height in units."""
+class _Evidence:
+    """Evidence of one type of object in one cell: number of pixels, and the lowest height in units."""
 
     pixels: int
     lowest: float
 
 
 class RoomSight:
-    """Gathers frames of the room, and tells what is in it.
+    """Accumulator of frames of the room, which reconstructs its contents.
 
     Args:
-        labels: `Episode.labels`, what the numbers of a segmentation mean.
+        labels: `Episode.labels`, meaning of a segmentation's values, by index.
 
     Raises:
         ValueError: if there are none, as without the sensor "segmentation".
@@ -47,29 +47,29 @@ class RoomSight:
 
     def __init__(self, labels: Sequence[Label]) -> None:
         if not labels:
-            raise ValueError('the episode has no labels; the room is seen with the sensor "segmentation"')
+            raise ValueError('the episode has no labels; the room follower requires the sensor "segmentation"')
         self._labels = tuple(labels)
         self._is_object = np.array([_is_object(label) for label in labels])
         self._is_wall = np.array([label.kind == "wall" for label in labels])
         self._looks = int(self._is_wall.sum())
-        self._traces: dict[tuple[int, Cell], _Trace] = {}
+        self._traces: dict[tuple[int, Cell], _Evidence] = {}
         self._walls: dict[str, int] = {}
 
     def add(
         self, depth: npt.NDArray[np.float32], segmentation: npt.NDArray[np.uint16], cell: Cell, heading: float
     ) -> None:
-        """Takes in one frame.
+        """Add one frame.
 
         Args:
             depth: (size, size), units along the viewing direction, 0 where nothing was hit.
-            segmentation: (size, size), each pixel's place in the labels.
-            cell: (column, row) that it was seen from.
-            heading: degrees clockwise from +row.
+            segmentation: (size, size), each pixel's index in the labels.
+            cell: (column, row) of the camera.
+            heading: heading of the camera in degrees clockwise from +row.
         """
         size = depth.shape[0]
-        step = max(1, size // FINE)
+        step = max(1, size // MAX_SAMPLES)
         depth, shown = depth[::step, ::step], segmentation[::step, ::step].ravel()
-        # Pixels apart for a unit aside at a unit's distance, and the first one's distance from the middle.
+        # Focal length in pixels, and the first pixel's offset from the image's centre.
         scale = size / 2 / math.tan(math.radians(FIELD_OF_VIEW / 2)) / step, (0.5 - size / 2) / step
         pixels = np.flatnonzero(self._is_object[shown])
         column, row, height = _places(depth, pixels, scale, cell, heading)
@@ -81,7 +81,7 @@ class RoomSight:
         np.minimum.at(lowest, which, height[inside])
         for key, count, low in zip(found.tolist(), counts.tolist(), lowest.tolist(), strict=True):
             label, place = divmod(key, COLUMNS * ROWS)
-            trace = self._traces.setdefault((label, divmod(place, ROWS)), _Trace(0, math.inf))
+            trace = self._traces.setdefault((label, divmod(place, ROWS)), _Evidence(0, math.inf))
             trace.pixels += count
             trace.lowest = min(trace.lowest, low)
         if len(self._walls) < self._looks:
@@ -90,21 +90,21 @@ class RoomSight:
             self._add_walls(shown[every], column, row)
 
     def room(self) -> Room:
-        """What has been seen so far; objects that stand on one cell are on top of each other, by their heights."""
+        """Return the room as seen so far; objects in one cell are stacked, ordered by height."""
         things = []
-        cells = sorted({cell for (_, cell), trace in self._traces.items() if trace.pixels >= ENOUGH})
+        cells = sorted({cell for (_, cell), trace in self._traces.items() if trace.pixels >= MIN_PIXELS})
         for cell in cells:
-            seen = [(t.lowest, n) for (n, at), t in self._traces.items() if at == cell and t.pixels >= ENOUGH]
+            seen = [(t.lowest, n) for (n, at), t in self._traces.items() if at == cell and t.pixels >= MIN_PIXELS]
             for level, (_, number) in enumerate(sorted(seen), start=1):
                 label = self._labels[number]
                 things.append(Standing(label.kind, label.colour, label.look, *cell, level))
         return Room(tuple(things), dict(self._walls))
 
     def _add_walls(self, shown: npt.NDArray[np.uint16], column: _Floats, row: _Floats) -> None:
-        """Takes in the walls: of each pixel of one (n,) its label, and where it is."""
+        """Add wall pixels: (n,) labels, and (n,) columns and rows with fractions."""
         for number in np.unique(shown).tolist():
             is_own = shown == number
-            if np.count_nonzero(is_own) >= ENOUGH:
+            if np.count_nonzero(is_own) >= MIN_PIXELS:
                 across, along = column[is_own], row[is_own]
                 away = np.abs(np.stack([along, across, -along, -across]) - _WALLS[:, None]).mean(axis=1)
                 self._walls.setdefault(self._labels[number].look, int(away.argmin()))
@@ -117,7 +117,7 @@ def _places(
     cell: Cell,
     heading: float,
 ) -> tuple[_Floats, _Floats, _Floats]:
-    """Where some pixels' surfaces are: columns and rows with fractions, and heights in units; (n,) each."""
+    """Return the positions of pixels: columns and rows with fractions, and heights in units; (n,) each."""
     focal, first = scale
     down, across = np.divmod(pixels, depth.shape[1])
     ahead = depth.ravel()[pixels].astype(np.float64)
@@ -130,5 +130,5 @@ def _places(
 
 
 def _is_object(label: Label) -> bool:
-    """Whether it is a collectible's: those alone have both a colour and a pattern."""
+    """Return whether a label is a collectible's: only these have both a colour and a pattern."""
     return label.look in ("dotted", "striped") and bool(label.colour)

@@ -1,4 +1,4 @@
-"""Walks to the targets on the shortest way, by a privileged sensor: the paper's baseline S/P (table 2)."""
+"""Agent that takes shortest paths to the targets, using the ground truth: the paper's baseline S/P (table 2)."""
 
 from agents.shortest_path.agent import Agent
 

@@ -1,4 +1,4 @@
-"""The agent: plans when a phase begins, follows its plan, and plans again where the world is not as expected."""
+"""The shortest-path agent: plans at the start of a phase, follows the plan, and replans after an unexpected pose."""
 
 import math
 from collections.abc import Sequence
@@ -12,17 +12,17 @@ from arramon.v1.evaluation_pb2 import Oracle, Target
 from arramon_client.agent import Action, Episode, Observation
 
 TOLERANCE = 0.01
-"""How far a pose may be from the expected one, in units and degrees."""
+"""Maximum deviation of a pose from the expected one, in units and in degrees."""
 
-KEPT = 16
-"""Sections whose ground is kept."""
+MAX_CACHED_GROUNDS = 16
+"""Maximum number of sections whose ground is cached."""
 
 Pose = tuple[float, float, float]
 
 
 @dataclass
 class _Memory:
-    """What is remembered of an episode: its oracle, the plan in force, and the steps that turned out to be blocked."""
+    """Memory of an episode: its oracle, the current plan, and the steps and cells that turned out to be blocked."""
 
     oracle: Oracle
     phase: tuple[int, str] = (0, "")
@@ -33,9 +33,9 @@ class _Memory:
 
 
 class Agent:
-    """Walks to each target on the shortest way that its own motion allows, and places it where it belongs.
+    """Agent that walks to each target on the shortest path its motion allows, and places it in its goal cell.
 
-    It needs the ground truth, and so plays on splits that are not hidden. (The paper's S/P baseline, table 2.)
+    It needs the ground truth, so it cannot play hidden splits. (The paper's S/P baseline, table 2.)
     """
 
     name = "shortest_path"
@@ -46,17 +46,17 @@ class Agent:
         self._grounds: dict[bytes, tuple[Ground, Router]] = {}
 
     def begin(self, episode: Episode) -> None:
-        """Keeps the ground truth.
+        """Store the episode's ground truth.
 
         Raises:
             ValueError: if there is none.
         """
         if episode.oracle is None:
-            raise ValueError("shortest_path needs the sensor oracle, and this run does not have it")
+            raise ValueError("shortest_path requires the sensor oracle, which this run does not have")
         self._episodes[episode.episode_id] = _Memory(episode.oracle)
 
     def act(self, observations: Sequence[Observation]) -> list[Action]:
-        """One action for each observation.
+        """Return one action for each observation.
 
         Raises:
             ValueError: if an observation has no pose.
@@ -65,20 +65,20 @@ class Agent:
 
     def _act(self, observation: Observation, memory: _Memory) -> Action:
         if observation.pose is None:
-            raise ValueError("shortest_path needs the sensor pose, and this run does not have it")
+            raise ValueError("shortest_path requires the sensor pose, which this run does not have")
         phase = observation.turn, observation.phase
         if phase != memory.phase:
             memory.phase, memory.plan, memory.expected = phase, [], None
             memory.blocked_steps.clear()
             memory.blocked_cells.clear()
-        if memory.expected is None or not _alike(observation.pose, memory.expected):
+        if memory.expected is None or not _is_close(observation.pose, memory.expected):
             self._plan(observation.pose, memory)
         action = memory.plan.pop(0) if memory.plan else Action.INTERACT
         memory.expected = _after(observation.pose, action, in_room=observation.phase == "assembly")
         return action
 
     def _plan(self, pose: Pose, memory: _Memory) -> None:
-        """Makes a new plan. Where one was in force, the step that it expected was blocked, and is not tried again."""
+        """Make a new plan. If there was one, its last step was blocked, and is not tried again."""
         turn, phase = memory.phase
         target = memory.oracle.targets[turn - 1]
         if phase == "assembly":
@@ -101,12 +101,12 @@ class Agent:
         return actions if actions is not None else []
 
     def _ground(self, oracle: Oracle, pose: Pose, target: Target) -> tuple[Ground, Router]:
-        """The ground of the oracle's section; episodes of one section share it."""
+        """Return the ground and the router of the oracle's section, cached for its episodes."""
         key = b"".join(obstacle.SerializeToString(deterministic=True) for obstacle in oracle.obstacles)
         places = (pose[:2], (target.position.x, target.position.z))
         kept = self._grounds.get(key)
         if kept is None or not all(kept[0].covers(*place) for place in places):
-            if len(self._grounds) >= KEPT:
+            if len(self._grounds) >= MAX_CACHED_GROUNDS:
                 self._grounds.clear()
             ground = Ground(oracle.obstacles, oracle.agent_radius, include=places)
             kept = self._grounds[key] = ground, Router(ground)
@@ -114,10 +114,10 @@ class Agent:
 
 
 def _room_plan(pose: Pose, target: Target, found_blocked: set[tuple[int, int]]) -> list[Action]:
-    """Round what stands in the room where that is possible; otherwise over it, as some of the release's paths go."""
+    """Plan a path around the objects in the room if possible, else across them, as some of the release's paths do."""
     occupied = {(cell.column, cell.row) for cell in target.occupied}
     quarter, turns = room.quarter_of(pose[2])
-    start = room.Stand(round(pose[0]), round(pose[1]), quarter)
+    start = room.RoomPose(round(pose[0]), round(pose[1]), quarter)
     for blocked in (occupied | found_blocked, found_blocked):
         actions = room.plan(start, (target.cell.column, target.cell.row), blocked)
         if actions is not None:
@@ -126,7 +126,7 @@ def _room_plan(pose: Pose, target: Target, found_blocked: set[tuple[int, int]]) 
 
 
 def _after(pose: Pose, action: Action, *, in_room: bool) -> Pose:
-    """The pose that an action should lead to, if nothing is in the way."""
+    """Return the pose after an action if nothing blocks it."""
     x, z, heading = pose
     if action == Action.LEFT:
         return x, z, (heading - TURN) % 360.0
@@ -141,11 +141,11 @@ def _after(pose: Pose, action: Action, *, in_room: bool) -> Pose:
     return x + math.sin(angle), z + math.cos(angle), heading
 
 
-def _alike(pose: Pose, expected: Pose) -> bool:
+def _is_close(pose: Pose, expected: Pose) -> bool:
     turned = abs((pose[2] - expected[2] + 180.0) % 360.0 - 180.0)
     return math.dist(pose[:2], expected[:2]) <= TOLERANCE and turned <= TOLERANCE
 
 
 def _step_key(pose: Pose) -> tuple[int, int, int]:
-    """A step by where it starts, so that it is known again after rounding."""
+    """Return a key of the step that starts at a pose, robust to rounding."""
     return round(pose[0] * 20), round(pose[1] * 20), round(pose[2]) % 360

@@ -1,4 +1,4 @@
-"""The free ground of a section: whether a disc can move straight from one place to another, and how near walls are."""
+"""Free ground of a section: straight-line collision tests for the agent's disc, and a raster of clearances."""
 
 import math
 from collections import defaultdict
@@ -14,13 +14,13 @@ CELL = 0.2
 """Side of a raster cell, in units."""
 
 FAR = 1.5
-"""Clearances are known up to here, in units."""
+"""Maximum clearance stored in the raster, in units."""
 
 BUCKET = 4.0
-"""Side of the squares by which the obstacles near a place are found, in units."""
+"""Side of the squares of the spatial index of obstacles, in units."""
 
 MARGIN = 0.01
-"""How much nearer than the disc's radius nothing may come, in units: no way is planned that a rounding could block."""
+"""Distance to obstacles required beyond the disc's radius, in units, so that rounding cannot block a planned path."""
 
 Place = tuple[float, float]
 """(x, z), in units."""
@@ -40,12 +40,12 @@ class Rectangle:
     cos: float
 
     def local(self, x: float, z: float) -> tuple[float, float]:
-        """A point in the rectangle's own frame."""
+        """Return a point in the rectangle's frame."""
         dx, dz = x - self.x, z - self.z
         return dx * self.cos - dz * self.sin, dx * self.sin + dz * self.cos
 
     def is_nearer(self, start: Place, end: Place, distance: float) -> bool:
-        """Whether the segment comes nearer than `distance`."""
+        """Return whether the segment from start to end comes nearer than `distance`."""
         ax, az = self.local(*start)
         bx, bz = self.local(*end)
         w, h = self.half_width, self.half_length
@@ -62,15 +62,15 @@ class Rectangle:
 
 
 class Ground:
-    """What is free of a section.
+    """Free ground of a section.
 
     Args:
-        obstacles: everything solid.
-        radius: of the agent's disc, in units.
+        obstacles: all solid rectangles.
+        radius: radius of the agent's disc, in units.
         include: points (x, z) that the raster must cover besides the obstacles.
 
     Attributes:
-        radius: of the agent's disc.
+        radius: radius of the agent's disc.
         clearance: (columns along x, rows along z) float32, the distance from a cell's centre to the nearest obstacle,
             in units, at most FAR.
     """
@@ -90,22 +90,22 @@ class Ground:
             self._enter(rectangle)
 
     def cell(self, x: float, z: float) -> tuple[int, int]:
-        """The raster cell of a place, or the nearest one where the place is outside."""
+        """Return the raster cell of a place, or the nearest one if the place is outside."""
         columns, rows = self.clearance.shape
         column, row = int((x - self._left) / CELL), int((z - self._bottom) / CELL)
         return min(max(column, 0), columns - 1), min(max(row, 0), rows - 1)
 
     def centre(self, column: int, row: int) -> tuple[float, float]:
-        """The (x, z) of a cell's centre."""
+        """Return (x, z) of a cell's centre."""
         return self._left + (column + 0.5) * CELL, self._bottom + (row + 0.5) * CELL
 
     def covers(self, x: float, z: float) -> bool:
-        """Whether the place is on the raster."""
+        """Return whether a place is on the raster."""
         columns, rows = self.clearance.shape
         return bool(0 <= x - self._left < columns * CELL and 0 <= z - self._bottom < rows * CELL)
 
     def is_free(self, start: Place, end: Place) -> bool:
-        """Whether the agent's disc can move straight from start to end; what is off the raster is not free."""
+        """Return whether the agent's disc can move straight from start to end; places off the raster are not free."""
         pieces = max(1, math.ceil(math.dist(start, end)))
         return all(
             self._is_piece_free(_between(start, end, i / pieces), _between(start, end, (i + 1) / pieces))
@@ -113,12 +113,13 @@ class Ground:
         )
 
     def _is_piece_free(self, start: Place, end: Place) -> bool:
-        """As `is_free`, for a way of at most one unit."""
+        """Return the same as `is_free`, for a segment of at most one unit."""
         distance = self.radius + MARGIN
         middle = _between(start, end, 0.5)
         if not self.covers(*middle):
             return False
-        # The clearance anywhere on the way is that of the middle's cell, give or take half the way and half a cell.
+        # The clearance on the segment differs from that of the middle's cell by at most half its length and half a
+        # cell's diagonal.
         slack = math.dist(start, end) / 2 + CELL * math.sqrt(0.5)
         clearance = float(self.clearance[self.cell(*middle)])
         if clearance - slack >= distance:
@@ -165,7 +166,7 @@ def _between(start: Place, end: Place, share: float) -> tuple[float, float]:
 
 
 def _crosses(ax: float, az: float, bx: float, bz: float, w: float, h: float) -> bool:
-    """Whether the segment from a to b touches the rectangle of half extents w and h about the origin (slab method)."""
+    """Return whether the segment from a to b touches the rectangle of half extents w and h at the origin (slabs)."""
     low, high = 0.0, 1.0
     for start, delta, half in ((ax, bx - ax, w), (az, bz - az, h)):
         if abs(delta) < 1e-12:
@@ -178,7 +179,7 @@ def _crosses(ax: float, az: float, bx: float, bz: float, w: float, h: float) -> 
 
 
 def distance_to_segment(px: float, pz: float, ax: float, az: float, bx: float, bz: float) -> float:
-    """How far the point p is from the segment from a to b, in units."""
+    """Return the distance of the point p from the segment from a to b, in units."""
     dx, dz = bx - ax, bz - az
     square = dx * dx + dz * dz
     share = 0.0 if square == 0.0 else min(max(((px - ax) * dx + (pz - az) * dz) / square, 0.0), 1.0)

@@ -1,4 +1,4 @@
-"""A* in the agent's own motion: unit steps and turns of 30 degrees, from a pose to one that has the target in reach."""
+"""A* over the agent's motion, unit steps and turns of 30 degrees, from a pose to one with the target in reach."""
 
 import math
 from collections.abc import Callable
@@ -13,23 +13,23 @@ HEADINGS = 12
 TURN = 360.0 / HEADINGS
 
 TURN_COST = 0.1
-"""What a turn counts, beside a step's 1: of two ways of one length the one with fewer turns is taken."""
+"""Cost of a turn; a step costs 1. Of two equally long paths, the one with fewer turns is preferred."""
 
 STRAYING_COST = 1.0
-"""What a step counts more for each squared unit that it ends off the route."""
+"""Additional cost of a step for each squared unit between its end and the route."""
 
-GRAIN = 0.25
-"""Two places in one square of this side, in units, with one heading, are one to the search."""
+RESOLUTION = 0.25
+"""Side of the search's squares, in units: poses in one square with the same heading count as one."""
 
 REACH_SIDE, REACH_FROM, REACH_TO = 0.5, 0.9, 2.0
-"""Where the target may lie in the end, in units to the side and ahead; the release's paths end within 2 units of it."""
+"""Range of the target at the goal, in units to the side and ahead; the release's paths end within 2 units of it."""
 
-LIMIT = 200_000
-"""Poses that are looked at before the search gives up."""
+MAX_EXPANDED = 200_000
+"""Number of poses expanded before the search gives up."""
 
 
 class Walk(NamedTuple):
-    """A pose in the city: units, and degrees clockwise from +z."""
+    """A pose in the city: x and z in units, heading in degrees clockwise from +z."""
 
     x: float
     z: float
@@ -48,15 +48,15 @@ class _Node(NamedTuple):
 def plan(
     ground: Ground, router: Router, route: Route, start: Walk, target: Place, is_open: Callable[[Walk, Walk], bool]
 ) -> list[Action] | None:
-    """The actions from `start` to where the target is in reach, INTERACT not included; None where none are found.
+    """Return the actions to a pose with the target in reach, without INTERACT; None if none are found.
 
     Args:
-        ground: what is free.
-        router: of the ground.
-        route: to the target, which the actions follow as well as the motion can.
-        start: a pose.
-        target: its (x, z).
-        is_open: whether a step from one pose to another is allowed, beside being free.
+        ground: the free ground.
+        router: router over the ground.
+        route: route to the target, which the actions follow as closely as the motion allows.
+        start: the agent's pose.
+        target: (x, z) of the target.
+        is_open: returns whether a free step from one pose to another is allowed.
     """
     angles = [math.radians(start.heading + TURN * i) for i in range(HEADINGS)]
     steps = [(math.sin(angle), math.cos(angle)) for angle in angles]
@@ -64,11 +64,11 @@ def plan(
     queue: list[tuple[float, int, _Node]] = [(router.left(route, start.x, start.z), 0, first)]
     closed: set[tuple[int, int, int]] = set()
     pushed = 0
-    while queue and len(closed) < LIMIT:
+    while queue and len(closed) < MAX_EXPANDED:
         _, _, node = heappop(queue)
         if _in_reach(node, steps[node.turned], target):
             return _actions(node)
-        key = round(node.x / GRAIN), round(node.z / GRAIN), node.turned
+        key = round(node.x / RESOLUTION), round(node.z / RESOLUTION), node.turned
         if key in closed:
             continue
         closed.add(key)
@@ -83,7 +83,7 @@ def plan(
             cost = node.cost + 1.0 + STRAYING_COST * route.distance(x, z) ** 2
             following.append(_Node(x, z, node.turned, cost, Action.FORWARD, node))
         for new in following:
-            if (round(new.x / GRAIN), round(new.z / GRAIN), new.turned) not in closed:
+            if (round(new.x / RESOLUTION), round(new.z / RESOLUTION), new.turned) not in closed:
                 pushed += 1
                 heappush(queue, (new.cost + router.left(route, new.x, new.z), pushed, new))
     return None

@@ -1,4 +1,4 @@
-"""The shortest way in the assembly room: to a cell next to the target's, facing it."""
+"""Shortest paths in the assembly room, to a cell next to the target cell, facing it."""
 
 from collections.abc import Collection
 from heapq import heappop, heappush
@@ -9,13 +9,13 @@ from arramon_client.agent import Action
 COLUMNS, ROWS = 5, 4
 
 AHEAD = ((0, 1), (1, 0), (0, -1), (-1, 0))
-"""The (columns, rows) of one cell ahead, by quarters turned clockwise from +row."""
+"""Offset (columns, rows) of the cell ahead, by heading in quarter turns clockwise from +row."""
 
 Cell = tuple[int, int]
 
 
-class Stand(NamedTuple):
-    """Where the agent stands: cell, and quarters turned clockwise from +row."""
+class RoomPose(NamedTuple):
+    """The agent's pose in the room: cell, and heading in quarter turns clockwise from +row."""
 
     column: int
     row: int
@@ -23,21 +23,21 @@ class Stand(NamedTuple):
 
     @property
     def ahead(self) -> Cell:
-        """The cell in front, which may be outside."""
+        """The cell ahead, which may be outside the room."""
         columns, rows = AHEAD[self.quarter]
         return self.column + columns, self.row + rows
 
 
-def plan(start: Stand, target: Cell, blocked: Collection[Cell]) -> list[Action] | None:
-    """The actions to a cell from which the target's is the one ahead, INTERACT not included; None where there are none.
+def plan(start: RoomPose, target: Cell, blocked: Collection[Cell]) -> list[Action] | None:
+    """Return the actions to a pose whose cell ahead is the target, without INTERACT; None if it cannot be reached.
 
     Args:
-        start: where the agent stands.
-        target: (column, row).
+        start: the agent's pose.
+        target: (column, row) of the target cell.
         blocked: cells that cannot be entered.
     """
-    queue: list[tuple[int, Stand, tuple[Action, ...]]] = [(0, start, ())]
-    closed: set[Stand] = set()
+    queue: list[tuple[int, RoomPose, tuple[Action, ...]]] = [(0, start, ())]
+    closed: set[RoomPose] = set()
     while queue:
         cost, stand, actions = heappop(queue)
         if stand.ahead == target:
@@ -46,16 +46,16 @@ def plan(start: Stand, target: Cell, blocked: Collection[Cell]) -> list[Action] 
             continue
         closed.add(stand)
         for turns, action in ((1, Action.RIGHT), (-1, Action.LEFT)):
-            turned = Stand(stand.column, stand.row, (stand.quarter + turns) % 4)
+            turned = RoomPose(stand.column, stand.row, (stand.quarter + turns) % 4)
             heappush(queue, (cost + 3, turned, (*actions, *([action] * 3))))
         column, row = stand.ahead
         if 0 <= column < COLUMNS and 0 <= row < ROWS and (column, row) not in blocked:
-            heappush(queue, (cost + 1, Stand(column, row, stand.quarter), (*actions, Action.FORWARD)))
+            heappush(queue, (cost + 1, RoomPose(column, row, stand.quarter), (*actions, Action.FORWARD)))
     return None
 
 
 def quarter_of(heading: float) -> tuple[int, list[Action]]:
-    """The nearest quarter turn to a heading in degrees, and the turns that lead to it."""
+    """Return the quarter turn nearest to a heading in degrees, and the actions that turn to it."""
     quarter = round(heading / 90.0)
     turns = round((quarter * 90.0 - heading) / 30.0)
     return quarter % 4, [Action.RIGHT if turns > 0 else Action.LEFT] * abs(turns)

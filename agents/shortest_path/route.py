@@ -1,4 +1,4 @@
-"""The shortest way over the free ground, for an agent that could go in any direction: what the motion then follows."""
+"""Shortest routes over the free ground, ignoring the agent's motion, as guidance for the motion planner."""
 
 import math
 from collections.abc import Sequence
@@ -15,41 +15,42 @@ from agents.shortest_path.ground import CELL, Ground, Place, distance_to_segment
 STRIDE = 2
 """Raster cells between two nodes."""
 
-COMFORT = 1.5
-"""Clearance that a way keeps where it can, in units."""
+PREFERRED_CLEARANCE = 1.5
+"""Clearance that a route keeps where possible, in units."""
 
-DISCOMFORT = 0.8
-"""How much longer a unit of way counts for each unit of clearance that it lacks."""
+CLEARANCE_PENALTY = 0.8
+"""Relative increase of a route's cost per unit of missing clearance."""
 
 SLACK = 0.05
-"""How much nearer to walls a straightened way may come than the one that it straightens, in units."""
+"""Clearance that a straightened route may lose, in units."""
 
 MOVES = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (2, -1), (1, 2), (1, -2))
-"""Half of the sixteen directions; the others are their opposites."""
+"""Half of the sixteen directions between nodes; the others are their opposites."""
 
 
 @dataclass(frozen=True)
 class Route:
-    """A way to a target.
+    """A route to a target.
 
     Attributes:
-        corners: (x, z), from the start to the target.
-        left: what is left of the way by node of the raster, in units; infinite where the target cannot be reached.
+        corners: (x, z) of the corners, from the start to the target.
+        left: (columns, rows) remaining cost to the target by node of the raster, in units of distance, more near
+            walls; infinite where the target cannot be reached.
     """
 
     corners: tuple[Place, ...]
     left: npt.NDArray[np.float64]
 
     def distance(self, x: float, z: float) -> float:
-        """How far a place is from the way, in units."""
+        """Return the distance of a place from the route, in units."""
         return min(distance_to_segment(x, z, *a, *b) for a, b in pairwise(self.corners))
 
 
 class Router:
-    """Finds routes over one ground.
+    """Search for routes over a section's free ground (Dijkstra).
 
     Args:
-        ground: where.
+        ground: the free ground.
     """
 
     def __init__(self, ground: Ground) -> None:
@@ -58,7 +59,7 @@ class Router:
         self._graph = _graph(self._clearance, ground.radius)
 
     def route(self, start: Place, target: Place) -> Route | None:
-        """The way from one place to another; None where there is none. Both are taken for the nearest free node."""
+        """Return the route between two places, each moved to its nearest free node; None if there is none."""
         goal, first = self._free_node(target), self._free_node(start)
         if goal is None or first is None:
             return None
@@ -72,7 +73,7 @@ class Router:
         return Route(self._straightened(places), left.reshape(self._clearance.shape))
 
     def left(self, route: Route, x: float, z: float) -> float:
-        """What is left of the way from a place, in units."""
+        """Return the remaining cost of a route from a place, in units."""
         column, row = self._ground.cell(x, z)
         columns, rows = route.left.shape
         return float(route.left[min((column + 1) // STRIDE, columns - 1), min((row + 1) // STRIDE, rows - 1)])
@@ -91,13 +92,13 @@ class Router:
         return self._ground.centre(column * STRIDE, row * STRIDE)
 
     def _straightened(self, places: Sequence[Place]) -> tuple[Place, ...]:
-        """The places without those that a straight line can leave out without coming nearer to a wall."""
+        """Remove the places that a straight line can skip without coming nearer to a wall."""
         kept, at = [places[0]], 0
         while at < len(places) - 1:
             ahead = at + 1
             for further in range(len(places) - 1, at + 1, -1):
                 clearance = min(self._clearance_at(place) for place in places[at : further + 1])
-                if self._clearance_along(places[at], places[further]) >= min(clearance, COMFORT) - SLACK:
+                if self._clearance_along(places[at], places[further]) >= min(clearance, PREFERRED_CLEARANCE) - SLACK:
                     ahead = further
                     break
             kept.append(places[ahead])
@@ -116,11 +117,11 @@ class Router:
 
 
 def _graph(clearance: npt.NDArray[np.float32], radius: float) -> csr_array:
-    """Neighbouring free nodes and the length of the way between them, more where it is near a wall."""
+    """Return the graph of neighbouring free nodes, with edge lengths that are increased near walls."""
     columns, rows = clearance.shape
     number = np.arange(columns * rows).reshape(columns, rows)
     free = clearance >= radius
-    factor = 1.0 + DISCOMFORT * np.maximum(COMFORT - clearance, 0.0)
+    factor = 1.0 + CLEARANCE_PENALTY * np.maximum(PREFERRED_CLEARANCE - clearance, 0.0)
     starts, ends, lengths = [], [], []
     for across, along in MOVES:
         here = slice(0, columns - across), slice(max(-along, 0), rows - max(along, 0))

@@ -1,6 +1,6 @@
-"""Interacts at once and always: the floor that every agent should rise above.
+"""Agent that interacts at every step and never moves: the lower bound that every agent should exceed.
 
-Where nothing is in reach a pick-up does nothing, and the phase runs to its limit on the spot.
+If nothing is in reach, a pick-up does nothing, and the phase runs to its step limit.
 """
 
 from collections.abc import Sequence
@@ -11,14 +11,14 @@ __all__ = ["Agent"]
 
 
 class Agent:
-    """Never moves."""
+    """Agent that only interacts."""
 
     name = "stop"
-    sensors = ("rgb", "depth")  # It looks at neither, but travels with what a real agent travels with.
+    sensors = ("rgb", "depth")  # Unused, but transferred as for a real agent.
 
     def begin(self, episode: Episode) -> None:
-        """Nothing is remembered."""
+        """Do nothing: there is no memory."""
 
     def act(self, observations: Sequence[Observation]) -> list[Action]:
-        """INTERACT for each observation."""
+        """Return INTERACT for each observation."""
         return [Action.INTERACT] * len(observations)

@@ -1,4 +1,4 @@
-"""The sample's instructions in English."""
+"""English instructions of the sample."""
 
 from collections.abc import Sequence
 from random import Random
@@ -38,7 +38,7 @@ PLAIN = {
 
 
 def navigate(legs: Sequence[Leg], target: ObjectType, side: str, random: Random) -> str:
-    """What to do in the street."""
+    """Return the navigation instruction."""
     walk = random.choice(WALKS)
     sentences = []
     for number, leg in enumerate(legs):
@@ -56,7 +56,7 @@ def navigate(legs: Sequence[Leg], target: ObjectType, side: str, random: Random)
 
 
 def assemble(order: Order, target: ObjectType, random: Random) -> str:
-    """What to do in the room."""
+    """Return the assembly instruction."""
     it = random.choice(("it", f"the {spelt(target.kind)}", f"the {name(target)}"))
     put = random.choice(("put", "place"))
     if order.landmark is None:
@@ -67,10 +67,10 @@ def assemble(order: Order, target: ObjectType, random: Random) -> str:
 
 
 def name(thing: ObjectType) -> str:
-    """Such as "striped red mug"."""
+    """Return the object's name, for example "striped red mug"."""
     return f"{thing.pattern} {thing.colour} {spelt(thing.kind)}"
 
 
 def spelt(kind: str) -> str:
-    """The kind as one writes it."""
+    """Return the kind as it is spelt in texts."""
     return "TV" if kind == "tv" else kind

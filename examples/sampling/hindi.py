@@ -1,4 +1,4 @@
-"""The sample's instructions in Hindi: the same content as in English, in its own grammar."""
+"""Hindi instructions of the sample: the same content as in English, with Hindi grammar."""
 
 import unicodedata
 from collections.abc import Sequence
@@ -34,7 +34,7 @@ COLOURS = {
 
 
 class Register(NamedTuple):
-    """How the listener is spoken to: one register an instruction."""
+    """Verb forms of a form of address; an instruction uses one."""
 
     turn: str
     go: str
@@ -74,7 +74,7 @@ PLAIN = {
 
 
 def navigate(legs: Sequence[Leg], target: ObjectType, side: str, random: Random) -> str:
-    """What to do in the street."""
+    """Return the navigation instruction."""
     register = random.choice((NEUTRAL, POLITE))
     walk = random.choice(register.walks)
     sentences = []
@@ -98,7 +98,7 @@ def navigate(legs: Sequence[Leg], target: ObjectType, side: str, random: Random)
 
 
 def assemble(order: Order, target: ObjectType, random: Random) -> str:
-    """What to do in the room."""
+    """Return the assembly instruction."""
     register = random.choice((NEUTRAL, POLITE))
     it = random.choice(("उसे", f"{KINDS[target.kind].oblique} को", f"{name(target, oblique=True)} को"))
     if order.landmark is None:
@@ -109,14 +109,14 @@ def assemble(order: Order, target: ObjectType, random: Random) -> str:
 
 
 def name(thing: ObjectType, *, oblique: bool = False) -> str:
-    """Such as "धारीदार लाल मग"; oblique before any postposition."""
+    """Return the object's name, for example "धारीदार लाल मग"; oblique before a postposition."""
     noun = KINDS[thing.kind]
     colour = agreeing(COLOURS[thing.colour], noun.feminine, oblique)
     return f"{PATTERNS[thing.pattern]} {colour} {noun.oblique if oblique else noun.direct}"
 
 
 def agreeing(adjective: str, feminine: bool, oblique: bool) -> str:
-    """The adjective, given in the masculine direct case, as its noun needs it: those in -ा change."""
+    """Return an adjective (given: masculine direct case) in agreement with its noun: those in -ा are inflected."""
     if not adjective.endswith("ा"):
         return adjective
     return adjective[:-1] + ("ी" if feminine else "े" if oblique else "ा")

@@ -1,4 +1,4 @@
-"""Assembly orders for the sample: where a target goes, in relation to what, and the way there."""
+"""Assembly orders of the sample: the target's cell, its relation to a landmark, and the agent's path."""
 
 import heapq
 from collections.abc import Collection, Sequence
@@ -11,7 +11,7 @@ from server.sim.room import START, Placement, Square
 RELATIONS = ("on_top_of", "left_of", "right_of", "behind", "in_front_of")
 
 OFFSETS = {"on_top_of": (0, 0), "left_of": (1, 0), "right_of": (-1, 0), "behind": (0, -1), "in_front_of": (0, 1)}
-"""Where the landmark stands, in (columns, rows) from the target's cell, as the agent sees it from the start tile."""
+"""The landmark's position, in (columns, rows) from the target's cell, as the agent sees it from the start tile."""
 
 PLAIN = {
     "ahead_1": Square(2, 1),
@@ -20,18 +20,18 @@ PLAIN = {
     "turn_right": Square(3, 0),
     "turn_left": Square(1, 0),
 }
-"""Orders that name no other object, and their cells."""
+"""Relations without a landmark, and their target cells."""
 
 
 @dataclass(frozen=True)
 class Order:
-    """One turn's assembly.
+    """The assembly of one turn.
 
     Attributes:
         relation: one of RELATIONS, or of PLAIN.
-        landmark: what the target stands to in that relation; None in a plain order.
+        landmark: the object of the relation; None in a plain order.
         stand: the landmark's cell.
-        placement: where the target goes.
+        placement: the target's placement.
         path: the agent's cells, from the start tile.
         actions: 0 forward, 1 left, 2 right, 3 place.
     """
@@ -45,7 +45,7 @@ class Order:
 
 
 def draw_orders(targets: tuple[ObjectType, ObjectType], stacked: bool, random: Random) -> tuple[Order, Order]:
-    """The orders of both turns; `stacked`: the second target goes on top of the first."""
+    """Draw the orders of both turns; if `stacked`, the second target goes on top of the first."""
     decoys = random.sample([other for other in ALL_TYPES if other not in targets], 2)
     while True:
         first = _draw(decoys[0], None, (), random)
@@ -59,14 +59,14 @@ def draw_orders(targets: tuple[ObjectType, ObjectType], stacked: bool, random: R
         second = _draw(landmark, known, relations, random, taken=_cells(first))
         if second is None:
             continue
-        # Whatever stands in the room when a turn begins must not be where the other turn walks.
+        # Objects of one turn must not be on the path of the other.
         walked = {*first.path, *second.path}
         if not walked & {*_cells(first), *_cells(second)}:
             return first, second
 
 
 def _cells(order: Order) -> set[Square]:
-    """The cells that the order fills."""
+    """Return the cells that the order fills."""
     cells = {Square(order.placement.column, order.placement.row), order.stand}
     return {cell for cell in cells if cell is not None}
 
@@ -78,14 +78,14 @@ def _draw(
     random: Random,
     taken: Collection[Square] = (),
 ) -> Order | None:
-    """An order at random, or None where the draw does not work out.
+    """Draw an order; None if the draw is invalid.
 
     Args:
-        landmark: for the orders that have one.
-        known: the landmark's cell, where it stands already.
-        relations: to draw from; any, and the plain ones, if empty.
-        random: draws everything.
-        taken: cells that are filled.
+        landmark: used in orders with a landmark.
+        known: the landmark's cell, if it is in the room already.
+        relations: relations to draw from; all, and the plain ones, if empty.
+        random: random number generator.
+        taken: filled cells.
     """
     relation = random.choice(relations or (*RELATIONS, "on_top_of", *PLAIN))
     if relation in PLAIN:
@@ -112,7 +112,7 @@ def _draw(
 
 
 def _way(target: Square, filled: Collection[Square]) -> tuple[tuple[Square, ...], tuple[int, ...]] | None:
-    """The way with the fewest actions from the start tile to where `target` is ahead: its cells and its actions."""
+    """Return cells and actions of the shortest way from the start tile to a cell that faces `target`; None if none."""
     waiting: list[tuple[int, Square, int, tuple[Square, ...], tuple[int, ...]]] = [(0, START, 0, (START,), ())]
     seen = set()
     while waiting:

@@ -1,4 +1,4 @@
-"""A way through a town in the words' terms: from which junction to which, turning where, and where the target lies."""
+"""Description of a way through a town: legs between junctions, turns, and the target's side of the street."""
 
 import math
 from collections.abc import Sequence
@@ -8,7 +8,7 @@ from itertools import groupby
 from examples.sampling.town import CELL, Place, Spot, Town
 
 SHORTEST_LEG = 4
-"""Steps: what is shorter is no leg of its own."""
+"""Least number of steps of a leg."""
 
 
 @dataclass(frozen=True)
@@ -16,10 +16,10 @@ class Leg:
     """A straight part of a way.
 
     Attributes:
-        turn: what the agent does first: 0 nothing, 1 turn right, -1 turn left, 2 turn around.
+        turn: the turn before it: 0 none, 1 right, -1 left, 2 around.
         into_alley: whether it leads into an alley.
-        passed: how many intersections it leads past before its end.
-        end: "+" for an intersection, "L" for a corner, "" where it ends at the target.
+        passed: number of intersections that it passes before its end.
+        end: "+" for an intersection, "L" for a corner, "" if it ends at the target.
     """
 
     turn: int
@@ -29,7 +29,7 @@ class Leg:
 
 
 def legs_of(town: Town, spots: Sequence[Spot], target: Place) -> list[Leg] | None:
-    """The legs of a way to `target`; None if it turns where there is no junction to name."""
+    """Return the legs of a way to `target`; None if it turns at a place without a junction."""
     places = [spot.place for i, spot in enumerate(spots) if i == 0 or spot.place != spots[i - 1].place]
     runs = _runs(_quarters(places))
     legs = []
@@ -52,7 +52,7 @@ def legs_of(town: Town, spots: Sequence[Spot], target: Place) -> list[Leg] | Non
 
 
 def _turn(heading: int, wanted: int) -> int:
-    """The turn, as in `Leg`, from one heading to another, in steps of 30 degrees."""
+    """Return the turn, as in `Leg`, between two headings, given in steps of 30 degrees."""
     steps = (wanted - heading + 6) % 12 - 6
     if abs(steps) <= 1:
         return 0
@@ -60,20 +60,20 @@ def _turn(heading: int, wanted: int) -> int:
 
 
 def _quarters(places: Sequence[Place]) -> list[int]:
-    """For each place the street direction that is walked there: 0 along, 1 across, 2 and 3 their opposites."""
+    """Return for each place the walking direction: 0 along, 1 across, 2 and 3 their opposites."""
     found: list[int] = []
     for i in range(len(places)):
         before, after = places[max(i - 3, 0)], places[min(i + 3, len(places) - 1)]
         across, along = after.across - before.across, after.along - before.along
         choices = {0: along, 1: across, 2: -along, 3: -across}
         if found:
-            choices[found[-1]] *= 1.3  # keep to a street unless the other way clearly wins
+            choices[found[-1]] *= 1.3  # keep the direction unless another one is clearly better
         found.append(max(choices, key=lambda quarter: choices[quarter]))
     return found
 
 
 def _runs(quarters: Sequence[int]) -> list[tuple[int, int, int]]:
-    """(first, last, quarter) of each stretch in one direction, without the short ones."""
+    """Return (first, last, quarter) of each stretch in one direction; short ones are merged."""
     runs: list[tuple[int, int, int]] = []
     start = 0
     for quarter, members in groupby(quarters):
@@ -93,7 +93,7 @@ def _zone(town: Town, place: Place) -> tuple[str, int] | None:
 
 
 def _nearest_zone(town: Town, places: Sequence[Place], index: int) -> tuple[str, int] | None:
-    """The junction at or near a place of the way."""
+    """Return the junction at or near a place of the way."""
     for offset in (0, 1, -1, 2, -2, 3, -3):
         if 0 <= index + offset < len(places) and (zone := _zone(town, places[index + offset])):
             return zone
@@ -101,7 +101,7 @@ def _nearest_zone(town: Town, places: Sequence[Place], index: int) -> tuple[str,
 
 
 def side_of(town: Town, target: Place, spots: Sequence[Spot]) -> str:
-    """Where the target lies, seen by who comes this way: "+", "L", "a" (the alley), "right", "left" or "middle"."""
+    """Return the target's location relative to the way: "+", "L", "a" (the alley), "right", "left" or "middle"."""
     mark = town.at(target)
     if mark in "+La":
         return mark

@@ -1,6 +1,6 @@
-"""The sample's two street plans, drawn by hand, and the ways through them in the agent's own motion.
+"""The sample's two hand-drawn street plans, and path finding with the agent's actions.
 
-Places are given in a town's own frame: `across` the streets' main heading to the right, `along` it, in units.
+Places are in a town's own frame, in units: `along` the streets' main heading, and `across` it to the right.
 """
 
 import heapq
@@ -73,7 +73,7 @@ class Place(NamedTuple):
 
 
 class Spot(NamedTuple):
-    """Where an agent stands: counts of (1/2, sqrt(3)/2) on each axis, and its heading in steps of 30 degrees."""
+    """An agent's pose: counts of (1/2, sqrt(3)/2) on each axis, and its heading in steps of 30 degrees."""
 
     across: tuple[int, int]
     along: tuple[int, int]
@@ -81,25 +81,25 @@ class Spot(NamedTuple):
 
     @property
     def place(self) -> Place:
-        """The same in units."""
+        """The position in units."""
         return Place(
             self.across[0] / 2 + self.across[1] * _HALF_ROOT,
             self.along[0] / 2 + self.along[1] * _HALF_ROOT,
         )
 
     def turned(self, steps: int) -> "Spot":
-        """Turned clockwise by `steps` times 30 degrees."""
+        """Return the pose turned clockwise by `steps` times 30 degrees."""
         return self._replace(heading=(self.heading + steps) % 12)
 
     def ahead(self) -> "Spot":
-        """One unit ahead."""
+        """Return the pose one unit ahead."""
         sin, cos = _SIN[self.heading], _SIN[(self.heading + 3) % 12]
         across = (self.across[0] + sin[0], self.across[1] + sin[1])
         along = (self.along[0] + cos[0], self.along[1] + cos[1])
         return Spot(across, along, self.heading)
 
     def local(self, place: Place) -> Place:
-        """`place` as seen from here: (units to the right, units ahead)."""
+        """Return `place` relative to this pose: (units to the right, units ahead)."""
         here = self.place
         dx, dz = place.across - here.across, place.along - here.along
         (s, t), (c, d) = _SIN[self.heading], _SIN[(self.heading + 3) % 12]
@@ -113,8 +113,8 @@ class Town:
 
     Attributes:
         plan: rows of characters, the farthest first: `#` built up, `.` street, `+` intersection, `L` corner, `a` alley.
-        origin: (x, z) in the world of the plan's near left corner.
-        first_map_id: of its episodes.
+        origin: (x, z) of the plan's near left corner in the world frame.
+        first_map_id: `mapId` of its first episode.
     """
 
     plan: str
@@ -128,12 +128,12 @@ class Town:
         return tuple(reversed(self.plan.split()))
 
     def at(self, place: Place) -> str:
-        """The plan's character at a place."""
+        """Return the plan's character at a place."""
         row, column = math.floor(place.along / CELL), math.floor(place.across / CELL)
         return self.rows[row][column] if 0 <= row < len(self.rows) and 0 <= column < len(self.rows[row]) else "#"
 
     def clearance(self, place: Place) -> float:
-        """How far a place is from the nearest building, in units; at most CELL."""
+        """Return the distance to the nearest building, in units, at most CELL."""
         if place not in self._clearances:
             row, column = math.floor(place.along / CELL), math.floor(place.across / CELL)
             nearest = CELL
@@ -147,21 +147,21 @@ class Town:
         return self._clearances[place]
 
     def world(self, place: Place) -> tuple[float, float]:
-        """A place's (x, z) in the world."""
+        """Return a place's (x, z) in the world frame."""
         sin, cos = math.sin(math.radians(HEADING)), math.cos(math.radians(HEADING))
         x, z = place.across * cos + place.along * sin, place.along * cos - place.across * sin
         return round(self.origin[0] + x, 5), round(self.origin[1] + z, 5)
 
     @cached_property
     def spots(self) -> tuple[Place, ...]:
-        """Where things may lie and agents may start: whole units, at least one from every wall."""
+        """Places for objects and starts: whole units, at least one unit from every wall."""
         height, width = len(self.rows) * int(CELL), len(self.rows[0]) * int(CELL)
         places = (Place(float(across), float(along)) for across in range(width) for along in range(height))
         return tuple(place for place in places if self.clearance(place) >= 1.0)
 
     @cached_property
     def zones(self) -> dict[tuple[int, int], tuple[str, int]]:
-        """For each cell (row, column) of an intersection or a corner, its character and which one it is."""
+        """For each cell (row, column) of an intersection or a corner, its character and number."""
         found: dict[tuple[int, int], tuple[str, int]] = {}
         for row, text in enumerate(self.rows):
             for column, mark in enumerate(text):
@@ -175,7 +175,7 @@ class Town:
         return found
 
     def distances(self, goal: Place) -> dict[tuple[int, int], int]:
-        """Roughly how many units of walking every point of a one-unit raster is from `goal`, at right angles."""
+        """Return approximate distances from `goal` to the points of a one-unit raster, in right-angled moves."""
         start = (round(goal.across), round(goal.along))
         found, waiting = {start: 0}, deque([start])
         while waiting:
@@ -191,7 +191,7 @@ TOWNS = (Town(FIRST_PLAN, (-30.0, 5.0), 101), Town(SECOND_PLAN, (20.0, -80.0), 1
 
 
 def find_way(town: Town, start: Spot, target: Place) -> tuple[list[Spot], list[int]] | None:
-    """The way to where `target` lies one to two units straight ahead, by A*; None where there is none.
+    """Find, by A*, a way to a pose with `target` one to two units straight ahead; None if there is none.
 
     Returns:
         The spots after each action, the start first, and the actions: 0 forward, 1 left, 2 right.
@@ -200,7 +200,7 @@ def find_way(town: Town, start: Spot, target: Place) -> tuple[list[Spot], list[i
 
     def rest(spot: Spot) -> float:
         place = spot.place
-        # More than the least that it can be, as a way at right angles is no shortest one: the first good way will do.
+        # Not a lower bound, as right-angled ways are not shortest: any good way is sufficient.
         return 0.9 * far.get((round(place.across), round(place.along)), 99)
 
     def key(spot: Spot) -> tuple[int, int, int]:
@@ -228,7 +228,7 @@ def find_way(town: Town, start: Spot, target: Place) -> tuple[list[Spot], list[i
 
 
 def _price(town: Town, spot: Spot, after: Spot) -> float | None:
-    """What a step costs: more along walls; None where there is no way."""
+    """Return the cost of a step: higher along walls; None if it is blocked."""
     here, there = spot.place, after.place
     middle = Place((here.across + there.across) / 2, (here.along + there.along) / 2)
     room = min(town.clearance(there), town.clearance(middle))

@@ -1,1 +1,1 @@
-"""The service on the wire: thin servicers that translate, call, translate."""
+"""The gRPC API: thin servicers and their interceptors."""

@@ -1,4 +1,4 @@
-"""Who is calling: from a call's metadata to a `Caller`. Stands before every method, so that none can forget to ask."""
+"""Authentication of calls: the interceptor that turns a call's metadata into a `Caller`, for every method."""
 
 import asyncio
 import time
@@ -11,29 +11,29 @@ from typing import Any
 import grpc
 
 from server.addresses import is_loopback
-from server.api.wrapping import Context, Continuation, Handler, Work, wrapped
-from server.config import Config
+from server.api.interceptor import Context, Continuation, Handler, Origin, Work, wrap_handler
+from server.configuration.config import Config
 from server.errors import Forbidden, StorageError, Unauthenticated
-from server.runs.accounts import Accounts
-from server.runs.callers import ANONYMOUS, STRANGER, Caller
+from server.runs.accounts.accounts import Accounts
+from server.runs.accounts.callers import ANONYMOUS, STRANGER, Caller
 
-OPEN = frozenset({
+PUBLIC_METHODS = frozenset({
     "/arramon.v1.Evaluation/GetServerInfo",
     "/arramon.v1.Leaderboard/List",
     "/arramon.v1.Leaderboard/GetEntry",
     "/arramon.v1.Leaderboard/Export",
 })  # fmt: skip
-"""Methods for everyone, also where nobody plays without a token. Their callers may be anonymous."""
+"""Methods that need no token, even on a server that requires one to play."""
 
-KNOWN_SECONDS, KNOWN_TOKENS = 2.0, 10_000
-"""How long a token is not looked up again, and how many are remembered: a revoked one is refused after that long. Open
-streams are asked again as often, with what they are told."""
+TOKEN_CACHE_SECONDS, TOKEN_CACHE_SIZE = 2.0, 10_000
+"""How long a token that was looked up is cached, and how many are: a revoked token is refused after at most that long.
+An open stream is authenticated again as often, when it sends a response."""
 
 _caller: ContextVar[Caller] = ContextVar("caller")
 
 
-def caller_of(context: Context) -> Caller:  # noqa: ARG001 - that of the call in whose context this runs
-    """Whom a call comes from.
+def caller_of() -> Caller:
+    """Return the authenticated caller of the call that the current task handles.
 
     Raises:
         LookupError: if the call did not pass `Authentication`.
@@ -42,97 +42,104 @@ def caller_of(context: Context) -> Caller:  # noqa: ARG001 - that of the call in
 
 
 class Authentication(grpc.aio.ServerInterceptor):
-    """Finds out who calls this project's services, and turns away who may not.
+    """Interceptor that authenticates the callers of this project's services, and refuses those without access.
 
     Args:
-        accounts: whose tokens are good.
-        config: says where tokens are taken, and whether one is needed.
+        accounts: knows the valid tokens.
+        config: determines whether a token is required, and over which connections it is accepted.
     """
 
     def __init__(self, accounts: Accounts, config: Config) -> None:
         self._accounts = accounts
         self._trust_proxy = config.trust_proxy
-        self._nobody = anonymous_caller(config)
-        self._is_said = config.anonymous is not None
-        self._known: dict[bytes, tuple[Caller, float]] = {}
+        self._anonymous = anonymous_caller(config)
+        self._anonymous_is_set = config.anonymous is not None
+        self._cache: dict[bytes, tuple[Caller, float]] = {}
 
     async def intercept_service(
         self, continuation: Continuation, handler_call_details: grpc.HandlerCallDetails
     ) -> "Handler | None":
-        """Puts the question before the method's own work."""
+        """Wrap the call's handler so that it authenticates the caller first."""
         handler = await continuation(handler_call_details)
         method = handler_call_details.method
         if handler is None or not method.startswith("/arramon."):
             return handler
 
         async def answer(work: Work, request: Any, context: Context) -> Any:
-            await self._admit(context, method)
+            await self._admit(Origin.of(context), method)
             return await work(request, context)
 
         async def stream(work: Work, request: Any, context: Context) -> AsyncIterator[Any]:
-            await self._admit(context, method)
-            again = time.monotonic() + KNOWN_SECONDS
+            origin = Origin.of(context)
+            await self._admit(origin, method)
+            again = time.monotonic() + TOKEN_CACHE_SECONDS
             async with aclosing(work(request, context)) as responses:
                 async for response in responses:
                     if time.monotonic() >= again:
-                        await self._admit(context, method, known=True)
-                        again = time.monotonic() + KNOWN_SECONDS
+                        await self._admit(origin, method, known=True)
+                        again = time.monotonic() + TOKEN_CACHE_SECONDS
                     yield response
 
-        return wrapped(handler, answer, stream)
+        return wrap_handler(handler, answer, stream)
 
-    async def _admit(self, context: Context, method: str, *, known: bool = False) -> None:
-        """Notes who calls. Whom it has let in it keeps while the database is away.
+    async def _admit(self, origin: Origin, method: str, *, known: bool = False) -> None:
+        """Authenticate the caller and note it for `caller_of`.
+
+        Args:
+            origin: of the call.
+            method: that is called.
+            known: whether the caller was admitted before; it then stays so while the database cannot be reached.
 
         Raises:
-            Unauthenticated, Forbidden: where they may not call.
+            Unauthenticated, Forbidden: if the caller may not call the method.
+            StorageError: if the database cannot be reached.
         """
         try:
-            caller = await self._find(context)
-            if caller is None and method not in OPEN:
-                raise Unauthenticated("this server wants a token, and none was sent; ask its host for one")
+            caller = await self._find(origin)
+            if caller is None and method not in PUBLIC_METHODS:
+                raise Unauthenticated("authentication required: no token was sent; ask the server's host for one")
             _caller.set(caller or STRANGER)
         except StorageError:
             if not known:
                 raise
 
-    async def _find(self, context: Context) -> Caller | None:
-        """Whom the call comes from; None where it has no token, and needs one.
+    async def _find(self, origin: Origin) -> Caller | None:
+        """Return the caller; None if the call has no token and requires one.
 
         Raises:
-            Unauthenticated, Forbidden: if it has one that is not taken.
+            Unauthenticated, Forbidden: if the call has a token that is not accepted.
         """
-        sent = [str(value) for key, value in context.invocation_metadata() or () if key == "authorization"]
+        sent = [str(value) for key, value in origin.metadata if key == "authorization"]
         if not sent:
-            # Where the host said nothing, even a proxy that they forgot to tell of does not let others in.
-            return self._nobody if self._is_said or is_near(context) else None
+            # With the default setting, a proxy that the host did not declare must not let remote clients in.
+            return self._anonymous if self._anonymous_is_set or is_on_same_machine(origin) else None
         scheme, _, token = sent[0].partition(" ")
         if len(sent) > 1 or scheme.lower() != "bearer" or not token.strip():
-            raise Unauthenticated("the metadata `authorization` is not of the form `Bearer TOKEN`, once")
-        if not (self._trust_proxy or is_private(context)):
+            raise Unauthenticated("bad `authorization` metadata: expected exactly one value, `Bearer TOKEN`")
+        if not (self._trust_proxy or is_private(origin)):
             raise Forbidden(
-                "tokens are taken over TLS only, and this connection is not encrypted: connect with TLS, and ask the "
-                "host for another token, as this one was readable on its way"
+                "tokens are accepted over TLS only, and this connection is not encrypted: connect with TLS, and ask "
+                "the host for a new token, as this one was sent unencrypted"
             )
         return await self._look_up(token.strip())
 
     async def _look_up(self, token: str) -> Caller:
         key = sha256(token.encode()).digest()
-        caller, until = self._known.get(key, (None, 0.0))
+        caller, until = self._cache.get(key, (None, 0.0))
         if caller is None or until < time.monotonic():
-            self._known.pop(key, None)
+            self._cache.pop(key, None)
             caller = await asyncio.to_thread(self._accounts.caller, token)
-            if len(self._known) >= KNOWN_TOKENS:
-                self._known.clear()
-            self._known[key] = (caller, time.monotonic() + KNOWN_SECONDS)
+            if len(self._cache) >= TOKEN_CACHE_SIZE:
+                self._cache.clear()
+            self._cache[key] = (caller, time.monotonic() + TOKEN_CACHE_SECONDS)
         return caller
 
 
 def anonymous_caller(config: Config) -> Caller | None:
-    """What somebody without a token is to a server; None where they may not play.
+    """Return the caller that represents clients without a token; None if they may not play.
 
-    Unless the host says otherwise, they may where only this machine can reach the server: at a loopback address or
-    on a Unix socket, and with no proxy in front, through which others would come.
+    By default they may play if only this machine can reach the server: at a loopback address or on a Unix socket,
+    without a proxy in front, through which remote clients would come.
     """
     own = is_loopback(config.listen) and not config.trust_proxy
     if config.anonymous is None:
@@ -142,17 +149,17 @@ def anonymous_caller(config: Config) -> Caller | None:
     return ANONYMOUS if own else STRANGER
 
 
-def is_private(context: Context) -> bool:
-    """Whether nobody on the way can read a call: it is encrypted, or does not leave this machine."""
-    return context.auth_context().get("transport_security_type") == [b"ssl"] or _is_from_here(context)
+def is_private(origin: Origin) -> bool:
+    """Return whether a call cannot be read in transit: it is encrypted, or does not leave this machine."""
+    return origin.encrypted or _has_local_peer(origin)
 
 
-def is_near(context: Context) -> bool:
-    """Whether the caller is on this machine: not only a proxy on it, through which others come from anywhere."""
-    proxied = {"forwarded", "via", "x-forwarded-for"} & {key for key, _ in context.invocation_metadata() or ()}
-    return _is_from_here(context) and not proxied
+def is_on_same_machine(origin: Origin) -> bool:
+    """Return whether the caller is on this machine, and not only a proxy that forwards remote calls."""
+    proxied = {"forwarded", "via", "x-forwarded-for"} & {key for key, _ in origin.metadata}
+    return _has_local_peer(origin) and not proxied
 
 
-def _is_from_here(context: Context) -> bool:
-    kind, _, address = context.peer().partition(":")
+def _has_local_peer(origin: Origin) -> bool:
+    kind, _, address = origin.peer.partition(":")
     return kind == "unix" or (kind in ("ipv4", "ipv6") and is_loopback(address.replace("%5B", "[").replace("%5D", "]")))

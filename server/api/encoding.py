@@ -1,4 +1,4 @@
-"""How images travel in messages: raw, compressed without loss, or as JPEG, as `types.proto` has it."""
+"""Encoding of images for messages: raw, losslessly compressed, or JPEG, as defined in `types.proto`."""
 
 import threading
 
@@ -10,45 +10,45 @@ import zstandard
 from arramon.v1.types_pb2 import ENCODING_JPEG, ENCODING_RAW, ENCODING_SHARED, ENCODING_ZSTD, Encoding, Image
 from server.errors import BadInput
 
-OFFERED = (ENCODING_RAW, ENCODING_ZSTD, ENCODING_JPEG)
-"""Everywhere, in the server's order of preference."""
+STANDARD_ENCODINGS = (ENCODING_RAW, ENCODING_ZSTD, ENCODING_JPEG)
+"""Encodings that every server offers, in its order of preference."""
 
 JPEG_QUALITY = 90
-"""For a client that does not choose."""
+"""Quality if the client does not choose one."""
 
 ZSTD_LEVEL = 1
-"""Higher ones gain next to nothing: frames are flat colours and repeated textures (benchmarks/encodings.py)."""
+"""Higher levels gain next to nothing: frames are flat colours and repeated textures (benchmarks/encodings.py)."""
 
 
 class Encoder:
     """Encodes the images of one stream.
 
     Args:
-        encoding: of RGB images; ENCODING_UNSPECIFIED for the first offered. With ENCODING_SHARED, which is for those
-            that travel in memory, this encodes the others, raw.
-        jpeg_quality: 1 to 100 where `encoding` is JPEG, or 0 for `JPEG_QUALITY`.
-        offered: what may be asked for.
+        encoding: of RGB images; ENCODING_UNSPECIFIED for the first one offered. With ENCODING_SHARED, this encodes the
+            images that do not go through shared memory, as ENCODING_RAW.
+        jpeg_quality: 1 to 100 if `encoding` is ENCODING_JPEG, or 0 for `JPEG_QUALITY`.
+        offered: encodings that a client may choose.
 
     Raises:
         BadInput: if the encoding is not offered, or the quality is out of range or given for another encoding.
 
     Attributes:
-        encoding: in force.
-        jpeg_quality: in force; 0 where the encoding has none.
+        encoding: the encoding in use.
+        jpeg_quality: the quality in use; 0 if the encoding is not JPEG.
     """
 
     def __init__(
         self,
         encoding: Encoding.ValueType,
         jpeg_quality: int = 0,
-        offered: tuple[Encoding.ValueType, ...] = OFFERED,
+        offered: tuple[Encoding.ValueType, ...] = STANDARD_ENCODINGS,
     ) -> None:
         self.encoding = encoding or offered[0]
         if self.encoding not in offered:
             raise BadInput(f"encoding {self.encoding} is not offered; see ServerInfo.encodings")
         if jpeg_quality and self.encoding != ENCODING_JPEG:
             name = Encoding.Name(self.encoding)
-            raise BadInput(f"jpeg_quality is {jpeg_quality}, but the encoding is {name}: it is for ENCODING_JPEG only")
+            raise BadInput(f"jpeg_quality is {jpeg_quality}, expected 0 with {name}: only ENCODING_JPEG has a quality")
         if jpeg_quality > 100:
             raise BadInput(f"jpeg_quality is {jpeg_quality}, expected 1 to 100, or 0 for {JPEG_QUALITY}")
         self._lossless = ENCODING_RAW if self.encoding in (ENCODING_RAW, ENCODING_SHARED) else ENCODING_ZSTD
@@ -56,18 +56,18 @@ class Encoder:
 
     @property
     def form(self) -> str:
-        """What an agent's score may depend on: "lossless", or "jpeg" with its quality."""
+        """Quality of the images, on which an agent's score may depend: "lossless", or "jpeg" with its quality."""
         return f"jpeg{self.jpeg_quality}" if self.jpeg_quality else "lossless"
 
     def write(self, pixels: npt.NDArray[np.uint8] | npt.NDArray[np.uint16], image: Image) -> None:
-        """Writes an image of either kind into an empty message: RGB has three dimensions."""
+        """Write an image into an empty message: (height, width, 3) is RGB, (height, width) depth or segmentation."""
         if pixels.ndim == 3:
-            self.rgb(pixels.astype(np.uint8, copy=False), image)
+            self.write_rgb(pixels.astype(np.uint8, copy=False), image)
         else:
-            self.numbers(pixels.astype(np.uint16, copy=False), image)
+            self.write_numbers(pixels.astype(np.uint16, copy=False), image)
 
-    def rgb(self, pixels: npt.NDArray[np.uint8], image: Image) -> None:
-        """Writes a (height, width, 3) uint8 image into an empty message: in place, which saves a copy."""
+    def write_rgb(self, pixels: npt.NDArray[np.uint8], image: Image) -> None:
+        """Write a (height, width, 3) uint8 image into an empty message, in place, which saves a copy."""
         if self.encoding != ENCODING_JPEG:
             self._raw_or_zstd(pixels, image)
             return
@@ -77,8 +77,8 @@ class Encoder:
             np.ascontiguousarray(pixels), quality=self.jpeg_quality, colorspace="RGB", colorsubsampling="420"
         )
 
-    def numbers(self, pixels: npt.NDArray[np.uint16], image: Image) -> None:
-        """Writes a (height, width) uint16 depth map or segmentation into an empty message: never lossy."""
+    def write_numbers(self, pixels: npt.NDArray[np.uint16], image: Image) -> None:
+        """Write a (height, width) uint16 depth map or segmentation into an empty message, always losslessly."""
         self._raw_or_zstd(pixels.astype("<u2", copy=False), image)
 
     def _raw_or_zstd(self, pixels: npt.NDArray[np.uint8] | npt.NDArray[np.uint16], image: Image) -> None:
@@ -87,13 +87,13 @@ class Encoder:
         if self._lossless == ENCODING_RAW:
             image.data = pixels.tobytes()
         else:
-            # No filter goes before it (differences of neighbours, bytes apart): none makes these frames smaller. A
-            # level camera sees walls as rows that repeat, which the compressor finds best as they are.
+            # No filter comes first (neighbour differences, byte planes): none makes these frames smaller. A level
+            # camera sees walls as repeated rows, which the compressor handles best unfiltered.
             image.data = _threads.compressor.compress(np.ascontiguousarray(pixels).data)
 
 
 class _Threads(threading.local):
-    """A compressor a thread: it must not be shared between two, takes a megabyte, and 20 microseconds to make."""
+    """One compressor for each thread: threads must not share one, and it takes 1 MB and 20 microseconds to create."""
 
     def __init__(self) -> None:
         self.compressor = zstandard.ZstdCompressor(level=ZSTD_LEVEL)

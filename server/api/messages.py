@@ -1,4 +1,4 @@
-"""From what the runs know to messages on the wire, one function a noun."""
+"""Conversion of the server's objects to protocol messages, one function for each message type."""
 
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -7,13 +7,13 @@ from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from server.episodes.episode import Episode
 from server.episodes.splits import Split
-from server.runs.callers import Caller
-from server.runs.clocks import Clocks
-from server.runs.quotas import Quota
-from server.runs.receipts import Receipt
-from server.runs.records import Ending, Progress, Run
-from server.runs.reports import Report
-from server.runs.usage import Use
+from server.runs.accounts.callers import Caller
+from server.runs.accounts.quotas import Quota
+from server.runs.accounts.usage import Use
+from server.runs.play.clocks import Clocks
+from server.runs.results.receipts import Receipt
+from server.runs.results.reports import Report
+from server.runs.storage.records import Ending, Progress, Run
 from server.scoring.aggregate import Interval
 from server.sim.geometry import AGENT_RADIUS, Pose
 from server.sim.labels import LABELS
@@ -28,13 +28,13 @@ ACTIONS = {
     Action.INTERACT: types_pb2.ACTION_INTERACT,
 }
 LABEL_MESSAGES = tuple(pb.Label(kind=label.kind, colour=label.colour, look=label.look) for label in LABELS)
-"""What the numbers of a segmentation mean."""
+"""Labels of a segmentation, by number."""
 
 PHASES = {Phase.NAVIGATION: types_pb2.PHASE_NAVIGATION, Phase.ASSEMBLY: types_pb2.PHASE_ASSEMBLY}
 
 
 def run_message(run: Run, progress: Progress) -> pb.Run:
-    """A run and how far it is."""
+    """Return the message for a run and its progress."""
     return pb.Run(
         run_id=run.run_id,
         participant=run.participant,
@@ -55,11 +55,12 @@ def run_message(run: Run, progress: Progress) -> pb.Run:
         reoffers=progress.reoffers,
         bank_seconds_left=run.bank_left,
         published=progress.published,
+        agent_arguments=[pb.AgentArgument(name=name, value=value) for name, value in run.agent_arguments],
     )
 
 
 def limits_message(steps_per_phase: int, clocks: Clocks) -> types_pb2.Limits:
-    """What a run is granted."""
+    """Return the message for a run's step limit and clocks."""
     return types_pb2.Limits(
         steps_per_phase=steps_per_phase,
         step_seconds=clocks.step_seconds,
@@ -69,7 +70,7 @@ def limits_message(steps_per_phase: int, clocks: Clocks) -> types_pb2.Limits:
 
 
 def split_message(split: Split) -> pb.Split:
-    """A split as the server's information shows it."""
+    """Return the message for a split, as in ServerInfo."""
     return pb.Split(
         name=split.name,
         hidden=split.hidden,
@@ -80,14 +81,14 @@ def split_message(split: Split) -> pb.Split:
 
 
 def account_message(caller: Caller, standings: Mapping[str, tuple[Quota, Use]]) -> pb.Account:
-    """Whom the server takes a caller for, with their limits on each split, and what counts against them."""
+    """Return the message for the authenticated caller, with quota and use for each split."""
     quotas = [pb.Quota(split=split, **asdict(quota), **asdict(use)) for split, (quota, use) in standings.items()]
     role = pb.Role.Value(f"ROLE_{caller.role.name}")
     return pb.Account(participant=caller.account or "", role=role, quotas=quotas)
 
 
 def report_message(report: Report) -> pb.Report:
-    """The scores of a run."""
+    """Return the message for the scores of a run."""
     return pb.Report(
         run=run_message(report.run, report.progress),
         signature=report.signature,
@@ -97,22 +98,22 @@ def report_message(report: Report) -> pb.Report:
 
 
 def receipt_message(receipt: Receipt) -> pb.Receipt:
-    """What the host vouches for."""
+    """Return the message for a signed receipt."""
     return pb.Receipt(payload=receipt.payload, signature=receipt.signature, public_key=receipt.public_key)
 
 
 def pose_message(pose: Pose) -> types_pb2.Pose:
-    """A pose."""
+    """Return the message for a pose."""
     return types_pb2.Pose(x=pose.x, z=pose.z, heading=pose.heading)
 
 
 def cell_message(cell: Placement) -> types_pb2.Cell:
-    """A place in the room."""
+    """Return the message for a cell of the assembly room."""
     return types_pb2.Cell(column=cell.column, level=cell.level, row=cell.row)
 
 
 def oracle_message(episode: Episode, scene: Scene) -> pb.Oracle:
-    """What only a privileged agent may know: the ground truth, and what is solid in the scene."""
+    """Return the message for the sensor "oracle": the ground truth and the scene's obstacles."""
     obstacles = [
         pb.Obstacle(
             x=body.position[0],
@@ -140,7 +141,7 @@ def oracle_message(episode: Episode, scene: Scene) -> pb.Oracle:
 
 
 def row_message(name: str, intervals: Mapping[str, Interval]) -> pb.Row:
-    """A row of a score table."""
+    """Return the message for a row of a score table."""
     scores = [pb.Score(metric=metric, mean=i.mean, low=i.low, high=i.high) for metric, i in intervals.items()]
     return pb.Row(name=name, scores=scores)
 

@@ -1,4 +1,4 @@
-"""The one table from an error to a gRPC status."""
+"""The table of gRPC statuses by error class."""
 
 import grpc
 
@@ -27,7 +27,7 @@ _TABLE = (
 
 
 def status_of(error: ArraMonError) -> grpc.StatusCode:
-    """The status under which an error reaches the client; its message goes along as it is."""
+    """Return the gRPC status of an error; INTERNAL if its class is not in the table."""
     for kind, code in _TABLE:
         if isinstance(error, kind):
             return code

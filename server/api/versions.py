@@ -1,4 +1,4 @@
-"""Turns away clients that speak another protocol, before anything else is said."""
+"""The protocol version check of every call."""
 
 from typing import Any
 
@@ -6,16 +6,17 @@ import grpc
 
 from arramon.v1 import PROTOCOL, PROTOCOL_METADATA
 from server import __version__
-from server.api.wrapping import Context, Continuation, Handler
+from server.api.interceptor import Context, Continuation, Handler
+from server.errors import quoted
 
 
 class VersionCheck(grpc.aio.ServerInterceptor):
-    """Refuses calls to this project's services that do not name this server's protocol."""
+    """Interceptor that refuses calls to this project's services if they do not state this server's protocol number."""
 
     async def intercept_service(
         self, continuation: Continuation, handler_call_details: grpc.HandlerCallDetails
     ) -> "Handler | None":
-        """Lets the call through, or puts a refusal in its place."""
+        """Return the call's handler, or one that refuses the call."""
         handler = await continuation(handler_call_details)
         if handler is None or not handler_call_details.method.startswith("/arramon."):
             return handler
@@ -24,8 +25,8 @@ class VersionCheck(grpc.aio.ServerInterceptor):
         if spoken == str(PROTOCOL):
             return handler
         message = (
-            f"this server ({__version__}) speaks protocol {PROTOCOL}, the client {spoken!r}; "
-            f"install the arramon-client that belongs to the server"
+            f"this server ({__version__}) speaks protocol {PROTOCOL}, the client {quoted(str(spoken))}; "
+            f"install the arramon-client of the server's version"
         )
 
         async def refuse(_request: Any, context: Context) -> None:

@@ -1,1 +1,1 @@
-"""The leaderboard's data: which runs are published, how they stand, and what the paper reports."""
+"""Leaderboard: published runs, their standings, and the results of the paper."""

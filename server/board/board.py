@@ -1,4 +1,4 @@
-"""The leaderboard: how the published runs of a split stand."""
+"""The leaderboard: standings of the published runs, by split and language."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -9,22 +9,22 @@ from server.board.ranking import ranked
 from server.board.reference import read_references
 from server.board.standings import BOTH, COLUMNS, HEADLINE, PRIVILEGED, Entry, Mark, Reference, Rows, Standing
 from server.episodes.splits import Split
-from server.errors import BadInput, NotFound
-from server.runs import causes
-from server.runs.clocks import Clocks
+from server.errors import BadInput, NotFound, quoted
+from server.runs.play.clocks import Clocks
+from server.runs.storage import causes
 from server.scoring.aggregate import Interval
 
 
 @dataclass(frozen=True, eq=False)
 class Listing:
-    """A whole list of the leaderboard. The same object is given out until something else is published.
+    """Standings of one split in one language or in all. The same object is returned until a publication changes.
 
     Attributes:
-        split: by name.
-        language: by code, or BOTH.
-        sort: the metric by which it is sorted and ranked.
-        standings: in order.
-        references: the paper's lines beside it, which are of other data.
+        split: name of the split.
+        language: code of the language, or BOTH.
+        sort: metric by which the standings are sorted and ranked.
+        standings: standings in order of rank.
+        references: results of the paper for comparison, measured on other data.
     """
 
     split: str
@@ -35,12 +35,12 @@ class Listing:
 
 
 class Board:
-    """All standings. Safe to use from several threads; a list is made anew only when what is published has changed.
+    """All standings. Thread-safe; listings are cached until a publication changes.
 
     Args:
-        entries: what is published.
-        splits: what is served, by name.
-        steps_per_phase, clocks: what this server gives to runs now; those under others are marked.
+        entries: published runs.
+        splits: served splits, by name.
+        steps_per_phase, clocks: limits that this server gives to new runs; entries with other limits are marked.
     """
 
     def __init__(self, entries: Entries, splits: Mapping[str, Split], *, steps_per_phase: int, clocks: Clocks) -> None:
@@ -52,28 +52,28 @@ class Board:
         self._kept: tuple[tuple[int, int], dict[tuple[str, str, str], Listing]] = ((-1, -1), {})
 
     def languages(self) -> dict[str, tuple[str, ...]]:
-        """The splits that can be listed, by name, and the languages of each: those served, and those of old entries."""
+        """Return the languages of each split that can be listed, by name: of served splits, and of old entries."""
         found = {name: set(languages) for name, languages in self._episodes.items()}
         for split, language in self._entries.languages():
             found.setdefault(split, set()).add(language)
         return {name: tuple(sorted(found[name])) for name in sorted(found)}
 
     def listing(self, split: str, language: str, sort: str = HEADLINE) -> Listing:
-        """The standings of a split in a language, or, for BOTH, in all together; and the paper's lines beside them.
+        """Return the standings of a split in a language or, for BOTH, in all together, and the paper's results.
 
-        For BOTH it lists systems (same account, participant and agent) that are listed in all languages of the split.
-        Of several entries of a system in one language, one that is ranked counts before one that is not, and the one
-        that was published last before others. A score is the mean over the languages; so are the ends of its interval,
-        which is exact where a resample moves all languages alike, and otherwise too wide, never too narrow.
+        BOTH lists systems (same account, participant and agent) with entries in all languages of the split. Of several
+        entries of a system in one language, ranked ones take precedence over others, then the latest published. Scores
+        are means over the languages, and so are the ends of their intervals: these are exact if resampling changes all
+        languages alike, and otherwise too wide, never too narrow.
 
         Args:
-            split: by name.
-            language: by code, or BOTH.
-            sort: one of COLUMNS; the ranks are by it, see `ranking.ranked`.
+            split: name of the split.
+            language: code of the language, or BOTH.
+            sort: metric to sort and rank by, one of COLUMNS, see `ranking.ranked`.
 
         Raises:
-            NotFound: for a split or language that there is not.
-            BadInput: for a metric that there is not.
+            NotFound: if there is no such split or language.
+            BadInput: if there is no such metric.
         """
         stamp = self._entries.stamp()
         if self._kept[0] != stamp:
@@ -86,36 +86,37 @@ class Board:
         return found
 
     def standings(self, split: str, language: str, sort: str = HEADLINE) -> list[Standing]:
-        """The standings of `listing` alone."""
+        """Return the standings of `listing` without the references."""
         return list(self.listing(split, language, sort).standings)
 
     def both(self, split: str, sort: str = HEADLINE) -> list[Standing]:
-        """The standings of systems in all languages of a split together, see `listing`."""
+        """Return the standings of systems in all languages of a split together, see `listing`."""
         return self.standings(split, BOTH, sort)
 
     def entry(self, run_id: str) -> Entry:
-        """One published run, with the seal of its receipt.
+        """Return the entry of a published run, with the seal of its receipt.
 
         Raises:
-            NotFound: if there is none of that id.
+            NotFound: if the run is not on the leaderboard.
         """
         published = self._entries.find(run_id)
         if published is None or published.withdrawn_at is not None:
-            raise NotFound(f"there is no run {run_id!r} on the leaderboard")
+            raise NotFound(f"there is no run {quoted(run_id)} on the leaderboard")
         return replace(self._entry(published), seal=self._entries.seal(run_id))
 
     def reference(self, split: str, language: str = "en") -> tuple[Reference, ...]:
-        """The paper's lines for a split; it has them for English alone."""
+        """Return the paper's results for a split and a language; the paper has them for English only."""
         return tuple(line for line in self._references if (line.split, line.language) == (split, language))
 
     def _make(self, split: str, language: str, sort: str) -> Listing:
         known = self.languages()
         if split not in known:
-            raise NotFound(f"there is no split {split!r}; the leaderboard has {', '.join(known) or 'none'}")
+            raise NotFound(f"there is no split {quoted(split)}; the leaderboard has {', '.join(known) or 'none'}")
         if language not in (*known[split], BOTH):
-            raise NotFound(f"split {split!r} has no language {language!r}; it has {', '.join((*known[split], BOTH))}")
+            has = ", ".join((*known[split], BOTH))
+            raise NotFound(f"split {split!r} has no language {quoted(language)}; it has {has}")
         if sort not in COLUMNS:
-            raise BadInput(f"cannot sort by {sort!r}; expected one of {', '.join(COLUMNS)}")
+            raise BadInput(f"cannot sort by {quoted(sort)}; expected one of {', '.join(COLUMNS)}")
         entries = [
             self._entry(published) for published in self._entries.listed(split, None if language == BOTH else language)
         ]
@@ -146,7 +147,7 @@ class Board:
 
 
 def _systems(entries: Iterable[Entry], languages: Sequence[str]) -> Iterator[tuple[Entry, ...]]:
-    """Of each system that has them in all languages, an entry a language."""
+    """Yield one entry per language for each system that has entries in all languages."""
     systems: dict[object, dict[str, Entry]] = {}
     for entry in entries:
         of_system = systems.setdefault(entry.system, {})

@@ -1,4 +1,4 @@
-"""What is published: the table of entries, with what each run came to."""
+"""Entries of the leaderboard in the database: published runs and their scores."""
 
 import hashlib
 from collections.abc import Mapping
@@ -11,20 +11,26 @@ import sqlalchemy as sa
 from sqlalchemy.engine import Row
 
 from server.board.standings import Rows, Seal
-from server.errors import NotFound
-from server.runs import tables
-from server.runs.database import Database, utc
-from server.runs.journal import run_of
-from server.runs.records import Progress, Run
+from server.errors import NotFound, quoted
+from server.runs.storage import tables
+from server.runs.storage.database import Database, utc
+from server.runs.storage.journal import run_of
+from server.runs.storage.records import Progress, Run
 from server.scoring.aggregate import Interval
 
 _KEPT = 2048
-"""Runs whose scores are kept in memory, about 10 KB each."""
+"""Number of runs whose scores are cached, about 10 KB each."""
 
 
 @dataclass(frozen=True, slots=True)
 class Scores:
-    """What a run came to. A run that is over does not change, nor does this."""
+    """Scores of an ended run as stored when it was published; they never change.
+
+    Attributes:
+        progress: counts of its episodes and steps.
+        rows: means and confidence intervals.
+        signature: settings under which the scores were reached, in one line.
+    """
 
     progress: Progress
     rows: Rows
@@ -36,8 +42,11 @@ class Published:
     """A run that is, or was, on the leaderboard.
 
     Attributes:
-        withdrawn_at: None while it is listed.
-        withdrawn_by_host: whether it was the host who took it off.
+        run: the run.
+        published_at: time of the publication, in UTC.
+        note: note of the publisher; may be empty.
+        withdrawn_at: time of the withdrawal, in UTC; None while the run is listed.
+        withdrawn_by_host: whether the host withdrew it.
     """
 
     run: Run
@@ -48,10 +57,10 @@ class Published:
 
 
 class Entries:
-    """All entries. Safe to use from several threads.
+    """All entries of the leaderboard. Thread-safe.
 
     Args:
-        database: where they are kept.
+        database: storage of the entries.
     """
 
     def __init__(self, database: Database) -> None:
@@ -59,19 +68,19 @@ class Entries:
         self._scores = lru_cache(_KEPT)(self._read_scores)
 
     def find(self, run_id: str) -> Published | None:
-        """The entry of a run, withdrawn or not; None where it was never published."""
+        """Return the entry of a run, withdrawn or not; None if it was never published."""
         rows = self._database.read(_ENTRIES.where(tables.entries.c.run_id == run_id))
         return _published(rows[0]) if rows else None
 
     def listed(self, split: str, language: str | None = None) -> list[Published]:
-        """The entries of a split that are not withdrawn, in one language or in all."""
+        """Return the entries of a split that are not withdrawn, in one language, or in all if None."""
         query = _ENTRIES.where(tables.entries.c.withdrawn_at.is_(None), tables.runs.c.split == split)
         if language is not None:
             query = query.where(tables.runs.c.language == language)
         return [_published(row) for row in self._database.read(query)]
 
     def stamp(self) -> tuple[int, int]:
-        """Something that is another one after every change of what is published."""
+        """Return a version of the entries, which differs after every publication and withdrawal."""
         table = tables.entries
         query = sa.select(
             sa.func.count().label("entries"), sa.func.coalesce(sa.func.sum(table.c.revision), 0).label("revisions")
@@ -80,31 +89,34 @@ class Entries:
         return row.entries, int(row.revisions)
 
     def languages(self) -> set[tuple[str, str]]:
-        """Of which splits, and in which of their languages, there are entries that are not withdrawn."""
+        """Return the pairs of split and language in which there are entries that are not withdrawn."""
         query = sa.select(tables.runs.c.split, tables.runs.c.language).distinct().join_from(tables.entries, tables.runs)
         return {(row.split, row.language) for row in self._database.read(query.where(_LISTED))}
 
     def scores(self, run_id: str) -> Scores:
-        """What a run came to whose entry there is.
+        """Return the scores of an entry.
 
         Raises:
-            NotFound: if there is no entry of that run.
+            NotFound: if the run has no entry.
         """
         return self._scores(run_id)
 
     def seal(self, run_id: str) -> Seal | None:
-        """By which a run's receipt can be told; None where there is none."""
+        """Return the seal of a run's receipt; None if there is no receipt."""
         rows = self._database.read(sa.select(tables.receipts).where(tables.receipts.c.run_id == run_id))
         return Seal(hashlib.sha256(rows[0].payload).digest(), rows[0].public_key) if rows else None
 
     def publish(self, run_id: str, note: str, scores: Scores, *, by_host: bool) -> bool:
-        """Puts a run on the leaderboard, again where it was withdrawn; where it is listed, its note is renewed.
+        """Publish a run, also one that was withdrawn; if it is listed already, replace its note.
 
-        Returns whether that was done: what a host has withdrawn is published by a host alone, and asked in the same
-        statement, or a host's withdrawal could come to nothing by a publication that began before it.
+        Only a host can publish what a host has withdrawn. The statement that publishes checks this itself: otherwise a
+        publication that began before could undo a host's withdrawal.
+
+        Returns:
+            Whether the run was published.
 
         Raises:
-            TakenOver: if another process has published it at the same time.
+            TakenOver: if another process published it at the same time.
         """
         table = tables.entries
         now = datetime.now(UTC)
@@ -128,7 +140,7 @@ class Entries:
             return True
 
     def withdraw(self, run_id: str, *, by_host: bool) -> None:
-        """Takes a run off the leaderboard; its row stays. A host may do so to one that is off it already."""
+        """Withdraw a run from the leaderboard, and keep its row. A host may do so after the participant has done it."""
         table = tables.entries
         values = {
             "withdrawn_at": datetime.now(UTC),
@@ -143,7 +155,7 @@ class Entries:
         query = sa.select(tables.entries.c.scores).where(tables.entries.c.run_id == run_id)
         rows = self._database.read(query)
         if not rows:
-            raise NotFound(f"there is no run {run_id!r} on the leaderboard")
+            raise NotFound(f"there is no run {quoted(run_id)} on the leaderboard")
         return _read(rows[0].scores)
 
 
@@ -170,7 +182,7 @@ def _written(scores: Scores) -> dict[str, Any]:
 
 
 def _read(written: Mapping[str, Any]) -> Scores:
-    kept = written["progress"]  # by this release or, in a database that came along, by another one
+    kept = written["progress"]  # written by this release or, in an imported database, by another one
     known = {name: kept[name] for name in Progress.__slots__ if name in kept}
     progress = Progress(**{**known, "images": tuple(known["images"])})
     rows = {

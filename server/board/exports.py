@@ -1,8 +1,9 @@
-"""The standings as files to download: CSV and JSON, described in docs/leaderboard.md."""
+"""Export of listings as CSV and JSON files, see `docs/leaderboard.md`."""
 
 import csv
 import io
 import json
+import unicodedata
 from functools import lru_cache
 from typing import Any
 
@@ -12,8 +13,11 @@ from server.scoring.aggregate import ROWS
 
 FORMAT, VERSION = "arramon-standings", 1
 
-_FORMULA = ("=", "+", "-", "@")
-"""A cell that begins so is a formula to a spreadsheet, whoever wrote it."""
+_FORMULA = ("=", "+", "-", "\N{MINUS SIGN}", "@")
+"""First characters by which a spreadsheet takes a cell for a formula, also in full-width or superscript forms."""
+
+_SKIPPED = frozenset(("Cc", "Cf", "Zs", "Zl", "Zp"))
+"""Unicode categories that a spreadsheet may drop at the start of a cell: controls, invisible characters, spaces."""
 
 _TURNS = tuple(row for row in ROWS if row != TOTAL)
 
@@ -35,15 +39,15 @@ CSV_COLUMNS = (
     "signature",
     "note",
 )
-"""The columns of the CSV file, in order. New ones come at the end."""
+"""Columns of the CSV file, in order. New ones are added at the end."""
 
 _KEPT = 16
-"""Files that are kept in memory, as listings are."""
+"""Number of exports that are cached."""
 
 
 @lru_cache(_KEPT)
 def as_csv(listing: Listing) -> str:
-    """The listing as CSV (RFC 4180): a line a standing, and then a line a reference. Scores are in [0, 1]."""
+    """Return a listing as CSV (RFC 4180): one line per standing, then one per reference. Scores are in [0, 1]."""
     text = io.StringIO()
     writer = csv.DictWriter(text, CSV_COLUMNS, restval="")
     writer.writeheader()
@@ -56,7 +60,7 @@ def as_csv(listing: Listing) -> str:
 
 @lru_cache(_KEPT)
 def as_json(listing: Listing) -> str:
-    """The listing as JSON: everything that a standing holds, all metrics of all rows."""
+    """Return a listing as JSON, with all data of the standings and all metrics of all rows."""
     document = {
         "format": FORMAT,
         "version": VERSION,
@@ -108,11 +112,16 @@ def _reference_cells(reference: Reference) -> dict[str, object]:
 
 
 def _guarded(cells: dict[str, object]) -> dict[str, object]:
-    """The cells, with an apostrophe before every text that a spreadsheet would take for a formula."""
-    return {
-        name: f"'{cell}" if isinstance(cell, str) and cell.lstrip().startswith(_FORMULA) else cell
-        for name, cell in cells.items()
-    }
+    """Return the cells with an apostrophe before each text that a spreadsheet would take for a formula."""
+    return {name: f"'{cell}" if isinstance(cell, str) and _is_formula(cell) else cell for name, cell in cells.items()}
+
+
+def _is_formula(cell: str) -> bool:
+    if cell.startswith(("\t", "\r", "\n")):
+        return True
+    letters = unicodedata.normalize("NFKC", cell)
+    first = next((letter for letter in letters if unicodedata.category(letter) not in _SKIPPED), "")
+    return first in _FORMULA
 
 
 def _standing(standing: Standing) -> dict[str, Any]:
@@ -149,6 +158,7 @@ def _entry(entry: Entry) -> dict[str, Any]:
         "step_seconds": run.step_seconds,
         "first_step_seconds": run.first_step_seconds,
         "bank_seconds": run.bank_seconds,
+        "agent_arguments": dict(run.agent_arguments),
         "coverage": entry.coverage,
         "marks": entry.marks,
     }

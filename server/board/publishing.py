@@ -1,4 +1,4 @@
-"""Puts runs on the leaderboard and takes them off: who may, and which."""
+"""Publication and withdrawal of runs on the leaderboard, with their conditions."""
 
 from collections.abc import Mapping
 
@@ -6,24 +6,28 @@ from server.board.entries import Entries, Published, Scores
 from server.board.standings import is_control
 from server.episodes.splits import Split
 from server.errors import BadInput, Conflict, Forbidden, NotFound
-from server.runs.callers import STRANGER, Caller, Role
-from server.runs.journal import Journal, no_run
-from server.runs.receipts import Receipts
-from server.runs.records import Run
-from server.runs.reports import Report, report_of
+from server.runs.accounts.callers import STRANGER, Caller, Role
+from server.runs.results.receipts import Receipts
+from server.runs.results.reports import Report, report_of
+from server.runs.storage.causes import AGENT_FINISHED, FORFEITED, STEP_LIMIT, TIME_LIMIT
+from server.runs.storage.journal import Journal, run_not_found
+from server.runs.storage.records import Run
 
 MAX_NOTE = 500
-"""Characters of a note."""
+"""Maximum characters of a note."""
+
+FINISHED = frozenset((AGENT_FINISHED, STEP_LIMIT, TIME_LIMIT))
+"""Causes of episodes that were played to their end, neither forfeited nor lost to a fault of the server."""
 
 
 class Publishing:
-    """Publishes and withdraws. Safe to use from several threads.
+    """Publishes and withdraws runs. Thread-safe.
 
     Args:
-        journal: has the runs.
-        splits: what is served, by name.
-        entries: what is published.
-        receipts: what is published has one.
+        journal: source of the runs.
+        splits: served splits, by name.
+        entries: storage of the published runs.
+        receipts: creates the receipt that every published run has.
     """
 
     def __init__(self, journal: Journal, splits: Mapping[str, Split], entries: Entries, receipts: Receipts) -> None:
@@ -33,20 +37,21 @@ class Publishing:
         self._receipts = receipts
 
     def publish(self, caller: Caller, run_id: str, note: str) -> None:
-        """Puts a run that is over on the leaderboard, and signs its receipt. A run that is listed gets the new note.
+        """Publish a run that has ended, and sign its receipt; if it is listed already, replace its note.
 
         Args:
             caller: the run's participant, or a host.
-            run_id: of the run.
-            note: a line of at most MAX_NOTE characters for its readers, or empty.
+            run_id: id of the run.
+            note: line of at most MAX_NOTE characters for readers of the leaderboard; may be empty.
 
         Raises:
-            NotFound: if there is none of that id that the caller may see.
-            Forbidden: for somebody anonymous on a server that is open to everyone, where whoever reads the run's id on
-                the leaderboard could pass for its participant; or where the host has withdrawn the run.
-            Conflict: while it is being played; if its split's data has changed since; or if the split is hidden and the
-                run has not all of its episodes, since the mean over a few of them tells of each.
-            BadInput: for a note that is too long, or of more than one line.
+            NotFound: if there is no such run that the caller may see.
+            Forbidden: if the caller is anonymous on a public server, where anyone who reads the run's id on the
+                leaderboard could pass for its participant; or if the host has withdrawn the run.
+            Conflict: if the run is still being played; if the data of its split has changed; if the split is hidden and
+                the run lacks some of its episodes, as the mean over a few reveals scores of single ones; or if none of
+                its episodes was played to its end.
+            BadInput: if the note is too long, or has more than one line.
         """
         run = self._own(caller, run_id)
         _check_note(note := note.strip())
@@ -56,19 +61,20 @@ class Publishing:
             raise _withdrawn_by_host(run_id)
         report = report_of(run, self._journal, self._splits)
         _check_whole(report, self._splits[run.split])
+        _check_played(report)
         self._receipts.of(caller, run_id)
         scores = Scores(report.progress, report.table.rows, report.signature)
         if not self._entries.publish(run_id, note, scores, by_host=by_host):
             raise _withdrawn_by_host(run_id)
 
     def withdraw(self, caller: Caller, run_id: str) -> None:
-        """Takes a run off the leaderboard. It can be published again; after a host has withdrawn it, by a host alone.
+        """Withdraw a run from the leaderboard. It can be published again; if a host withdrew it, only by a host.
 
-        A host may withdraw what its participant has withdrawn already, so that it does not come back.
+        A host may withdraw a run that its participant has withdrawn already, to prevent that it is published again.
 
         Raises:
-            NotFound: if there is none of that id that the caller may see, or it is not on the leaderboard.
-            Forbidden: for somebody anonymous on a server that is open to everyone.
+            NotFound: if there is no such run that the caller may see, or it is not on the leaderboard.
+            Forbidden: if the caller is anonymous on a public server.
         """
         self._own(caller, run_id)
         entry, by_host = self._entries.find(run_id), caller.role is Role.HOST
@@ -78,10 +84,12 @@ class Publishing:
 
     def _own(self, caller: Caller, run_id: str) -> Run:
         if caller == STRANGER:
-            raise Forbidden("publishing and withdrawing take a token on this server; ask its host for one")
+            raise Forbidden(
+                "authentication required: publishing and withdrawing need a token on this server; ask its host for one"
+            )
         run = self._journal.run(run_id)
         if not caller.may_see(run):
-            raise no_run(run_id)
+            raise run_not_found(run_id)
         return run
 
 
@@ -98,7 +106,17 @@ def _check_whole(report: Report, split: Split) -> None:
     if split.hidden and played < all_:
         raise Conflict(
             f"run {report.run.run_id!r} has {played} of {all_} episodes; the split {split.name!r} is hidden, "
-            f"and only runs of all its episodes can be published"
+            "and only runs of all its episodes can be published"
+        )
+
+
+def _check_played(report: Report) -> None:
+    # Runs that only faults of the server left unfinished can be published; they are marked.
+    if FORFEITED in report.progress.causes and FINISHED.isdisjoint(report.progress.causes):
+        ends = ", ".join(f"{number} {cause}" for cause, number in sorted(report.progress.causes.items()))
+        raise Conflict(
+            f"run {report.run.run_id!r} has no episode that was played to its end, and only a run with at least one "
+            f"can be published; causes of its episodes: {ends}"
         )
 
 
@@ -106,4 +124,4 @@ def _check_note(note: str) -> None:
     if len(note) > MAX_NOTE:
         raise BadInput(f"the note has {len(note)} characters; at most {MAX_NOTE} are allowed")
     if any(is_control(letter) for letter in note):
-        raise BadInput("the note holds a line break or a control character; expected one line of text")
+        raise BadInput("the note has a line break or a control character; expected one line of text")

@@ -1,4 +1,4 @@
-"""Orders standings by a metric, and says who is tied with whom."""
+"""Ranking of standings by a metric, with ties."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -7,20 +7,20 @@ from server.board.standings import TOTAL, Standing
 from server.scoring.aggregate import Interval
 
 _TIE_BREAKERS = ("PTC@CTC-3", "rPOD@CTC-3", "CTC-3", "nDTW")
-"""Order those whose means are equal, one after the other."""
+"""Metrics that order standings with equal means, in this sequence."""
 
 
 def ranked(standings: Iterable[Standing], metric: str) -> list[Standing]:
-    """The standings in order, the best first, each with its rank; those that are not ranked come after all others.
+    """Return the standings sorted, the best first, with their ranks; those that are not ranked come last.
 
-    They are sorted by the metric's mean in the row "total"; equal means by PTC, rPOD, CTC-3 and nDTW, and at last by
-    who was published first. Ranks follow from intervals: the best standing leads a group, and every next one belongs to
-    it as long as its interval overlaps with the leader's (its upper end is not below the leader's lower end). The first
-    that does not leads the next group. A group shares one rank, one more than the number of standings before it.
+    They are sorted by the metric's mean in the row "total", then by PTC, rPOD, CTC-3 and nDTW, then by time of
+    publication, the earliest first. Ranks follow from intervals: the best standing leads a group, and each next one
+    belongs to it as long as its interval overlaps with the leader's (its upper end is not below the leader's lower
+    end). The first that does not leads the next group. A group shares one rank: 1 + the number of standings before it.
 
     Args:
-        standings: in any order.
-        metric: one of COLUMNS.
+        standings: standings in any order.
+        metric: metric to rank by, one of COLUMNS.
     """
     ordered = sorted(standings, key=lambda standing: _key(standing, metric))
     able = [standing for standing in ordered if standing.is_ranked]

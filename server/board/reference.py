@@ -1,4 +1,4 @@
-"""The paper's own results, read from `paper.toml`."""
+"""Results reported in the paper, read from `paper.toml`."""
 
 import tomllib
 from importlib import resources
@@ -9,7 +9,7 @@ _LEFT_OUT = "-"
 
 
 def read_references() -> tuple[Reference, ...]:
-    """All lines of the paper's tables, in its order."""
+    """Return all lines of the paper's tables, in the order of the paper."""
     data = tomllib.loads(resources.files("server.board").joinpath("paper.toml").read_text(encoding="utf-8"))
     return tuple(
         Reference(

@@ -1,4 +1,4 @@
-"""The nouns of the leaderboard: a published run, its standing beside others, a line of the paper, and the columns."""
+"""Data types of the leaderboard: entries, standings, marks, references to the paper, and columns."""
 
 import unicodedata
 from collections.abc import Mapping
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from enum import StrEnum
 
-from server.runs.records import Progress, Run
+from server.runs.storage.records import Progress, Run
 from server.scoring.aggregate import Interval
 
 Rows = Mapping[str, Mapping[str, Interval]]
@@ -21,49 +21,49 @@ COLUMNS = {
     "rPOD@CTC-3": "rPOD",
     "PTC@CTC-3": "PTC",
 }
-"""Metric -> heading, in the order of the paper's tables, whose placement scores count where CTC-3 is 1."""
+"""Metric -> heading, in the order of the paper's tables. Placement scores are gated by CTC-3, as in the paper."""
 
 TOTAL = "total"
-"""The row by which standings are sorted and ranked: the mean of both turns."""
+"""Row by which standings are sorted and ranked: the mean of both turns."""
 
 HEADLINE = "PTC@CTC-3"
-"""The metric that ranks unless another is asked for: whether, in the end, the right object lies in the right place."""
+"""Default metric for ranking: whether the right object is in the right place at the end."""
 
 BOTH = "both"
-"""In place of a language: all languages of the split together."""
+"""Value in place of a language code for all languages of a split together."""
 
 PRIVILEGED = frozenset({"pose", "oracle"})
-"""Sensors that tell what no camera shows."""
+"""Sensors with information that no camera shows."""
 
 
 class Mark(StrEnum):
-    """What a reader must know of an entry beside its scores."""
+    """Caveats of an entry that a reader must know besides its scores."""
 
     PARTIAL = "partial"
     """It played fewer episodes than the split has in its language."""
     PRIVILEGED = "privileged"
-    """It was given a sensor of PRIVILEGED."""
+    """It used a sensor of PRIVILEGED."""
     OTHER_DATA = "other-data"
-    """The split's data is not what it was when the run was played, or is gone."""
+    """The data of the split has changed since the run was played, or the split is gone."""
     OTHER_LIMITS = "other-limits"
-    """It was played under another step limit than this server's."""
+    """It was played with a step limit different from this server's."""
     OTHER_CLOCKS = "other-clocks"
-    """It was played under other clocks than this server's, or one of the two has none."""
+    """It was played with clocks different from this server's, or only one of the two has clocks."""
     SERVER_FAULT = "server-fault"
-    """Some of its episodes ended by the server's fault and count as not played: its scores are rather too low."""
+    """Some of its episodes ended by SERVER_FAULT and count as not played, so its scores may be too low."""
 
 
 UNRANKED = frozenset(Mark) - {Mark.SERVER_FAULT}
-"""Marks with which an entry is listed, but not ranked: it cannot be compared with the others."""
+"""Marks of entries that are listed but not ranked, as they cannot be compared with the others."""
 
 
 @dataclass(frozen=True, slots=True)
 class Seal:
-    """By which the receipt of a run can be told.
+    """Fingerprint of a run's receipt.
 
     Attributes:
         digest: SHA-256 of the receipt's payload, 32 bytes.
-        public_key: the host's Ed25519 key that signed it, 32 bytes.
+        public_key: Ed25519 key of the host that signed it, 32 bytes.
     """
 
     digest: bytes
@@ -72,19 +72,19 @@ class Seal:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A run that its owner, or the host, has published. Nothing in it is of a single episode.
+    """A published run with its scores, without data about single episodes.
 
     Attributes:
-        run: as the journal has it; show `participant` and `agent` of the entry instead of the run's.
-        progress: its episodes, steps, causes and forms of images, as they were when it ended.
-        rows: its scores, with 95% intervals.
-        signature: what they were reached under, in one line.
-        published_at: in UTC.
-        note: the publisher's own words, at most 500 characters; may be empty.
-        coverage: share of the split's episodes in its language that the run has, in (0, 1]; None where the split's data
-            is not what it was.
-        marks: in the order of `Mark`.
-        seal: of its receipt; None where there is none, and in lists, which do not look for it.
+        run: run in the journal; display `participant` and `agent` of the entry instead of those of the run.
+        progress: counts of episodes, steps and causes, and encodings of images, at the end of the run.
+        rows: scores with 95% intervals.
+        signature: settings under which the scores were reached, in one line.
+        published_at: time of the publication, in UTC.
+        note: note of the publisher, at most 500 characters; may be empty.
+        coverage: share of the split's episodes in the language that the run has, in (0, 1]; None if the data of the
+            split has changed.
+        marks: caveats, in the order of `Mark`.
+        seal: fingerprint of the receipt; None without a receipt, and in listings, which do not look it up.
     """
 
     run: Run
@@ -99,43 +99,43 @@ class Entry:
 
     @property
     def participant(self) -> str:
-        """Who played, fit to be shown."""
+        """Displayed name of the participant."""
         return shown(self.run.participant)
 
     @property
     def agent(self) -> str:
-        """The agent's name, fit to be shown."""
+        """Displayed name of the agent."""
         return shown(self.run.agent)
 
     @property
     def sensors(self) -> tuple[str, ...]:
-        """What the agent was given."""
+        """Sensors that the agent received."""
         return self.run.sensors
 
     @property
     def causes(self) -> Mapping[str, int]:
-        """How many episodes ended by each cause."""
+        """Number of episodes that ended by each cause."""
         return self.progress.causes
 
     @property
     def is_ranked(self) -> bool:
-        """Whether it can be compared with others."""
+        """Whether the entry can be compared with others."""
         return not UNRANKED.intersection(self.marks)
 
     @property
     def system(self) -> tuple[str | None, str, str]:
-        """Whose runs in several languages belong together: the account, the participant's and the agent's name."""
+        """Account, participant and agent: entries in several languages with the same ones belong together."""
         return self.run.account, self.run.participant, self.run.agent
 
 
 @dataclass(frozen=True, slots=True)
 class Standing:
-    """A line of the leaderboard: one entry, or those of one system in all languages together.
+    """A line of the leaderboard: one entry, or the entries of one system in all languages together.
 
     Attributes:
-        entries: one; of several languages one each, in the order of their codes.
-        rows: the entry's; of several languages the mean of theirs, see `Board.both`.
-        rank: from 1; tied standings share theirs. 0 where it is not ranked.
+        entries: one entry, or one per language, in the order of the language codes.
+        rows: scores of the entry, or the means over the languages, see `Board.listing`.
+        rank: rank from 1, shared by tied standings; 0 if not ranked.
         tied: whether another standing has the same rank.
     """
 
@@ -146,38 +146,38 @@ class Standing:
 
     @property
     def participant(self) -> str:
-        """Who played, fit to be shown."""
+        """Displayed name of the participant."""
         return self.entries[0].participant
 
     @property
     def agent(self) -> str:
-        """The agent's name, fit to be shown."""
+        """Displayed name of the agent."""
         return self.entries[0].agent
 
     @property
     def languages(self) -> tuple[str, ...]:
-        """By their codes, in order."""
+        """Codes of the languages, in order."""
         return tuple(entry.run.language for entry in self.entries)
 
     @property
     def sensors(self) -> tuple[str, ...]:
-        """What the agent was given in any of its runs."""
+        """Sensors that the agent received in any of the runs."""
         return tuple(dict.fromkeys(sensor for entry in self.entries for sensor in entry.sensors))
 
     @property
     def coverage(self) -> float | None:
-        """The least of its entries'; None where one has none."""
+        """Least coverage of the entries; None if that of any entry is None."""
         known = [entry.coverage for entry in self.entries if entry.coverage is not None]
         return min(known) if len(known) == len(self.entries) else None
 
     @property
     def marks(self) -> tuple[Mark, ...]:
-        """Of any of its entries, in the order of `Mark`."""
+        """Marks of any of the entries, in the order of `Mark`."""
         return tuple(mark for mark in Mark if any(mark in entry.marks for entry in self.entries))
 
     @property
     def causes(self) -> dict[str, int]:
-        """How many episodes ended by each cause, over all its entries."""
+        """Number of episodes that ended by each cause, over all entries."""
         counts: dict[str, int] = {}
         for entry in self.entries:
             for cause, number in entry.causes.items():
@@ -186,22 +186,22 @@ class Standing:
 
     @property
     def is_ranked(self) -> bool:
-        """Whether all its entries can be compared with others."""
+        """Whether all entries can be compared with others."""
         return all(entry.is_ranked for entry in self.entries)
 
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """A line of the paper's tables. It was measured in the original simulator, on the original's episodes: other data.
+    """A line of the paper's tables, measured in the original simulator on the original episodes: other data.
 
     Attributes:
-        name: such as "Vision-and-Language".
-        short: as the paper's tables have it, such as "V/L".
-        split: such as "val_seen".
-        language: of the instructions.
-        rows: row name -> metric -> value in [0, 1]; what the paper does not give is left out. Always has "total".
-        source: where it stands, such as "Table 2".
-        note: what else is to be known, or empty.
+        name: name of the model, such as "Vision-and-Language".
+        short: abbreviation in the paper's tables, such as "V/L".
+        split: name of the split, such as "val_seen".
+        language: language of the instructions.
+        rows: row name -> metric -> value in [0, 1], without values that the paper does not report. Always has "total".
+        source: place in the paper, such as "Table 2".
+        note: further information; may be empty.
     """
 
     name: str
@@ -214,12 +214,12 @@ class Reference:
 
 
 def shown(text: str) -> str:
-    """A name as it can be shown anywhere: what would move the cursor or turn the writing round is replaced."""
+    """Return a name for display, with characters that control the cursor or the text direction replaced."""
     return "".join("\ufffd" if is_control(letter) else letter for letter in text)
 
 
 def is_control(letter: str) -> bool:
-    """Whether a character controls its surroundings instead of being seen; joiners, which Hindi needs, do not."""
+    """Return whether a character controls the cursor or the text direction; joiners, which Hindi needs, do not."""
     return unicodedata.category(letter) in ("Cc", "Cs", "Zl", "Zp") or letter in _DIRECTIONS
 
 

@@ -1,4 +1,4 @@
-"""The commands of `arramon-server`, a module each family; each has `add`, which puts its parsers among the commands."""
+"""The commands of `arramon-server`, one module for each family, whose function `add` adds the commands' parsers."""
 
 import argparse
 from typing import TypeAlias

@@ -1,34 +1,34 @@
-"""`import-release` and `generate`: where episodes come from."""
+"""The commands `import-release` and `generate`: creation of splits."""
 
 import argparse
 import sys
 from pathlib import Path
 
 from server.commands import Commands
-from server.commands.describing import describe
-from server.episodes.importing import import_release
+from server.commands.wording import describe
+from server.dataset.release.importer import import_release
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:
-    """Adds both."""
-    import_ = commands.add_parser("import-release", parents=[common], help="bring in files of the official release")
+    """Add both commands."""
+    import_ = commands.add_parser("import-release", parents=[common], help="import files of the official release")
     import_.add_argument(
-        "files", nargs="+", type=Path, metavar="FILE", help="such as val_seen.json, val_seen_hindi.json"
+        "files", nargs="+", type=Path, metavar="FILE", help="file to import, such as val_seen.json, val_seen_hindi.json"
     )
     import_.add_argument("--split", help="name of the split (default: from the file's name)")
     import_.add_argument("--lang", help="language of the instructions (default: from their script)")
     import_.add_argument("--hidden", action="store_true", help="keep targets, goals and paths on the server")
     import_.set_defaults(command=_import)
 
-    generate = commands.add_parser("generate", parents=[common], help="make the data set, or a part of it")
-    generate.add_argument("--split", nargs="+", metavar="S", help="such as val_unseen (default: all four)")
+    generate = commands.add_parser("generate", parents=[common], help="generate the data set, or a part of it")
+    generate.add_argument("--split", nargs="+", metavar="S", help="splits, such as val_unseen (default: all four)")
     generate.add_argument(
         "--scale", type=float, default=1.0, help="share of each split's episodes (default: %(default)s)"
     )
     generate.add_argument(
-        "--seed", type=int, default=1, help="draws all but a hidden split, which the host's secret draws (default: 1)"
+        "--seed", type=int, default=1, help="seed of open splits; hidden ones use the host's secret (default: 1)"
     )
-    generate.add_argument("--jobs", type=int, default=0, help="processes (default: one a core)")
+    generate.add_argument("--jobs", type=int, default=0, help="number of processes (default: one for each core)")
     generate.set_defaults(command=_generate)
 
 
@@ -40,7 +40,7 @@ def _import(arguments: argparse.Namespace) -> None:
 
 
 def _generate(arguments: argparse.Namespace) -> None:
-    from server.generating import generate_splits
+    from server.dataset.instruction_writer import generate_splits
 
     def tell(line: str) -> None:
         print(line, file=sys.stderr, flush=True)

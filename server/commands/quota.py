@@ -1,34 +1,38 @@
-"""`quota`: how much a participant may do on a split."""
+"""The command `quota`: a participant's limits on a split."""
 
 import argparse
 from collections.abc import Sequence
-from contextlib import closing
 from dataclasses import asdict
+from functools import partial
 
 from server.commands import Commands
-from server.config import Config
+from server.commands.journal import open_journal
+from server.configuration.config import Config
 from server.episodes.splits import folders_of
 from server.errors import BadInput
-from server.runs.database import Database
-from server.runs.quotas import LIMITS, Quota, Quotas
+from server.runs.accounts.quotas import LIMITS, Quota, Quotas
 
 DEFAULT = "default"
-"""Stands for the limit that the server's settings give everyone."""
+"""Argument that restores the limit of the server's settings."""
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:
-    """Adds it."""
+    """Add the command."""
     quota = commands.add_parser(
         "quota",
         parents=[common],
-        help="give a participant other limits on a split than the settings do, or list who has",
+        help="set a participant's limits on a split, which override the settings, or list all such limits",
         usage="arramon-server quota [options] (list | PARTICIPANT SPLIT)",
     )
-    quota.add_argument("participant", metavar="PARTICIPANT", help="the name; anonymous: all without a token together")
-    quota.add_argument("split", metavar="SPLIT", nargs="?", help="its name; without a limit, it says what holds there")
+    quota.add_argument(
+        "participant", metavar="PARTICIPANT", help="name of the participant; anonymous: all clients without a token"
+    )
+    quota.add_argument(
+        "split", metavar="SPLIT", nargs="?", help="name of the split; without a limit, print the limits in force"
+    )
     for name in LIMITS:
         quota.add_argument(
-            "--" + name.replace("_", "-"), type=_limit, metavar="N", help=f"0 for any number, or {DEFAULT!r}"
+            "--" + name.replace("_", "-"), type=_limit, metavar="N", help=f"limit; 0 for none, {DEFAULT!r} to reset it"
         )
     quota.set_defaults(command=_quota)
 
@@ -39,8 +43,8 @@ def _quota(arguments: argparse.Namespace) -> None:
     participant, split = arguments.participant, arguments.split
     if split is None and (participant != "list" or limits):
         raise BadInput("the split is missing: arramon-server quota PARTICIPANT SPLIT, or arramon-server quota list")
-    with closing(Database(arguments.settings.journal_url)) as database:
-        quotas = Quotas(database, Quota.of_settings(arguments.settings))
+    with open_journal(arguments.settings) as database:
+        quotas = Quotas(database, partial(Quota.of_settings, arguments.settings))
         if split is None:
             _print(list(quotas.exceptions()))
             return

@@ -1,59 +1,64 @@
-"""`key` and `rescore`: what receipts are signed with, and whether what was written down is what was played."""
+"""The commands `key` and `rescore`: the key that signs receipts, and verification of recorded runs."""
 
 import argparse
 import sys
 from contextlib import closing
 
 from server.commands import Commands
-from server.config import Config
-from server.configuring import add_flag
+from server.commands.journal import check_data_folder, open_journal
+from server.configuration.config import Config
+from server.configuration.sources import add_flag
 from server.episodes.splits import read_splits
 from server.errors import BadInput, Conflict
-from server.runs.database import Database
-from server.runs.journal import Journal
-from server.runs.records import RUNNING
-from server.runs.rescoring import Rescored, Rescorer
-from server.runs.signing import KnownKeys, SigningKey
+from server.runs.results.rescoring import Rescored, Rescorer
+from server.runs.results.signing import KnownKeys, SigningKey
+from server.runs.storage.journal import Journal
+from server.runs.storage.records import RUNNING
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:
-    """Adds both."""
+    """Add both commands."""
     key = commands.add_parser(
-        "key", parents=[common], help="print the public key that receipts are signed with, for everyone to check them"
+        "key", parents=[common], help="print the public key with which anyone can check the server's receipts"
     )
     add_flag(key, "signing_key")
     what = key.add_mutually_exclusive_group()
-    what.add_argument("--pem", action="store_true", help="print it as openssl reads it, in place of hexadecimal")
-    what.add_argument("--all", action="store_true", help="print every key that the journal knows, the present one last")
+    what.add_argument("--pem", action="store_true", help="print it in PEM format instead of hexadecimal")
+    what.add_argument("--all", action="store_true", help="print all keys in the journal, the current one last")
     what.add_argument(
-        "--adopt", action="store_true", help="sign with this host's key from now on, whatever it was before"
+        "--adopt", action="store_true", help="make this host's key the current one, replacing any other in the journal"
     )
     key.set_defaults(command=_key)
 
     rescore = commands.add_parser(
-        "rescore", parents=[common], help="play runs again from the journal, and compare; status 1 if anything differs"
+        "rescore",
+        parents=[common],
+        help="replay runs from the journal and compare their scores; exit status 1 if anything differs",
     )
-    rescore.add_argument("runs", nargs="*", metavar="RUN", help="its id")
-    rescore.add_argument("--all", action="store_true", help="all runs that are over")
+    rescore.add_argument("runs", nargs="*", metavar="RUN", help="id of a run")
+    rescore.add_argument("--all", action="store_true", help="rescore all runs that are over")
     rescore.set_defaults(command=_rescore)
 
 
 def _key(arguments: argparse.Namespace) -> None:
     config: Config = arguments.settings
     if arguments.all:
-        with closing(Database(config.journal_url, read_only=True)) as database:
+        with open_journal(config, read_only=True) as database:
             for known in KnownKeys(database).all():
                 print(f"{known.key.hex()}  since {known.since:%Y-%m-%dT%H:%MZ}")
         return
     path = config.signing_key_path
+    if config.signing_key is None:
+        check_data_folder(config)
     if not path.exists():
-        print(f"there was no key at {path}: a new one is made there", file=sys.stderr)
+        print(f"no key at {path}: creating a new one", file=sys.stderr)
     key = SigningKey(path)
     if arguments.adopt:
-        with closing(Database(config.journal_url)) as database:
+        with open_journal(config) as database:
             changed = KnownKeys(database).adopt(key.public)
         print(
-            "adopted; servers that run are to be started again" if changed else "it is the key already", file=sys.stderr
+            "key adopted; restart all running servers" if changed else "this is the current key already",
+            file=sys.stderr,
         )
     print(key.public_pem().strip() if arguments.pem else key.public.hex())
 
@@ -61,10 +66,10 @@ def _key(arguments: argparse.Namespace) -> None:
 def _rescore(arguments: argparse.Namespace) -> int:
     config: Config = arguments.settings
     if bool(arguments.runs) == arguments.all:
-        raise BadInput("which runs? name some, or say --all")
+        raise BadInput("expected either ids of runs or --all")
     different = 0
     with (
-        closing(Database(config.journal_url, read_only=True)) as database,
+        open_journal(config, read_only=True) as database,
         closing(Rescorer(database, read_splits(config.data))) as rescorer,
     ):
         for run_id in arguments.runs or _over(Journal(database)):
@@ -80,7 +85,7 @@ def _rescore(arguments: argparse.Namespace) -> int:
 
 
 def _over(journal: Journal) -> list[str]:
-    """The runs that are over, the earliest first."""
+    """Return the ids of the runs that are over, the earliest first."""
     found, last = [], None
     while page := journal.runs(1000, last):
         found += [run.run_id for run in page if run.state != RUNNING]

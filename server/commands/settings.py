@@ -1,53 +1,56 @@
-"""`config`: the settings in force, and where each is from."""
+"""The command `config`: the settings in force and their origins."""
 
 import argparse
 import json
 
 from server.commands import Commands
-from server.config import SETTINGS
-from server.configuring import Configured, add_serving_flags
-from server.setting import Named
+from server.configuration.config import SETTINGS
+from server.configuration.setting import Setting
+from server.configuration.sources import Configuration, add_serving_flags
+from server.per_split import PerSplit
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:
-    """Adds it."""
+    """Add the command."""
     config = commands.add_parser("config", parents=[common], help="print the settings in force, as a TOML file")
-    config.add_argument("--table", action="store_true", help="print in Markdown what can be set, instead")
+    config.add_argument("--table", action="store_true", help="print a Markdown table of all settings instead")
     add_serving_flags(config)
     config.set_defaults(command=_config)
 
 
 def _config(arguments: argparse.Namespace) -> None:
-    print(as_table() if arguments.table else as_toml(arguments.configured))
+    print(as_table() if arguments.table else as_toml(arguments.configuration))
 
 
 def as_table() -> str:
-    """All settings in Markdown."""
+    """Return a Markdown table of all settings."""
     rows = [
-        f"| `{named.name}` | {named.expected} | {_default(named)} | {named.setting.meaning} |"
-        for named in SETTINGS.values()
-        if not named.setting.internal
+        f"| `{setting.name}` | {setting.expected} | {_default(setting)} | {setting.description.meaning} |"
+        for setting in SETTINGS.values()
+        if not setting.description.internal
     ]
     return "\n".join(["| setting | expected | default | meaning |", "| --- | --- | --- | --- |", *rows])
 
 
-def as_toml(configured: Configured) -> str:
-    """The settings in force, each with where it is from. Passwords are masked."""
+def as_toml(configuration: Configuration) -> str:
+    """Return the settings in force as TOML, with the origin of each. Passwords are masked."""
     lines = []
-    for named in SETTINGS.values():
-        if not named.setting.internal:
-            value = getattr(configured.config, named.name)
-            given = "# " + named.name if value is None else f"{named.name} = {_toml(named, value)}"
-            lines.append(f"{given}  # {configured.origins.get(named.name, 'default')}")
+    for setting in SETTINGS.values():
+        if not setting.description.internal:
+            value = getattr(configuration.config, setting.name)
+            given = "# " + setting.name if value is None else f"{setting.name} = {_toml(setting, value)}"
+            lines.append(f"{given}  # {configuration.origins.get(setting.name, 'default')}")
     return "\n".join(lines)
 
 
-def _default(named: Named) -> str:
-    text = named.shown(named.default)
-    return f"`{text}`" if text else "not set" if named.default is None else "empty"
+def _default(setting: Setting) -> str:
+    text = setting.shown(setting.default)
+    return f"`{text}`" if text else "not set" if setting.default is None else "empty"
 
 
-def _toml(named: Named, value: object) -> str:
+def _toml(setting: Setting, value: object) -> str:
+    if isinstance(value, PerSplit):
+        return value.as_toml()
     if isinstance(value, bool | int | float | tuple):
         return json.dumps(value)
-    return json.dumps(named.shown(value), ensure_ascii=False)
+    return json.dumps(setting.shown(value), ensure_ascii=False)

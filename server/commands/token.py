@@ -1,35 +1,37 @@
-"""`token` and `quota`: who may play, and how much."""
+"""The command `token`: creation, listing and revocation of participants' tokens."""
 
 import argparse
 import sys
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from datetime import datetime
 
 from server.commands import Commands
-from server.runs.accounts import Accounts, Token
-from server.runs.callers import Role
-from server.runs.database import Database
+from server.commands.journal import open_journal
+from server.runs.accounts.accounts import Accounts, Token
+from server.runs.accounts.callers import Role
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:
-    """Adds both."""
-    token = commands.add_parser("token", help="make, list and revoke the tokens of participants")
+    """Add the command."""
+    token = commands.add_parser("token", help="create, list and revoke participants' tokens")
     actions = token.add_subparsers(title="actions", required=True, metavar="ACTION")
 
-    create = actions.add_parser("create", parents=[common], help="make a token, and print it this once")
-    create.add_argument("participant", metavar="PARTICIPANT", help="the name; made where there is none yet")
+    create = actions.add_parser("create", parents=[common], help="create a token and print it, only this once")
+    create.add_argument("participant", metavar="PARTICIPANT", help="name of the participant; created if new")
     roles = tuple(role.value for role in (Role.PARTICIPANT, Role.HOST))
-    create.add_argument("--role", default=roles[0], choices=roles, help="a host sees all runs (default: %(default)s)")
-    create.add_argument("--expires", type=float, metavar="DAYS", help="days for which it is good (default: for ever)")
-    create.add_argument("--note", default="", metavar="TEXT", help="for yourself, such as whom you sent it to")
+    create.add_argument(
+        "--role", default=roles[0], choices=roles, help="role; a host sees all runs (default: %(default)s)"
+    )
+    create.add_argument("--expires", type=float, metavar="DAYS", help="days until it expires (default: never)")
+    create.add_argument("--note", default="", metavar="TEXT", help="note for the host, such as the token's recipient")
     create.set_defaults(command=_create)
 
-    list_ = actions.add_parser("list", parents=[common], help="what is known of each token; none is shown itself")
+    list_ = actions.add_parser("list", parents=[common], help="list all tokens, without their secrets")
     list_.set_defaults(command=_list)
 
-    revoke = actions.add_parser("revoke", parents=[common], help="make a token good for nothing, within seconds")
-    revoke.add_argument("token_id", metavar="ID", help="as `token list` shows it; the second part of the token")
+    revoke = actions.add_parser("revoke", parents=[common], help="revoke a token; takes effect within seconds")
+    revoke.add_argument("token_id", metavar="ID", help="id of the token, as listed; also its second part")
     revoke.set_defaults(command=_revoke)
 
 
@@ -38,7 +40,9 @@ def _create(arguments: argparse.Namespace) -> None:
         token = accounts.create_token(
             arguments.participant, Role(arguments.role), days=arguments.expires, note=arguments.note
         )
-    print(f"{arguments.participant} ({arguments.role}); keep it safe, it is shown this once:", file=sys.stderr)
+    print(
+        f"token for {arguments.participant} ({arguments.role}); keep it safe, it is shown only once:", file=sys.stderr
+    )
     print(token)
 
 
@@ -67,5 +71,5 @@ def _time(time: datetime | None) -> str:
 
 @contextmanager
 def _accounts(arguments: argparse.Namespace) -> Iterator[Accounts]:
-    with closing(Database(arguments.settings.journal_url)) as database:
+    with open_journal(arguments.settings) as database:
         yield Accounts(database)

@@ -1,36 +1,37 @@
-"""`export` and `import`: a whole leaderboard, carried to another host."""
+"""The commands `export` and `import`: transfer of a whole leaderboard to another host."""
 
 import argparse
-from contextlib import closing
 from pathlib import Path
 
 from server.commands import Commands
-from server.runs.database import Database
-from server.runs.exporting import export
-from server.runs.importing import import_
+from server.commands.journal import open_journal
+from server.runs.transfer.export import export
+from server.runs.transfer.restore import import_
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:
-    """Adds both."""
+    """Add both commands."""
     out = commands.add_parser(
         "export", parents=[common], help="write participants, runs, steps, receipts and standings to a file"
     )
-    out.add_argument("file", type=Path, metavar="FILE", help="such as leaderboard.jsonl.zst; replaced if it is there")
+    out.add_argument(
+        "file", type=Path, metavar="FILE", help="file to write, such as leaderboard.jsonl.zst; overwritten"
+    )
     out.set_defaults(command=_export)
 
-    in_ = commands.add_parser("import", parents=[common], help="bring in a file that `export` wrote, all or nothing")
-    in_.add_argument("file", type=Path, metavar="FILE", help="the file")
-    in_.add_argument("--merge", action="store_true", help="add what is missing to a journal that has runs already")
+    in_ = commands.add_parser("import", parents=[common], help="import a file that `export` wrote, in one transaction")
+    in_.add_argument("file", type=Path, metavar="FILE", help="file to import")
+    in_.add_argument("--merge", action="store_true", help="add missing rows to a journal that already has runs")
     in_.set_defaults(command=_import)
 
 
 def _export(arguments: argparse.Namespace) -> None:
-    with closing(Database(arguments.settings.journal_url, read_only=True)) as database:
+    with open_journal(arguments.settings, read_only=True) as database:
         rows = export(database, arguments.file)
     print(f"{arguments.file}: {rows} rows")
 
 
 def _import(arguments: argparse.Namespace) -> None:
-    with closing(Database(arguments.settings.journal_url, patient=True)) as database:
+    with open_journal(arguments.settings, patient=True, new=True) as database:
         imported = import_(database, arguments.file, merge=arguments.merge)
-    print(f"{arguments.file}: {imported.added} rows added, {imported.present} were there already")
+    print(f"{arguments.file}: {imported.added} rows added, {imported.present} already present")

@@ -1,1 +1,1 @@
-"""What an episode is, its files, and where episodes come from."""
+"""Episodes: their definition, their files, and splits."""

@@ -1,4 +1,4 @@
-"""What an episode is: its start, its two turns of ground truth and objects, and its instructions in each language."""
+"""The definition of an episode: start pose, two turns of ground truth and objects, instructions in each language."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -10,7 +10,7 @@ from server.sim.rules import Action, Collectible, Layout, PlacedObject
 
 @dataclass(frozen=True, slots=True)
 class Instructions:
-    """What a turn's two phases say, exactly as it was written, typing errors included."""
+    """The instruction texts of a turn's two phases, verbatim, typing errors included."""
 
     navigation: str
     assembly: str
@@ -23,15 +23,15 @@ class Instructions:
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """One turn: navigate and pick up, then assemble.
+    """One turn: a navigation phase that ends with a pick-up, then an assembly phase.
 
     Attributes:
-        path: the navigation's ground truth, distinct positions (x, z) in units.
-        actions: the navigation's ground-truth actions, the pick-up included.
-        room_path: the assembly's ground truth, distinct cells.
-        room_actions: the assembly's ground-truth actions, the placement included.
+        path: distinct positions (x, z) of the navigation's ground truth, in units.
+        actions: ground-truth actions of the navigation, the pick-up included.
+        room_path: distinct cells of the assembly's ground truth.
+        room_actions: ground-truth actions of the assembly, the placement included.
         street: the objects in the street; the first is the target.
-        target_cell: where the target belongs.
+        target_cell: where the target is to be placed.
     """
 
     path: tuple[tuple[float, float], ...]
@@ -48,7 +48,7 @@ class Turn:
 
     @property
     def target(self) -> Collectible:
-        """The object that the navigation instruction names."""
+        """The object to pick up."""
         return self.street[0]
 
 
@@ -58,11 +58,11 @@ class Episode:
 
     Attributes:
         episode_id: unique in its split; the release's `mapId`.
-        section: of the city.
-        start: where turn 1 begins.
-        turns: both.
-        decoys: what stands in the room when the first assembly phase begins.
-        instructions: for each language code the texts of both turns.
+        section: id of the city section.
+        start: pose at the beginning of turn 1.
+        turns: both turns.
+        decoys: objects in the room when the first assembly phase begins.
+        instructions: texts of both turns, by language code.
     """
 
     episode_id: str
@@ -78,23 +78,23 @@ class Episode:
 
     @property
     def layout(self) -> Layout:
-        """What the rules need to know."""
+        """The part of the episode that the rules depend on."""
         return Layout(self.start, tuple(turn.street for turn in self.turns), self.decoys)
 
     def instruction(self, language: str, turn: int, phase: str) -> str:
-        """The text of a phase ("navigation" or "assembly") of turn 1 or 2."""
+        """Return the instruction of a phase ("navigation" or "assembly") of turn 1 or 2."""
         text: str = getattr(self.instructions[language][turn - 1], phase)
         return text
 
 
 def with_languages(episode: Episode, more: Mapping[str, tuple[Instructions, Instructions]]) -> Episode:
-    """The episode with the instructions of further languages, in the order of their codes."""
+    """Return the episode with the instructions of further languages added, ordered by language code."""
     merged = {**episode.instructions, **more}
     return replace(episode, instructions=dict(sorted(merged.items())))
 
 
 def languages_of(episodes: Iterable[Episode]) -> dict[str, int]:
-    """How many of the episodes hold instructions in each language."""
+    """Return the number of episodes with instructions in each language, by code."""
     counts: dict[str, int] = {}
     for episode in episodes:
         for language in episode.instructions:

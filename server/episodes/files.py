@@ -1,7 +1,7 @@
-"""Episode files: JSON Lines with a header, checked on load; section files: one JSON object each.
+"""Episode files, JSON Lines with a header, and section files, one JSON object each. Both are validated when read.
 
 The first line of an episode file is the header; every further line is one `Episode` (see `episode`), field by field.
-`docs/episodes.md` describes the format for those who write such files with other tools.
+`docs/episodes.md` describes the format for authors of such files.
 """
 
 import json
@@ -29,10 +29,10 @@ class Header:
 
     Attributes:
         format: always "arramon-episodes".
-        version: of the format; files of another version are refused.
-        split: such as "val_seen".
+        version: of the format; other versions are rejected.
+        split: name of the split, such as "val_seen".
         hidden: whether targets, goals and paths must never leave the server.
-        source: where the episodes came from, in words.
+        source: origin of the episodes, as free text.
     """
 
     format: str
@@ -48,7 +48,7 @@ _SECTION = TypeAdapter(Section)
 
 
 def write_episodes(path: Path, header: Header, episodes: Iterable[Episode]) -> None:
-    """Writes an episode file; the same episodes give the same bytes."""
+    """Write an episode file. The same episodes give the same bytes."""
     with path.open("wb") as file:
         file.write(_HEADER.dump_json(header) + b"\n")
         for episode in episodes:
@@ -56,40 +56,40 @@ def write_episodes(path: Path, header: Header, episodes: Iterable[Episode]) -> N
 
 
 def read_episodes(path: Path) -> tuple[Header, list[Episode]]:
-    """Reads and checks an episode file.
+    """Read and validate an episode file.
 
     Raises:
-        BadFile: naming the line and the field that are wrong.
+        BadFile: if the content is wrong, naming the line and the field.
     """
     lines = read_bytes(path).split(b"\n")
     if lines[-1] != b"":
-        raise BadFile(path, "the file is cut off: it does not end with a line break", line=len(lines))
+        raise BadFile(path, "the file is truncated: it does not end with a line break", line=len(lines))
     header = _check_header(path, parse(_HEADER, lines[0], path, line=1))
     episodes: dict[str, Episode] = {}
     for number, line in enumerate(lines[1:-1], start=2):
         episode = parse(_EPISODE, line, path, line=number)
         if episode.episode_id in episodes:
-            raise BadFile(path, f"episode {episode.episode_id!r} is there twice", line=number, field="episode_id")
+            raise BadFile(path, f"episode {episode.episode_id!r} occurs twice", line=number, field="episode_id")
         episodes[episode.episode_id] = episode
     return header, list(episodes.values())
 
 
 def write_section(path: Path, section: Section) -> None:
-    """Writes a section, indented so that a person can read it and a difference shows."""
+    """Write a section file, indented so that people can read and compare it."""
     path.write_bytes(_SECTION.dump_json(section, indent=1) + b"\n")
 
 
 def read_section(path: Path) -> Section:
-    """Reads and checks a section file.
+    """Read and validate a section file.
 
     Raises:
-        BadFile: naming the field that is wrong.
+        BadFile: if the content is wrong, naming the field.
     """
     return parse(_SECTION, read_bytes(path), path)
 
 
 def read_bytes(path: Path) -> bytes:
-    """A file's bytes.
+    """Return the content of a file.
 
     Raises:
         BadFile: if it cannot be read.
@@ -101,7 +101,11 @@ def read_bytes(path: Path) -> bytes:
 
 
 def parse(adapter: TypeAdapter[_T], data: bytes, path: Path, *, line: int | None = None) -> _T:
-    """Data checked against a type; the first thing wrong becomes a BadFile."""
+    """Parse JSON and validate it against a type.
+
+    Raises:
+        BadFile: describing the first error.
+    """
     try:
         return adapter.validate_python(from_json(data, allow_inf_nan=False))
     except ValidationError as error:
@@ -128,6 +132,6 @@ def _explain(error: Any) -> str:
 
 
 def _dotted(location: tuple[int | str, ...]) -> str:
-    """A location such as ("turns", 1, "path") as `turns[1].path`."""
+    """Return a location such as ("turns", 1, "path") as `turns[1].path`."""
     parts = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in location)
     return parts.removeprefix(".")

@@ -1,6 +1,6 @@
-"""The data folder: `splits/NAME/episodes.jsonl` and `splits/NAME/sections/ID.json`.
+"""Splits in the data folder: `splits/NAME/episodes.jsonl` and `splits/NAME/sections/ID.json`.
 
-A split is whole in its own folder, sections included, so that one hash says which world a score was reached in.
+A split's folder is self-contained, sections included, so that one hash identifies the data that a score belongs to.
 """
 
 import hashlib
@@ -25,20 +25,23 @@ from server.errors import BadFile, NotFound, StorageError
 from server.sim.section import Section
 
 SENSORS = ("rgb", "depth", "segmentation", "pose", "oracle")
-"""Everything an agent can be given. A hidden split offers only the first two: a segmentation names what is seen."""
+"""All sensors. A hidden split offers only the first two: segmentation would name the visible objects."""
+
+SECRET = "secret"  # noqa: S105 - a file's name
+"""The file of the host's secret, in the data folder."""
 
 
 @dataclass(frozen=True, eq=False)
 class Split:
-    """Episodes that belong together, and the sections that they take place in.
+    """A named set of episodes, and the sections that they take place in.
 
     Attributes:
         name: such as "val_seen".
         hidden: whether targets, goals and paths must never leave the server.
-        source: where the episodes came from, in words.
+        source: origin of the episodes, as free text.
         episodes: by id.
         sections: by id.
-        data_hash: SHA-256 over the names and bytes of all its files, in hexadecimal.
+        data_hash: SHA-256 of the names and contents of all its files, in hexadecimal.
     """
 
     name: str
@@ -50,51 +53,56 @@ class Split:
 
     @property
     def sensors(self) -> tuple[str, ...]:
-        """What a run on this split may ask for."""
+        """The sensors that a run on this split may request."""
         return SENSORS[:2] if self.hidden else SENSORS
 
     @property
     def languages(self) -> dict[str, int]:
-        """How many episodes hold instructions in each language."""
+        """Number of episodes with instructions in each language, by code."""
         return languages_of(self.episodes.values())
 
     def in_playing_order(self, language: str) -> list[Episode]:
-        """The episodes in `language`, shuffled once and for all, so that the first few are a fair sample."""
+        """Return the episodes in `language` in a fixed shuffled order, so that any prefix is a fair sample."""
         spoken = [episode for episode in self.episodes.values() if language in episode.instructions]
         return sorted(spoken, key=lambda episode: hashlib.sha256(episode.episode_id.encode()).digest())
 
 
 def folder_of(data: Path, name: str) -> Path:
-    """Where a split lies in the data folder."""
+    """Return the folder of a split in the data folder."""
     return data / "splits" / name
 
 
 def folders_of(data: Path) -> list[Path]:
-    """The folders of all splits, in the order of their names; not what a killed `write_split` left behind."""
+    """Return the folders of all splits, sorted by name, without temporary folders that a killed `write_split` left."""
     return sorted(folder for folder in (data / "splits").glob("*/") if not folder.name.startswith("."))
 
 
 def read_splits(data: Path) -> dict[str, Split]:
-    """All splits of a data folder, by name.
+    """Read all splits of a data folder, by name.
 
     Raises:
-        BadFile: if a file is wrong.
-        NotFound: if there is no split at all; the message says how to get one.
+        BadFile: if a file is invalid.
+        NotFound: if there is no split; the message says how to make one.
     """
     folders = folders_of(data)
     if not folders:
-        raise NotFound(
-            f"there are no episodes in {data}; make some with `arramon-server generate --data {data}`, "
-            f"or bring some in with `arramon-server import-release FILE... --data {data}`"
-        )
+        raise no_splits(data)
     return {folder.name: read_split(folder) for folder in folders}
 
 
+def no_splits(data: Path) -> NotFound:
+    """Return the error for a data folder without splits, which says how to get one."""
+    return NotFound(
+        f"there are no episodes in {data}; make some with `arramon-server generate --data {data}`, "
+        f"or import some with `arramon-server import-release FILE... --data {data}`"
+    )
+
+
 def read_split(folder: Path) -> Split:
-    """One split.
+    """Read one split.
 
     Raises:
-        BadFile: if a file is wrong, or a section that an episode needs is not there.
+        BadFile: if a file is invalid, or the section of an episode is missing.
     """
     header, episodes = read_episodes(folder / "episodes.jsonl")
     if header.split != folder.name:
@@ -107,13 +115,13 @@ def read_split(folder: Path) -> Split:
             problem = f"is {episode.section!r}; there are {', '.join(sections) or 'none'} in {folder / 'sections'}"
             raise BadFile(folder / "episodes.jsonl", problem, line=line, field="section")
     by_id = {episode.episode_id: episode for episode in episodes}
-    return Split(header.split, header.hidden, header.source, by_id, sections, _hash(folder))
+    return Split(header.split, header.hidden, header.source, by_id, sections, hash_of(folder))
 
 
 def write_split(
     data: Path, name: str, *, hidden: bool, source: str, episodes: Iterable[Episode], sections: Iterable[Section]
 ) -> Split:
-    """Writes a split and reads it back; one that was there before is replaced only when the new one is whole.
+    """Write a split and read it back. An existing split is replaced only once the new one is complete.
 
     Raises:
         StorageError: if the folder cannot be written.
@@ -125,7 +133,7 @@ def write_split(
             new = Path(temporary) / name
             (new / "sections").mkdir(parents=True)
             if hidden:
-                new.chmod(0o700)  # Targets, goals and paths are its owner's alone on this machine, too.
+                new.chmod(0o700)  # Targets, goals and paths stay private to the owner on this machine, too.
             write_episodes(new / "episodes.jsonl", Header(FORMAT, VERSION, name, hidden, source), episodes)
             for section in sections:
                 write_section(new / "sections" / f"{section.id}.json", section)
@@ -138,7 +146,8 @@ def write_split(
     return split
 
 
-def _hash(folder: Path) -> str:
+def hash_of(folder: Path) -> str:
+    """The SHA-256 over names and bytes of all files in a split's folder, in hexadecimal."""
     digest = hashlib.sha256()
     for path in [folder / "episodes.jsonl", *sorted((folder / "sections").glob("*.json"))]:
         data = read_bytes(path)

@@ -1,1 +1,1 @@
-"""Runs: everything that must survive a restart."""
+"""Runs: storage, play, accounts, results and transfer, and the service on top of them."""

@@ -1,39 +1,43 @@
-"""What can be done with runs, short of playing them: create, look, cancel, report."""
+"""Operations on runs other than playing them: create, list, cancel, report."""
 
 import uuid
 from collections.abc import Mapping, Sequence
-from datetime import UTC, datetime
 
 from server import __version__
 from server.episodes.splits import Split
-from server.errors import BadInput, NotFound
-from server.runs.accounts import NOBODY, Accounts, check_name, is_visible
-from server.runs.callers import Caller
-from server.runs.clocks import Clocks
-from server.runs.engine import Engine
-from server.runs.journal import Journal, no_run
-from server.runs.quotas import Quotas
-from server.runs.records import LEASE, RUNNING, Progress, Run
-from server.runs.reports import Report, report_of, split_of
+from server.errors import BadInput, NotFound, quoted
+from server.runs.accounts.accounts import ANONYMOUS_NAME, Accounts, check_name, is_visible
+from server.runs.accounts.callers import Caller, Role
+from server.runs.accounts.quotas import Quotas
+from server.runs.agent_arguments import normalize_arguments
+from server.runs.play.clocks import Clocks
+from server.runs.play.engine import Engine
+from server.runs.results.reports import Report, report_of, split_of
+from server.runs.storage.journal import Journal, run_not_found
+from server.runs.storage.records import LEASE, RUNNING, Progress, Run
 from server.sim.rules import Limits
 
 MAX_PAGE = 1000
-"""Runs in one page of a listing."""
+"""Maximum number of runs on one page of a listing."""
 
 LONGEST_AGENT = 200
-"""Characters in an agent's name."""
+"""Maximum characters in an agent's name."""
+
+LONGEST_ID = 100
+"""Maximum characters of an episode's id that an error message quotes."""
 
 
 class Runs:
-    """The runs of this server.
+    """Operations on the runs of this server.
 
     Args:
-        splits: by name.
-        journal: where they are kept.
-        engine: plays them.
-        limits, clocks: given to a run that is created now.
-        accounts: whose names nobody else may play under.
-        quotas: how much each may.
+        splits: served splits, by name.
+        journal: storage of the runs.
+        engine: plays the runs.
+        limits: step limits of new runs.
+        clocks: clocks of new runs.
+        accounts: participants, whose names are reserved for them.
+        quotas: limits of each participant.
     """
 
     def __init__(
@@ -55,7 +59,7 @@ class Runs:
         self._accounts = accounts
 
     def addresses(self) -> list[str]:
-        """Where the server's processes can be reached one by one; empty where they cannot, or where there is one."""
+        """Return the own addresses of this host's server processes; empty unless there are at least two."""
         found = self._journal.addresses(LEASE)
         return found if len(found) > 1 else []
 
@@ -69,42 +73,42 @@ class Runs:
         language: str,
         sensors: Sequence[str],
         episodes: int,
+        episode_ids: Sequence[str] = (),
+        agent_arguments: Sequence[tuple[str, str]] = (),
     ) -> Run:
-        """A new run.
+        """Create a run.
 
         Args:
-            caller: whose it will be.
-            participant: who plays; empty for the caller's own name, or "anonymous" where they have none.
-            agent: its name on the leaderboard.
-            split: by name.
-            language: by code.
-            sensors: what the agent is given; none is allowed.
-            episodes: how many of the split's, in its shuffled order; 0 for all.
+            caller: owner of the run.
+            participant: name of the participant; empty for that of the caller, or "anonymous" without a token.
+            agent: name of the agent on the leaderboard.
+            split: name of the split.
+            language: code of the language.
+            sensors: sensors that the agent receives; may be empty.
+            episodes: number of episodes, in the split's shuffled order; 0 for all.
+            episode_ids: ids of the episodes to play, in this order, instead of a number; not on a hidden split.
+            agent_arguments: names and values of the arguments that the agent was created with.
 
         Raises:
-            NotFound: for a split or a language that is not there.
-            OverQuota: if the caller may have no further run on the split now.
-            BadInput: for anything else.
+            NotFound: if there is no such split, language or episode.
+            OverQuota: if the caller's quota on the split is used up.
+            BadInput: if any other argument is wrong.
         """
         chosen = self._split(split)
         order = chosen.in_playing_order(language)
         if not order:
             raise NotFound(
-                f"split {split!r} has no episodes in {language!r}; it has {', '.join(chosen.languages) or 'none'}"
+                f"split {split!r} has no episodes in {quoted(language)}; it has {', '.join(chosen.languages) or 'none'}"
             )
         if len(agent) > LONGEST_AGENT:
             raise BadInput(f"the agent's name has {len(agent)} characters; at most {LONGEST_AGENT} are allowed")
         if not agent.strip() or not is_visible(agent):
-            raise BadInput(f"the agent's name is {agent!r}, expected a text that can be seen")
-        if episodes > len(order):
-            raise BadInput(f"{episodes} episodes were asked for; split {split!r} has {len(order)} in {language!r}")
-        if chosen.hidden and 0 < episodes < len(order):
-            # Two runs whose parts differ by one episode would tell its scores.
-            raise BadInput(f"split {split!r} is hidden and played whole; {episodes} of its episodes were asked for")
+            raise BadInput(f"the agent's name is {agent!r}, expected one line of visible text")
+        played = _chosen(chosen, language, [episode.episode_id for episode in order], episodes, episode_ids)
         self._check_participant(caller, participant)
         run = Run(
             run_id=uuid.uuid4().hex,
-            participant=caller.account or participant or NOBODY,
+            participant=caller.account or participant or ANONYMOUS_NAME,
             account=caller.account,
             agent=agent,
             split=split,
@@ -114,99 +118,146 @@ class Runs:
             data_hash=chosen.data_hash,
             server_version=__version__,
             state=RUNNING,
-            created_at=datetime.now(UTC),
+            created_at=self._journal.time(),
             step_seconds=self.clocks.step_seconds,
             first_step_seconds=self.clocks.first_step_seconds,
             bank_seconds=self.clocks.bank_seconds,
             bank_left=self.clocks.bank_seconds if self.clocks else None,
+            agent_arguments=normalize_arguments(agent_arguments),
         )
         self._journal.create(
             run,
-            [episode.episode_id for episode in order[: episodes or None]],
+            played,
             lambda connection: self.quotas.admit_run(connection, caller, split),
         )
+        self._engine.note_begin(run)
         return run
 
     def visible(self, caller: Caller, run_id: str) -> Run:
-        """A run that a caller may see.
+        """Return a run that the caller may see.
 
         Raises:
-            NotFound: if there is none of that id, or it is not theirs: which of the two, nobody learns.
+            NotFound: if there is no such run, or the caller may not see it: the error is the same.
         """
         run = self._journal.run(run_id)
         if not caller.may_see(run):
-            raise no_run(run_id)
+            raise run_not_found(run_id)
         return run
 
     def progress(self, run_id: str) -> Progress:
-        """How far a run is."""
+        """Return the progress of a run."""
         return self._journal.progress(run_id)
 
+    def progress_of(self, run_ids: Sequence[str]) -> dict[str, Progress]:
+        """Return the progress of several runs, by run."""
+        return self._journal.progress_of(run_ids)
+
     def page(self, caller: Caller, size: int, before: str | None) -> list[Run]:
-        """A caller's runs, the latest first: at most `size`, from behind run `before` on.
+        """Return a page of the runs that the caller may list, the latest first.
+
+        Args:
+            caller: hosts list all runs, others their own, anonymous callers on a public server none.
+            size: maximum number of runs, 1 to MAX_PAGE.
+            before: id of the last run on the previous page; None for the first page.
 
         Raises:
-            BadInput: for a size out of range.
-            NotFound: if there is no run `before`.
+            BadInput: if the size is out of range.
+            NotFound: if there is no run `before` that the caller may see.
         """
         if not 1 <= size <= MAX_PAGE:
             raise BadInput(f"page_size is {size}, expected 1 to {MAX_PAGE}")
         if not caller.lists:
             return []
         last = self.visible(caller, before) if before is not None else None
-        return self._journal.runs(size, last, caller=caller)
+        if caller.role is Role.HOST:
+            return self._journal.runs(size, last)
+        return self._journal.runs_of(caller.account, size, last)
 
     def playable(self, caller: Caller, run_id: str) -> Run:
-        """A run that a stream may join.
+        """Return a run that a stream may join.
 
         Raises:
-            NotFound: if there is none of that id that the caller may see.
-            Conflict: if the split's data is not what the run began with.
+            NotFound: if there is no such run that the caller may see.
+            Conflict: if the data of the split has changed since the run was created.
         """
         run = self.visible(caller, run_id)
         split_of(run, self.splits)
         return run
 
     async def cancel(self, caller: Caller, run_id: str) -> Run:
-        """Forfeits what is left of a run. To be called on the engine's event loop.
+        """Forfeit the remaining episodes of a run, and return the run. Call it on the engine's event loop.
 
         Raises:
-            NotFound: if there is none of that id that the caller may see.
-            Conflict: if it is over already.
+            NotFound: if there is no such run that the caller may see.
+            Conflict: if the run has ended already.
         """
-        await self._engine.cancel(self.playable(caller, run_id))
+        await self._engine.cancel(self.visible(caller, run_id))
         return self.visible(caller, run_id)
 
     def report(self, caller: Caller, run_id: str) -> Report:
-        """The scores of a run.
+        """Return the scores of a run that has ended.
 
         Raises:
-            NotFound: if there is none of that id that the caller may see.
-            Conflict: while it is being played, or if the split's data is not what the run began with.
+            NotFound: if there is no such run that the caller may see.
+            Conflict: if the run is still being played, or the data of the split has changed since it was created.
         """
         return report_of(self.visible(caller, run_id), self._journal, self.splits)
 
     def _check_participant(self, caller: Caller, participant: str) -> None:
-        if participant in ("", caller.account or NOBODY):
+        if participant in ("", caller.account or ANONYMOUS_NAME):
             return
         if caller.account is not None:
             raise BadInput(
-                f"the token is that of {caller.account!r}, so that the participant cannot be {participant!r}"
+                f"the participant is {quoted(participant)}, expected the token's owner {caller.account!r} or none"
             )
         check_name(participant)
-        if self._accounts.is_name_of_another(participant):
+        if self._accounts.is_taken(participant):
             raise BadInput(
-                f"{participant!r} is, or can be taken for, a participant who has a token; use that, or no name"
+                f"the name {participant!r} is that of a participant who has a token, or can be confused with it; "
+                "use the token, or another name"
             )
 
     def _split(self, name: str) -> Split:
         if name not in self.splits:
-            raise NotFound(f"there is no split {name!r}; this server has {', '.join(self.splits)}")
+            raise NotFound(f"there is no split {quoted(name)}; this server has {', '.join(self.splits)}")
         return self.splits[name]
+
+
+def _chosen(
+    split: Split, language: str, order: Sequence[str], episodes: int, episode_ids: Sequence[str]
+) -> Sequence[str]:
+    """Return the ids of the episodes to play, in order: all, the first `episodes`, or the given ids.
+
+    Raises:
+        NotFound: if the split does not have one of the ids in the language.
+        BadInput: if the choice is not allowed for another reason.
+    """
+    if split.hidden and (0 < episodes < len(order) or episode_ids):
+        # Two runs that differ by one episode would reveal its scores. No id is looked up: the error would reveal it.
+        asked = "single episodes" if episode_ids else f"{episodes} of its episodes"
+        raise BadInput(f"split {split.name!r} is hidden and can only be played whole; {asked} were requested")
+    if episodes > len(order):
+        raise BadInput(f"{episodes} episodes were requested; split {split.name!r} has {len(order)} in {language!r}")
+    if not episode_ids:
+        return order[: episodes or None]
+    if episodes:
+        raise BadInput(
+            f"both a number of episodes ({episodes}) and a list of {len(episode_ids)} were given; expected one of them"
+        )
+    known, seen = frozenset(order), set[str]()
+    for episode_id in episode_ids:
+        shown = episode_id if len(episode_id) <= LONGEST_ID else episode_id[:LONGEST_ID] + "..."
+        if episode_id not in known:
+            raise NotFound(f"split {split.name!r} has no episode {shown!r} in {language!r}")
+        if episode_id in seen:
+            raise BadInput(f"the episode {shown!r} is given twice; a run plays each episode once")
+        seen.add(episode_id)
+    return tuple(episode_ids)
 
 
 def _check_sensors(sensors: Sequence[str], split: Split) -> tuple[str, ...]:
     refused = [sensor for sensor in sensors if sensor not in split.sensors]
     if refused:
-        raise BadInput(f"split {split.name!r} does not offer the sensor {refused[0]!r}, but {', '.join(split.sensors)}")
+        offered = ", ".join(split.sensors)
+        raise BadInput(f"split {split.name!r} does not offer the sensor {quoted(refused[0])}; it offers {offered}")
     return tuple(sensor for sensor in split.sensors if sensor in sensors)

@@ -1,1 +1,1 @@
-"""From a recorded trajectory to scores: pure functions that know nothing of the simulator, gRPC or storage."""
+"""Scoring of recorded trajectories: pure functions, independent of the simulator, gRPC and storage."""

@@ -1,4 +1,4 @@
-"""From the scores of all episodes to one table of means with bootstrap confidence intervals."""
+"""Aggregation of episode scores to a table of means with bootstrap confidence intervals."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ class Interval:
     """A mean and its confidence interval.
 
     Attributes:
-        mean: over the episodes.
+        mean: mean over the episodes.
         low: lower end of the interval; never above the mean.
         high: upper end of the interval; never below the mean.
     """
@@ -32,8 +32,8 @@ class ScoreTable:
 
     Attributes:
         rows: row name of ROWS -> metric name of METRICS -> value.
-        episodes: the denominator.
-        clustered: whether the intervals were drawn by section rather than by episode.
+        episodes: number of episodes, the denominator of the means.
+        clustered: whether sections rather than episodes were resampled.
     """
 
     rows: Mapping[str, Mapping[str, Interval]]
@@ -44,19 +44,19 @@ class ScoreTable:
 def aggregate(
     episodes: Sequence[EpisodeScores], *, resamples: int = 1000, confidence: float = 0.95, seed: int = 0
 ) -> ScoreTable:
-    """Means over all episodes, per turn and of both turns, with percentile bootstrap intervals.
+    """Return means over all episodes, per turn and over both turns, with percentile bootstrap intervals.
 
-    Where the episodes come from several sections, whole sections are drawn with all their episodes, since episodes of
-    one section are alike; otherwise episodes are drawn. The result does not depend on the order of `episodes`.
+    If the episodes come from several sections, whole sections are resampled with all their episodes, since episodes of
+    one section are alike; otherwise episodes are resampled. The result does not depend on the order of `episodes`.
 
     Args:
-        episodes: every episode of the run, those that were not played too.
-        resamples: how many times the episodes are drawn anew.
+        episodes: scores of every episode of the run, including those that were not played.
+        resamples: number of resamples.
         confidence: share of the resampled means that an interval spans.
-        seed: of the drawing.
+        seed: seed of the resampling.
 
     Raises:
-        ValueError: for no episodes.
+        ValueError: if there are no episodes.
     """
     if not episodes:
         raise ValueError("no episodes to aggregate; expected at least one")
@@ -85,9 +85,9 @@ def aggregate(
 def _resampled_means(
     values: npt.NDArray[np.float64], clusters: npt.NDArray[np.intp], resamples: int, seed: int
 ) -> npt.NDArray[np.float64]:
-    """The mean of `values` (episodes, ...) in each of `resamples` draws of whole clusters, with replacement.
+    """Return the mean of `values` (episodes, ...) in each of `resamples` draws of whole clusters with replacement.
 
-    A draw is a vector of how often each cluster was taken, so that all means are two matrix products.
+    A draw is a vector of the counts of each cluster, so that two matrix products give all means.
     """
     sizes = np.bincount(clusters)
     flat = values.reshape(len(values), -1)

@@ -1,4 +1,4 @@
-"""From the record of one episode to its scores, per turn."""
+"""Scores of the two turns of an episode, computed from its record."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,10 +7,10 @@ from server.scoring.metrics import ctc_within, ndtw, placement_distance, ptc, rp
 from server.scoring.trajectory import EpisodeRecord, TurnRecord
 
 CTC_DISTANCES = {"CTC-3": 3.0, "CTC-5": 5.0, "CTC-7": 7.0}
-"""Metric name -> k, in units."""
+"""Metric name -> distance k, in units."""
 
 GATES = ("CTC-0", *CTC_DISTANCES)
-"""What placement scores are gated by. The paper's tables use CTC-3."""
+"""Metrics that gate placement scores. The paper's tables use CTC-3."""
 
 PLACEMENT = ("rPOD", "PTC")
 
@@ -26,9 +26,9 @@ class EpisodeScores:
     """The scores of one episode.
 
     Attributes:
-        episode_id: unique in the split.
-        section: of the city.
-        turns: the scores of turn 1 and turn 2.
+        episode_id: id of the episode, unique in the split.
+        section: section of the city.
+        turns: scores of turn 1 and turn 2.
     """
 
     episode_id: str
@@ -37,28 +37,30 @@ class EpisodeScores:
 
 
 def score_episode(record: EpisodeRecord) -> EpisodeScores:
-    """The scores of both turns of an episode; a turn that was not played scores zero.
+    """Return the scores of both turns of an episode; a turn that was not played scores zero.
 
     Raises:
-        ValueError: for an empty reference path.
+        ValueError: if a reference path is empty.
     """
     first, second = record.turns
     return EpisodeScores(record.episode_id, record.section, (score_turn(first), score_turn(second)))
 
 
 def score_turn(turn: TurnRecord) -> Scores:
-    """The scores of one turn.
+    """Return the scores of one turn.
 
-    A turn whose navigation phase did not end scores zero in everything, and one whose assembly phase did not end scores
-    zero in rPOD and PTC. A forced placement gives rPOD = PTC = 0, ungated too. A forced pick-up costs nothing by
-    itself: the original's code, whose numbers the paper's tables hold, leaves it to the gates, although the paper's
-    appendix says that it gives 0. So CTC-0 asks which object is carried, not who picked it up.
+    A turn whose navigation phase did not end scores zero in all metrics, and one whose assembly phase did not end
+    scores zero in rPOD and PTC. A forced placement gives rPOD = PTC = 0, also ungated. A forced pick-up does not change
+    the scores by itself: the paper's appendix says that it gives 0, but the original code, which produced the paper's
+    tables, leaves it to the gates. So CTC-0 depends on which object is carried, not on who picked it up.
 
     Raises:
-        ValueError: for an empty reference path.
+        ValueError: if the reference path is empty.
     """
     values = dict.fromkeys(METRICS, 0.0)
-    similarity = ndtw(turn.path, turn.reference_path)  # before anything else: a record without a reference is an error
+    similarity = ndtw(
+        turn.path, turn.reference_path
+    )  # first, since a record without a reference is an error in any case
     if not turn.navigation_ended:
         return values
     values["nDTW"] = similarity

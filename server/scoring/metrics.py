@@ -1,4 +1,4 @@
-"""The paper's metrics (section 4), each a pure function of numbers. Distances are in units, which read as metres."""
+"""Metrics of the paper (section 4) as pure functions. Distances are in units of the simulator, taken as metres."""
 
 import math
 from collections.abc import Sequence
@@ -9,24 +9,24 @@ import numpy.typing as npt
 from server.scoring.trajectory import Cell, Point2, Point3
 
 NDTW_THRESHOLD = 3.0
-"""Units per reference point at which nDTW has fallen to 1/e."""
+"""Mean distance per reference point at which nDTW is 1/e, in units."""
 
 
 def ndtw(path: Sequence[Point2], reference: Sequence[Point2], threshold: float = NDTW_THRESHOLD) -> float:
-    """Normalised dynamic time warping: exp(-DTW(path, reference) / (threshold * |reference|)).
+    """Return the normalised dynamic time warping, exp(-DTW(path, reference) / (threshold * |reference|)).
 
     Both paths are first reduced to their distinct consecutive positions: turns and blocked moves add nothing.
 
     Args:
-        path: the agent's positions (x, z), in order; one that is empty scores 0.
-        reference: the ground truth's positions (x, z), in order.
-        threshold: in units.
+        path: positions (x, z) of the agent, in order; an empty path scores 0.
+        reference: positions (x, z) of the ground truth, in order.
+        threshold: mean distance per reference point that scores 1/e, in units.
 
     Returns:
-        A score in [0, 1]; 1 for the same path.
+        A score in [0, 1]; 1 for equal paths.
 
     Raises:
-        ValueError: for an empty reference, or paths that are not rows of (x, z).
+        ValueError: if the reference is empty, or a path does not consist of rows (x, z).
     """
     if not len(reference):
         raise ValueError("the reference path is empty; expected at least one position")
@@ -39,46 +39,46 @@ def ndtw(path: Sequence[Point2], reference: Sequence[Point2], threshold: float =
 
 
 def ctc_within(final: Point3 | None, target: Point3, k: float) -> bool:
-    """CTC-k for k > 0: whether the agent ended strictly nearer than `k` to the target, in three dimensions."""
+    """Return CTC-k for k > 0: whether the agent ended strictly nearer than `k` to the target, in three dimensions."""
     return final is not None and math.dist(final, target) < k
 
 
 def placement_distance(placed: Cell, target: Cell) -> int:
-    """The Manhattan distance D between two places in the room, in cells and levels."""
+    """Return the Manhattan distance D between two cells of the room, in columns, levels and rows."""
     return sum(abs(a - b) for a, b in zip(placed, target, strict=True))
 
 
 def rpod(distance: float) -> float:
-    """Reciprocal placed object distance: 1 / (1 + D^2)."""
+    """Return the reciprocal placed object distance, 1 / (1 + D^2)."""
     return 1.0 / (1.0 + distance * distance)
 
 
 def ptc(distance: float) -> float:
-    """Placed target correctness: 1 where D is 0, otherwise 0."""
+    """Return the placed target correctness: 1 if D is 0, otherwise 0."""
     return float(distance == 0)
 
 
 def _distinct(path: Sequence[Point2]) -> npt.NDArray[np.float64]:
-    """The path without consecutive repetitions, (n, 2)."""
+    """Return the path without consecutive repetitions, (n, 2)."""
     points = np.asarray(path, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 2:
-        raise ValueError(f"a path of shape {points.shape}; expected rows of (x, z)")
+        raise ValueError(f"a path has the shape {points.shape}; expected rows of (x, z)")
     moved = np.ones(len(points), dtype=bool)
     moved[1:] = (points[1:] != points[:-1]).any(axis=1)
     return points[moved]
 
 
 def _dtw(cost: npt.NDArray[np.float64]) -> float:
-    """The least sum of `cost` (n, m) along a warping path from its first cell to its last.
+    """Return the least sum of `cost` (n, m) along a warping path from its first cell to its last.
 
-    Cells of one anti-diagonal depend on the two before it alone, so each is computed at once: the very additions and
-    minima of the usual double loop, in an order that numpy can do quickly.
+    Cells of an anti-diagonal depend only on the two diagonals before it, so each diagonal is computed at once: the
+    same additions and minima as in the usual double loop, in an order that numpy computes quickly.
     """
     n, m = cost.shape
-    diagonals = np.full((n + m - 1, n), np.inf)  # diagonals[i + j, i] = cost[i, j]; what lies outside stays infinite
+    diagonals = np.full((n + m - 1, n), np.inf)  # diagonals[i + j, i] = cost[i, j]; cells outside stay infinite
     rows, columns = np.indices(cost.shape)
     diagonals[rows + columns, rows] = cost
-    # Row i is kept at index i + 1; index 0 stands before the first row and is the way in for the first diagonal alone.
+    # Row i is at index i + 1; index 0 is before the first row, and is the entry for the first diagonal only.
     before, last = np.full(n + 1, np.inf), np.full(n + 1, np.inf)
     before[0] = 0.0
     for diagonal in diagonals:

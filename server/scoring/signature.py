@@ -1,30 +1,34 @@
-"""A score's signature: what must be equal for two scores to be comparable, in one line (in sacrebleu's way)."""
+"""Signature of a score: the settings that must be equal for scores to be comparable, in one line as in sacrebleu."""
 
+import re
 from dataclasses import dataclass
+from urllib.parse import quote
 
 _NONE = "none"
 
 
 @dataclass(frozen=True, slots=True)
 class Signature:
-    """What a score was made with.
+    """Settings under which a score was reached.
 
-    `str()` gives the line to quote beside a score, and `Signature.parse` reads it back.
+    `str()` returns the line to quote with a score, and `Signature.parse` reads it.
 
     Attributes:
-        version: the server's release.
-        protocol: the protocol's number.
-        split: such as "val_seen".
-        language: such as "en".
-        episodes: how many were in the denominator.
-        steps_per_phase: the step limit.
+        version: release of the server.
+        protocol: version number of the protocol.
+        split: name of the split, such as "val_seen".
+        language: code of the language, such as "en".
+        episodes: number of episodes in the denominator.
+        steps_per_phase: step limit of a phase.
         clock: seconds of a step, of the first step and of the bank, such as "60/600/3600", or "none".
-        sensors: that the agent was given.
-        images: in which forms its images travelled, such as "lossless-224" and "jpeg90-128".
-        data_hash: of the split's files, in hexadecimal.
+        sensors: sensors that the agent received.
+        images: encodings and sizes in which images were sent, such as "lossless-224" and "jpeg90-128".
+        data_hash: hash of the split's files, in hexadecimal.
+        arguments: arguments that the agent was created with, each as written by `argument`.
+        chosen: "" if the episodes are the first ones of the split in playing order, otherwise a hash of their ids.
 
     Raises:
-        ValueError: for a text that is empty or holds what the line separates by.
+        ValueError: if a text is empty or contains a separator of the line.
     """
 
     version: str
@@ -37,17 +41,20 @@ class Signature:
     sensors: frozenset[str]
     images: frozenset[str]
     data_hash: str
+    arguments: frozenset[str] = frozenset()
+    chosen: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse what could not be read back."""
-        for text in (self.version, self.split, self.language, self.clock, self.data_hash, *self.sensors, *self.images):
+        """Reject values that could not be parsed again."""
+        words = (self.version, self.split, self.language, self.clock, self.data_hash, *self.sensors, *self.images)
+        for text in (*words, *self.arguments, *([self.chosen] if self.chosen else [])):
             if not text or any(mark.isspace() or mark in "|+" for mark in text):
-                raise ValueError(f"{text!r} cannot stand in a signature: expected a word without '|', '+' or spaces")
-        if _NONE in self.sensors | self.images:
-            raise ValueError(f"no sensor and no form of images can be called {_NONE!r}")
+                raise ValueError(f"{text!r} is not allowed in a signature: expected a word without '|', '+' or spaces")
+        if _NONE in self.sensors | self.images | self.arguments:
+            raise ValueError(f"{_NONE!r} is not allowed as a sensor, an encoding of images or an argument")
 
     def __str__(self) -> str:
-        """The line, such as `split:val_seen|lang:en|episodes:1065|...`."""
+        """Return the line, such as `split:val_seen|lang:en|episodes:1065|...`."""
         fields = {
             "split": self.split,
             "lang": self.language,
@@ -59,15 +66,17 @@ class Signature:
             "protocol": self.protocol,
             "version": self.version,
             "data": self.data_hash,
+            **({"args": _joined(self.arguments)} if self.arguments else {}),
+            **({"chosen": self.chosen} if self.chosen else {}),
         }
         return "|".join(f"{key}:{value}" for key, value in fields.items())
 
     @classmethod
     def parse(cls, line: str) -> "Signature":
-        """The signature that a line stands for.
+        """Parse a line.
 
         Raises:
-            ValueError: unless the line is one that `str()` gives; the message names what is wrong.
+            ValueError: if `str()` would not return the line; the message names what is wrong.
         """
         pairs = [part.split(":", 1) for part in line.strip().split("|")]
         fields = dict(pair for pair in pairs if len(pair) == 2)
@@ -83,14 +92,22 @@ class Signature:
                 sensors=_parted(fields["sensors"]),
                 images=_parted(fields["images"]),
                 data_hash=fields["data"],
+                arguments=_parted(fields.get("args", _NONE)),
+                chosen=fields.get("chosen", ""),
             )
         except KeyError as missing:
             raise ValueError(f"the signature {line!r} has no field {missing}") from None
         except ValueError as error:
             raise ValueError(f"the signature {line!r} cannot be read: {error}") from None
         if str(signature) != line.strip():
-            raise ValueError(f"the signature {line!r} is not written as it should be: expected {str(signature)!r}")
+            raise ValueError(f"the signature {line!r} is not in canonical form: expected {str(signature)!r}")
         return signature
+
+
+def argument(name: str, value: str) -> str:
+    """Return an argument as in a signature: `name=value`, with white space, "%", "+" and "|" percent-encoded."""
+    written = re.sub(r"[\s%+|]", lambda mark: quote(mark[0], safe=""), value)
+    return f"{name}={written}"
 
 
 def _joined(words: frozenset[str]) -> str:

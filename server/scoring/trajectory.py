@@ -1,35 +1,35 @@
-"""What scoring needs to know of an episode: the recorded facts of its two turns, and nothing of the simulator."""
+"""Records of played episodes and their turns, the input of scoring; independent of the simulator."""
 
 from dataclasses import dataclass
 
 Point2 = tuple[float, float]
-"""(x, z) on the ground, in units."""
+"""Position (x, z) on the ground, in units."""
 
 Point3 = tuple[float, float, float]
-"""(x, y, z), y up, in units."""
+"""Position (x, y, z), y up, in units."""
 
 Cell = tuple[int, int, int]
-"""(column, level, row) in the assembly room; level 1 is the floor."""
+"""Cell (column, level, row) of the assembly room; level 1 is the floor."""
 
 
 @dataclass(frozen=True, slots=True)
 class TurnRecord:
-    """One turn as it was played, beside what it should have been.
+    """One turn as it was played, with the ground truth.
 
     Attributes:
-        reference_path: the ground truth's visited positions, in order, the start included.
+        reference_path: positions of the ground truth, in order, including the start.
         target_position: centre of the target.
-        target_cell: where the target belongs in the room.
-        path: the agent's visited positions, in order, the start included; a turn or a blocked move may repeat a
-            position. Empty where the turn was never begun.
-        navigation_ended: whether the navigation phase ended, by a pick-up, at the step limit or by a clock. False where
-            the episode was cut short before: such a turn scores zero.
-        final_position: the agent's position when the navigation phase ended, at its recorded height (0.525 in the
-            release); None where the phase did not end.
-        picked_target: whether the object carried away is the target itself, however it came to be picked up.
-        pickup_forced: whether a limit, not the agent, picked the object up. Recorded for whoever reads the
-            results; no score depends on it (see `episode.score_turn`).
-        placed_cell: where the carried object was placed; None where the assembly phase did not end.
+        target_cell: cell of the room to which the target belongs.
+        path: positions of the agent, in order, including the start; a rotation or a blocked move may repeat a position.
+            Empty if the turn was never begun.
+        navigation_ended: whether the navigation phase ended, by a pick-up, at the step limit or by a clock. False if
+            the episode ended before: such a turn scores zero.
+        final_position: position of the agent when the navigation phase ended, at its recorded height (0.525 in the
+            release); None if the phase did not end.
+        picked_target: whether the carried object is the target, whether the agent or a limit picked it up.
+        pickup_forced: whether a limit, not the agent, picked the object up. For information only; no score depends on
+            it (see `episode.score_turn`).
+        placed_cell: cell in which the carried object was placed; None if the assembly phase did not end.
         placement_forced: whether a limit, not the agent, placed it.
     """
 
@@ -47,12 +47,12 @@ class TurnRecord:
 
 @dataclass(frozen=True, slots=True)
 class EpisodeRecord:
-    """One episode as it was played, whole or not.
+    """One episode as it was played, completely or in part.
 
     Attributes:
-        episode_id: unique in the split.
-        section: of the city; confidence intervals are clustered by it.
-        turns: both, the second one too where it was never begun.
+        episode_id: id of the episode, unique in the split.
+        section: section of the city; confidence intervals are clustered by it.
+        turns: records of both turns, also of a second turn that was never begun.
     """
 
     episode_id: str

@@ -1,1 +1,1 @@
-"""The world: geometry, catalogue of objects, city, room, rules, physics, cameras. Knows nothing of gRPC or storage."""
+"""The simulator: geometry, object catalogue, city, room, rules, collisions, cameras. No gRPC, no storage."""

@@ -1,4 +1,4 @@
-"""pybullet's world, the only file that imports it: what stands in the way in a scene, and the reference camera."""
+"""The pybullet world of a scene: collision checks and the reference camera. The only module that imports pybullet."""
 
 import math
 import os
@@ -15,17 +15,17 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from server.sim.assets.collectibles import mesh_of, texture_of
 from server.sim.cameras import FAR, FIELD_OF_VIEW, NEAR, Actor, Frame, Viewpoint, label_of, labels_of
 from server.sim.catalogue import ObjectType
-from server.sim.collectibles import mesh_of, texture_of
 from server.sim.daylight import AMBIENT, DIFFUSE, SUN, sky
 from server.sim.geometry import AGENT_RADIUS
 from server.sim.scene import Body, BoxCollider, Mesh, Scene
 
 
 @contextmanager
-def _hushed() -> Iterator[None]:
-    """Keeps what C code writes to standard error from the terminal: pybullet greets on import."""
+def _discarded_stderr() -> Iterator[None]:
+    """Discard what C code writes to standard error: pybullet prints a banner on import."""
     kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     try:
         os.dup2(nowhere, 2)
@@ -36,27 +36,27 @@ def _hushed() -> Iterator[None]:
         os.close(nowhere)
 
 
-with _hushed():
+with _discarded_stderr():
     import pybullet
 
 PROBE_HEIGHT = 0.1
-"""Units from the ground to the axis of the capsule that feels the way. Colliders are taller: their footprints count."""
+"""Height of the collision capsule's axis, in units. Colliders are taller, so only their footprints matter."""
 
 _FARTHEST = 65535
 _NUDGE = 1e-4
-"""Units by which the camera is ahead of its place: TinyRenderer loses triangles with a corner right beside the eye."""
+"""Units by which the camera is moved ahead: TinyRenderer drops triangles with a corner right beside the eye."""
 
 
 class Obstacles:
-    """What is solid of one scene, in one pybullet client: knows what stands in the way (`rules.Ground`).
+    """The solid bodies of a scene in one pybullet client, for collision checks (`rules.Ground`).
 
     Use it as a context manager, or `close` it. It belongs to one thread.
 
     Args:
-        scene: all that the world is made of.
+        scene: its bodies, meshes and textures.
 
     Raises:
-        ValueError: for two bodies of one name, or a mesh or texture that the scene does not hold; it is named.
+        ValueError: for two bodies with the same name, or a mesh or texture that is not in the scene.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -75,13 +75,13 @@ class Obstacles:
         self.close()
 
     def close(self) -> None:
-        """Gives its memory back. A second call does nothing."""
+        """Free the pybullet client. A second call has no effect."""
         if self._client is not None:
             pybullet.disconnect(self._client)
             self._client = None
 
     def way_is_free(self, start: tuple[float, float], end: tuple[float, float]) -> bool:
-        """Whether the agent's disc can move straight from `start` to `end` without touching a solid thing.
+        """Return whether the agent's disc can move straight from `start` to `end` without touching a solid body.
 
         Args:
             start: (X, Y) on the scene's ground plane, units.
@@ -121,7 +121,7 @@ class Obstacles:
                 self._add(body)
 
     def _add(self, body: Body, shape: int = -1) -> int:
-        """Creates a body, with a visual shape if there is one, and returns pybullet's number for it."""
+        """Create a body, with a visual shape if given, and return its pybullet id."""
         number: int = pybullet.createMultiBody(
             baseMass=0.0,
             baseCollisionShapeIndex=-1 if body.collider is None else self._collision(body.collider),
@@ -135,7 +135,7 @@ class Obstacles:
         return number
 
     def _probe(self, length: float) -> int:
-        """A capsule between two points `length` apart; one for each length is kept."""
+        """Return a collision capsule for a movement of `length` units. Capsules are cached by length."""
         key = round(length, 9)
         if key not in self._probes:
             self._probes[key] = pybullet.createCollisionShape(
@@ -155,7 +155,7 @@ class Obstacles:
 
 
 class World(Obstacles):
-    """One scene as `Obstacles`, with its looks: the reference camera (`cameras.Camera`)."""
+    """A scene with collisions and visual shapes: the reference camera (`cameras.Camera`)."""
 
     def _fill(self, scene: Scene) -> None:
         self._labels = labels_of(scene)
@@ -176,13 +176,13 @@ class World(Obstacles):
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """What the numbers of a segmentation mean."""
+        """Labels of a segmentation, by number."""
         return self._labels
 
     def render(self, viewpoint: Viewpoint, actors: Sequence[Actor], size: int, *, segmentation: bool = False) -> Frame:
-        """The frame of `size` x `size` pixels seen from `viewpoint`, with `actors` in the scene for this frame only.
+        """Draw a frame of `size` x `size` pixels from `viewpoint`, with `actors` in the scene for this frame only.
 
-        The same arguments give the same bytes, whatever was drawn before.
+        The same arguments give the same bytes, independent of earlier frames.
         """
         self._cull(viewpoint)
         shown = self._pose(actors)
@@ -217,7 +217,7 @@ class World(Obstacles):
         return Frame(rgb, thousandths, numbers)
 
     def _cull(self, viewpoint: Viewpoint) -> None:
-        """Leaves out the scene's bodies that are wholly outside the picture: even unseen triangles take time."""
+        """Hide the scene's bodies that are wholly outside the frame: even invisible triangles take time."""
         angle, half = math.radians(viewpoint.heading), math.radians(FIELD_OF_VIEW) / 2
         x, y, radius = self._extents.T
         right = (x - viewpoint.x) * math.cos(angle) - (y - viewpoint.y) * math.sin(angle)
@@ -228,7 +228,7 @@ class World(Obstacles):
         self._drawn = drawn
 
     def _pose(self, actors: Sequence[Actor]) -> list[int]:
-        """Puts a body in place for each actor, and returns them."""
+        """Place a body for each actor, and return the pybullet ids."""
         taken: Counter[tuple[ObjectType, float]] = Counter()
         shown = []
         for actor in actors:
@@ -254,11 +254,11 @@ class World(Obstacles):
         return self._bodies[name]
 
     def _tint(self, body: int, alpha: float) -> None:
-        """TinyRenderer leaves out what has no alpha."""
+        """Set a body's alpha; TinyRenderer does not draw bodies with alpha 0."""
         pybullet.changeVisualShape(body, -1, rgbaColor=(1.0, 1.0, 1.0, alpha), physicsClientId=self._client)
 
     def _load(self, textures: Iterable[npt.NDArray[np.uint8]]) -> list[int]:
-        """pybullet takes textures from files only."""
+        """Load textures and return their pybullet ids. pybullet reads textures from files only."""
         ids = []
         with tempfile.TemporaryDirectory(prefix="arramon-") as folder:
             for i, texture in enumerate(textures):
@@ -281,7 +281,7 @@ class World(Obstacles):
         return shape
 
     def _show(self, body: Body, shape: int, texture: int) -> int:
-        """Creates a body with its looks and returns pybullet's number for it."""
+        """Create a body with its visual shape and texture, and return its pybullet id."""
         number = self._add(body, shape)
         pybullet.changeVisualShape(number, -1, textureUniqueId=texture, physicsClientId=self._client)
         self._label_numbers[number] = self._labels.index(label_of(body))
@@ -300,20 +300,20 @@ def _check(scene: Scene) -> None:
 
 
 def _extents(scene: Scene) -> npt.NDArray[np.float64]:
-    """(n, 3) of the circle (X, Y, radius) on the ground that holds each body."""
+    """Return (n, 3): for each body the circle (X, Y, radius) on the ground that contains it."""
     reach = {name: float(np.hypot(*mesh.vertices[:, :2].T).max()) for name, mesh in scene.meshes.items()}
     circles = [(body.position[0], body.position[1], reach[body.mesh] * body.scale) for body in scene.bodies]
     return np.array(circles, np.float64).reshape(-1, 3)
 
 
 def _turn(heading: float) -> tuple[float, float, float, float]:
-    """The quaternion (x, y, z, w) of a heading: headings run clockwise, angles about Z anticlockwise."""
+    """Return the quaternion (x, y, z, w) of a heading: headings are clockwise, angles about Z anticlockwise."""
     half = math.radians(-heading) / 2
     return (0.0, 0.0, math.sin(half), math.cos(half))
 
 
 def _view_matrix(viewpoint: Viewpoint) -> list[float]:
-    """From scene to eye coordinates (X right, Y up, looking along -Z), column by column as OpenGL has it."""
+    """Return the matrix from scene to eye coordinates (X right, Y up, looking along -Z), column-major as in OpenGL."""
     angle = math.radians(viewpoint.heading)
     sin, cos = math.sin(angle), math.cos(angle)
     x, y, z = viewpoint.x + _NUDGE * sin, viewpoint.y + _NUDGE * cos, viewpoint.z
@@ -327,7 +327,10 @@ def _view_matrix(viewpoint: Viewpoint) -> list[float]:
 
 @cache
 def _projection_matrix(size: int) -> list[float]:
-    """From eye to clip coordinates, shifted by half a pixel: TinyRenderer samples a pixel at its lower left corner."""
+    """Return the matrix from eye to clip coordinates.
+
+    It is shifted by half a pixel, as TinyRenderer samples a pixel at its lower left corner.
+    """
     focal, shift = 1.0 / math.tan(math.radians(FIELD_OF_VIEW) / 2), 1.0 / size
     return [
         focal, 0.0, 0.0, 0.0,

@@ -1,4 +1,4 @@
-"""What every camera is: a function from a scene's actors and a viewpoint to a frame, whatever draws it."""
+"""The interface of cameras: a camera renders a frame of its scene from a viewpoint and actors."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ NEAR, FAR = 0.05, 120.0
 """Clipping distances, in units."""
 
 CAMERAS = ("raster", "tiny")
-"""What draws: `raster.RasterCamera`, compiled and fast, or `bullet.World`, TinyRenderer, the reference."""
+"""Names of the cameras: `raster.RasterCamera`, compiled and fast, and `bullet.World`, the reference (TinyRenderer)."""
 
 NOTHING = "nothing"
 """The label of the sky."""
@@ -26,7 +26,7 @@ NOTHING = "nothing"
 
 @dataclass(frozen=True, slots=True)
 class Viewpoint:
-    """Where the camera is, in the scene frame: level, at the agent's eye height.
+    """Pose of a level camera in the scene frame, by default at the agent's eye height.
 
     Attributes:
         x, y: units, on the scene's ground plane.
@@ -45,7 +45,7 @@ class Actor:
     """A collectible posed for one frame: an episode's own objects are not part of the shared scene.
 
     Attributes:
-        type: what it looks like.
+        type: its appearance.
         position: (X, Y, Z) of the centre of its base, in the scene frame.
         heading: degrees clockwise seen from above.
         scale: 1 in the city.
@@ -59,14 +59,14 @@ class Actor:
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """What a camera saw.
+    """A rendered frame.
 
     Attributes:
         rgb: (size, size, 3) uint8.
-        depth: (size, size) uint16, the distance along the viewing direction in thousandths of a unit; 0 where nothing
-            was hit, 65535 at 65.535 units and beyond.
+        depth: (size, size) uint16, the distance along the viewing direction in thousandths of a unit; 0 where there
+            is nothing, 65535 at 65.535 units and beyond.
         segmentation: (size, size) uint16, the number of each pixel's label in the camera's `labels`; None unless it was
-            asked for.
+            requested.
     """
 
     rgb: npt.NDArray[np.uint8]
@@ -75,25 +75,25 @@ class Frame:
 
 
 class Camera(Protocol):
-    """Draws one scene. Implementations must agree with each other within the edges of things."""
+    """Renderer of one scene. Implementations must agree with each other except at edges."""
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """What the numbers of a segmentation mean: `labels_of` the scene."""
+        """Labels of a segmentation, by number: `labels_of` the scene."""
         ...
 
     def render(self, viewpoint: Viewpoint, actors: Sequence[Actor], size: int, *, segmentation: bool = False) -> Frame:
-        """The frame of `size` x `size` pixels seen from `viewpoint`, with `actors` in the scene for this frame only."""
+        """Draw a frame of `size` x `size` pixels from `viewpoint`, with `actors` in the scene for this frame only."""
         ...
 
 
 def labels_of(scene: Scene) -> tuple[str, ...]:
-    """All labels that a picture of the scene can hold, each once: NOTHING, the bodies', every collectible's."""
+    """Return all labels that a frame of the scene can have, each once: NOTHING, the bodies', every collectible's."""
     bodies = {label_of(body) for body in scene.bodies}
     types = [str(type_) for type_ in ALL_TYPES]
     return (NOTHING, *sorted(bodies.difference(types, [NOTHING])), *types)
 
 
 def label_of(body: Body) -> str:
-    """A body's label: its own, or for want of one its name up to the first "/"."""
+    """Return a body's label, or its name up to the first "/" if it has none."""
     return body.label or body.name.partition("/")[0]

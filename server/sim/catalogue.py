@@ -13,7 +13,7 @@ EXTENT = 0.15
 
 @dataclass(frozen=True, slots=True, order=True)
 class ObjectType:
-    """What an object looks like, such as a dotted yellow hourglass.
+    """Appearance of an object, for example a dotted yellow hourglass.
 
     Raises:
         ValueError: for a pattern, colour or kind that is not in the catalogue.
@@ -30,7 +30,7 @@ class ObjectType:
 
     @classmethod
     def parse(cls, name: str) -> "ObjectType":
-        """The type that a name such as "Dotted Yellow Hourglass" means.
+        """Return the type with a name such as "Dotted Yellow Hourglass".
 
         Raises:
             ValueError: unless the name is a pattern, a colour and a kind.
@@ -45,4 +45,4 @@ class ObjectType:
 
 
 ALL_TYPES = tuple(ObjectType(*words) for words in product(PATTERNS, COLOURS, KINDS))
-"""All 98."""
+"""All 98 types."""

@@ -5,37 +5,38 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from server.sim.banners import banner_texture
+from server.sim.assets.banners import banner_texture
+from server.sim.assets.facades import BAYS, STOREYS, facade
+from server.sim.assets.furniture import COLOURS, piece_of
+from server.sim.assets.markings import DASH, Dash, dashes
+from server.sim.assets.meshes import Vector, merge, moved, quad
+from server.sim.assets.palette import palette
+from server.sim.assets.textures import GROUND_SPAN, Image, texture
 from server.sim.cameras import FAR
-from server.sim.facades import BAYS, STOREYS, facade
-from server.sim.furniture import COLOURS, piece_of
 from server.sim.labels import Label
-from server.sim.markings import DASH, Dash, dashes
-from server.sim.meshes import Vector, merge, moved, quad
-from server.sim.palette import palette
 from server.sim.scene import Body, BoxCollider, Mesh, Scene
 from server.sim.section import Building, Prop, Section
-from server.sim.textures import GROUND_SPAN, Image, texture
 
 PAVEMENT = 0.8
 """Width of the pavement around a building, in units."""
 
 _KERB, _LINE = 0.07, 0.12
 _TILE = 16.0
-"""Side of the squares that the ground is laid in, in units: one huge one would lose precision at its edges."""
+"""Side of the ground's squares, in units: a single huge square would lose precision at its edges."""
 
 _BEYOND = 40.0
-"""How far the ground goes on beyond the bounds and the buildings, in units."""
+"""Width of the ground beyond the bounds and the buildings, in units."""
 
 
 def city_scene(section: Section) -> Scene:
-    """The scene of a section: everything but the episodes' own objects.
+    """Build the scene of a section, without the episodes' own objects.
 
     Its bodies are named "building/0", "cone/0" and so on, numbered in the section's order, and "asphalt", "kerbs",
-    "pavements", "lines", "roofs". What is near the eye comes first: who draws in order shades fewer pixels twice.
+    "pavements", "lines", "roofs". Bodies near the eye come first, so that renderers that draw in
+    order shade fewer pixels twice.
 
     Raises:
-        ValueError: for a prop of an unknown kind or in a colour or shape that it does not come in.
+        ValueError: for a prop of an unknown kind, or in a colour or shape that its kind does not have.
         KeyError: for an unknown facade.
     """
     meshes: dict[str, Mesh] = {}
@@ -69,7 +70,7 @@ def city_scene(section: Section) -> Scene:
 
 
 def _prop_body(prop: Prop, number: int, meshes: dict[str, Mesh], textures: dict[str, Image]) -> Body:
-    """The body of a prop; adds its mesh and its texture."""
+    """Return the body of a prop, and add its mesh and texture to the given tables."""
     piece = piece_of(prop.kind, prop.colour if prop.kind != "banner" else "")
     mesh = prop.kind if prop.kind == "banner" or not prop.colour else f"{prop.kind}/{prop.colour}"
     cover = "furniture"
@@ -85,7 +86,7 @@ def _prop_body(prop: Prop, number: int, meshes: dict[str, Mesh], textures: dict[
 
 
 def label_of_prop(prop: Prop) -> Label:
-    """What a prop is seen as."""
+    """Return the segmentation label of a prop."""
     if prop.kind == "banner":
         return Label(prop.kind, prop.colour, prop.shape)
     colours = COLOURS.get(prop.kind, ("",))
@@ -93,10 +94,10 @@ def label_of_prop(prop: Prop) -> Label:
 
 
 def building_mesh(building: Building, number: int = 0) -> Mesh:
-    """Four walls in the building's own frame: whole storeys of about a unit, whole bays of about a unit.
+    """Build four walls in the building's own frame, in whole storeys and whole bays of about a unit.
 
     Args:
-        building: what to build; its x, z and heading are left to the body.
+        building: its size; its x, z and heading are applied by the body.
         number: shifts the doors along the walls, so that neighbours differ.
     """
     x, y = building.half_width, building.half_length
@@ -110,7 +111,7 @@ def building_mesh(building: Building, number: int = 0) -> Mesh:
 
 
 def _wall(start: tuple[float, float], end: tuple[float, float], height: float, u: tuple[float, float]) -> Mesh:
-    """A wall in stretches of the texture: all of its storeys first, its upper storeys again for what is higher."""
+    """Build a wall: the whole texture from the ground, then its upper storeys, repeated."""
     storeys = max(1, round(height))
     each = height / storeys
     (x0, y0), (x1, y1) = start, end
@@ -126,7 +127,7 @@ def _wall(start: tuple[float, float], end: tuple[float, float], height: float, u
 
 
 def _ground(section: Section) -> list[tuple[str, str, str, Mesh]]:
-    """(name, label, texture, mesh) of what covers the ground, the top layer first, and of the roofs."""
+    """Return (name, label, texture, mesh) of the roofs and of the ground's layers, the top layer first."""
     layers = []
     if section.buildings:
         roofs = [_slab(b, 0.0, b.height) for b in section.buildings]
@@ -145,7 +146,7 @@ def _ground(section: Section) -> list[tuple[str, str, str, Mesh]]:
 
 
 def _slab(building: Building, margin: float, height: float) -> Mesh:
-    """A rectangle `margin` units larger than the building on every side; its texture lies along the building."""
+    """Build a rectangle `margin` units larger than the building on every side, with its texture along the building."""
     x, y = building.half_width + margin, building.half_length + margin
     corners: list[Vector] = [(-x, -y, 0.0), (x, -y, 0.0), (x, y, 0.0), (-x, y, 0.0)]
     flat = quad(corners, (0.0, 2 * x / GROUND_SPAN), (0.0, 2 * y / GROUND_SPAN))
@@ -158,7 +159,7 @@ def _line(dash: Dash) -> Mesh:
 
 
 def _asphalt(section: Section) -> Mesh:
-    """Ground in all directions, in squares along the main streets."""
+    """Build the ground in all directions, as squares aligned with the main streets."""
     x0, z0, x1, z1 = section.bounds
     middle = ((x0 + x1) / 2, (z0 + z1) / 2)
     reach = math.hypot(x1 - x0, z1 - z0) / 2

@@ -1,4 +1,4 @@
-"""How the world is lit, the same for every camera: one sun, no shadows, and a sky that pales towards the horizon."""
+"""Lighting and sky, the same for every camera: one sun, no shadows, and a sky that pales towards the horizon."""
 
 import math
 from functools import cache
@@ -9,18 +9,18 @@ import numpy.typing as npt
 from server.sim.cameras import FIELD_OF_VIEW
 
 SUN = (0.5, -0.6, 0.9)
-"""Where it stands, in the scene frame; not of unit length."""
+"""Direction to the sun, in the scene frame; not of unit length."""
 
 AMBIENT, DIFFUSE = 0.68, 0.40
-"""A surface has its colour times AMBIENT, and DIFFUSE times the cosine of the angle between its normal and the sun."""
+"""A surface's brightness is AMBIENT plus DIFFUSE times the cosine of the angle between its normal and the sun."""
 
 _ZENITH, _HORIZON, _HAZE = (88, 146, 214), (214, 228, 236), (140, 142, 140)
-"""The sky straight up and at the horizon, and what lies below the horizon where the ground ends."""
+"""Colours of the sky from 35 degrees up and at the horizon, and of the background below the horizon."""
 
 
 @cache
 def sky(size: int) -> npt.NDArray[np.uint8]:
-    """What a level camera sees where there is nothing: (size, size, 3). Read-only: callers share it."""
+    """Return the background of a level camera: (size, size, 3) uint8. Read-only: callers share it."""
     half = math.tan(math.radians(FIELD_OF_VIEW) / 2)
     across = ((np.arange(size) + 0.5) / size * 2 - 1) * half
     elevation = np.arctan2(-across[:, None], np.hypot(1.0, across)[None, :])

@@ -1,7 +1,7 @@
 """Frames, poses and headings on the ground plane.
 
 The world frame is the official release's: x and z span the ground, y is up, and a heading is in degrees clockwise from
-+z seen from above (so 90 faces +x). The frame is left-handed, as its authors' engine is; physics and cameras use the
++z seen from above (so 90 faces +x). The frame is left-handed, as in its authors' engine; physics and cameras use the
 *scene frame*, which is right-handed with z up: scene (X, Y, Z) = world (x, z, y).
 """
 
@@ -19,7 +19,7 @@ EYE_HEIGHT = 0.525
 """Height of the agent's camera above the ground, and its y in every path."""
 
 AGENT_RADIUS = 0.25
-"""Radius of the agent's body, in units: the disc that must have its way free."""
+"""Radius of the agent's body, a disc, in units."""
 
 
 class Point(NamedTuple):
@@ -32,7 +32,7 @@ class Point(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """Where something stands on the ground and where it faces.
+    """Position and heading on the ground.
 
     Attributes:
         x: units.
@@ -45,22 +45,22 @@ class Pose:
     heading: float
 
     def ahead(self, distance: float = STEP) -> "Pose":
-        """The pose `distance` units ahead, facing the same way."""
+        """Return the pose `distance` units ahead, with the same heading."""
         angle = math.radians(self.heading)
         return Pose(self.x + distance * math.sin(angle), self.z + distance * math.cos(angle), self.heading)
 
     def turned(self, degrees: float) -> "Pose":
-        """The same place, turned clockwise by `degrees`."""
+        """Return the pose turned clockwise by `degrees`."""
         return Pose(self.x, self.z, wrap(self.heading + degrees))
 
     def local(self, x: float, z: float) -> tuple[float, float]:
-        """The point (x, z) as this pose sees it: (units to the right, units ahead)."""
+        """Return the point (x, z) relative to this pose: (units to the right, units ahead)."""
         angle = math.radians(self.heading)
         dx, dz, sin, cos = x - self.x, z - self.z, math.sin(angle), math.cos(angle)
         return dx * cos - dz * sin, dx * sin + dz * cos
 
 
 def wrap(degrees: float) -> float:
-    """The same angle in [0, 360)."""
+    """Return the angle in [0, 360)."""
     wrapped = degrees % 360.0
     return 0.0 if wrapped == 360.0 else wrapped  # -1e-20 % 360.0 is 360.0

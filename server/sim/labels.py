@@ -1,4 +1,4 @@
-"""What a segmentation can say of a pixel: one fixed table for every section and the room."""
+"""Labels of segmentation: one fixed table for every section and the room."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,8 +7,8 @@ from itertools import product
 import numpy as np
 import numpy.typing as npt
 
+from server.sim.assets.furniture import COLOURS
 from server.sim.catalogue import ALL_TYPES, ObjectType
-from server.sim.furniture import COLOURS
 from server.sim.section import FACADES, PROP_KINDS
 
 BANNER_COLOURS = ("red", "blue", "green", "yellow", "white", "black")
@@ -18,12 +18,13 @@ WALLS = ("wood", "brick", "spotted", "striped")
 
 @dataclass(frozen=True, slots=True, order=True)
 class Label:
-    """A kind of thing, as far as it can be told by looking.
+    """A visually distinguishable kind of object or surface.
 
     Attributes:
         kind: "nothing" (the sky), "road", "pavement", "roof", "building", a kind of `section.PROP_KINDS`, a
             collectible's kind, "wall", "floor" or "start_tile".
-        colour: a collectible's, a banner's ground colour, or furniture's where its kind comes in several; otherwise "".
+        colour: a collectible's colour, a banner's background colour, or the colour of furniture of a kind with several;
+            otherwise "".
         look: a collectible's pattern, a banner's shape, a building's facade, a wall's look; otherwise "".
     """
 
@@ -33,16 +34,16 @@ class Label:
 
     @classmethod
     def of(cls, type_: ObjectType) -> "Label":
-        """A collectible's."""
+        """Return the label of a collectible."""
         return cls(type_.kind, type_.colour, type_.pattern)
 
     def __str__(self) -> str:
-        """As scenes' bodies hold it: "building//brick", "cone/orange", "road"."""
+        """Return the label as in `scene.Body`: "building//brick", "cone/orange", "road"."""
         return f"{self.kind}/{self.colour}/{self.look}".rstrip("/")
 
 
 NOTHING = Label("nothing")
-"""Of the sky."""
+"""Label of the sky."""
 
 LABELS: tuple[Label, ...] = (
     NOTHING,
@@ -57,7 +58,7 @@ LABELS: tuple[Label, ...] = (
     *(Label(kind, colour) for kind in PROP_KINDS if kind != "banner" for colour in COLOURS.get(kind, ("",))),
     *(Label.of(type_) for type_ in ALL_TYPES),
 )
-"""All labels; a segmentation's numbers are places in this table."""
+"""All labels; a segmentation's numbers are indices into this table."""
 
 _PLACES = {
     **{str(label): i for i, label in enumerate(LABELS)},
@@ -66,7 +67,7 @@ _PLACES = {
 
 
 def places_of(labels: Sequence[str]) -> npt.NDArray[np.uint16]:
-    """(n,): the place in LABELS of each of a camera's own n labels: what turns its segmentation into one of this table.
+    """Return (n,): the index in LABELS of each of a camera's n labels, to convert its segmentation to this table.
 
     Raises:
         KeyError: for a label that is not in the table.

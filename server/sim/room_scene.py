@@ -1,18 +1,18 @@
 """The assembly room as a scene: floor with its grid, the checkered start tile, four walls.
 
-Seen from the start tile, facing row 3: brick ahead, wood on the right, striped behind, spotted on the left. The release
-does not say so, but its instructions do: what they put against the wooden wall belongs in column 4, against the striped
+Seen from the start tile, facing row 3: brick ahead, wood on the right, striped behind, spotted on the left. This is
+inferred from the release's instructions: objects put against the wooden wall belong in column 4, against the striped
 wall in row 0, and "turn to face the dotted wall" is a turn to the left.
 """
 
+from server.sim.assets.meshes import Vector, quad
+from server.sim.assets.textures import texture
 from server.sim.labels import Label
-from server.sim.meshes import Vector, quad
 from server.sim.room import CELL, COLUMNS, ROWS, START
 from server.sim.scene import Body, BoxCollider, Mesh, Scene
-from server.sim.textures import texture
 
 WALL_HEIGHT = 3.0
-"""Units; the walls stand half a cell beyond the outermost cells' centres."""
+"""Height of the walls, in units; they are half a cell beyond the outermost cells' centres."""
 
 WALL_TEXTURE_SPAN = 1.5
 """Units that one texture of a wall covers."""
@@ -21,7 +21,7 @@ _THICKNESS = 0.2
 
 
 def room_scene() -> Scene:
-    """The room without any objects: cell (column, row) is centred on X = 1.5 column, Y = 1.5 row."""
+    """Build the room without any objects: cell (column, row) is centred on X = 1.5 column, Y = 1.5 row."""
     west, east = -CELL / 2, (COLUMNS - 0.5) * CELL
     south, north = -CELL / 2, (ROWS - 0.5) * CELL
     middle_x, middle_y = (west + east) / 2, (south + north) / 2
@@ -56,7 +56,7 @@ def room_scene() -> Scene:
 
 
 def _wall(length: float) -> Mesh:
-    """A wall that is seen from behind itself: it faces -Y, into the room."""
+    """Build a wall that faces -Y, into the room."""
     x = length / 2
     corners: list[Vector] = [(-x, 0.0, 0.0), (x, 0.0, 0.0), (x, 0.0, WALL_HEIGHT), (-x, 0.0, WALL_HEIGHT)]
     return quad(corners, (0.0, length / WALL_TEXTURE_SPAN), (0.0, WALL_HEIGHT / WALL_TEXTURE_SPAN))

@@ -1,9 +1,9 @@
-"""The rules of the task: `(state, action) -> state, events`, pure but for one question to the ground.
+"""The rules of the task: pure functions `(state, action) -> state, events`, except for collision checks (`Ground`).
 
 Kinematics, pick-up box, room and fallbacks are those of the paper (sections 3 and 4, appendix D) and of its release, as
 measured. In the room only the walls stop the agent, not the objects: 139 of val-seen's 1,065 second turns walk through
-the very cell in which the first turn's object was placed. Each turn has its own objects in the street: what goes wrong
-in turn 1 costs turn 2 its start, as in the paper, but never the object that it is about.
+the very cell in which the first turn's object was placed. Each turn has its own objects in the street: an error in
+turn 1 changes the start of turn 2, as in the paper, but never its target.
 """
 
 from collections.abc import Sequence
@@ -18,18 +18,19 @@ from server.sim.room import START, Placement, Square
 TURNS = 2
 
 REACH_SIDE, REACH_AHEAD = 0.5, 3.0
-"""The pick-up box (paper, section 3.1): so far to each side, so far ahead, in units."""
+"""Extent of the pick-up box (paper, section 3.1) to each side and ahead, in units."""
 
 REACH_MARGIN = 0.05
-"""An object's own extent, by which its centre may lie outside the box; the release's ground truth ends need 0.035."""
+"""Tolerance for an object's own extent, in units: its centre may be that far outside the box. The ends of the release's
+ground-truth paths need 0.035."""
 
 
 STEPS_PER_PHASE = 150
-"""Where the original stops a phase."""
+"""Step limit of a phase in the original."""
 
 
 class Action(IntEnum):
-    """The release's numbers."""
+    """Actions of the agent, with the release's numbers."""
 
     FORWARD = 0
     LEFT = 1
@@ -45,26 +46,30 @@ class Phase(Enum):
 
 
 class Ground(Protocol):
-    """What the rules ask of a section."""
+    """Collision checks that the rules need from a section."""
 
     def way_is_free(self, start: tuple[float, float], end: tuple[float, float]) -> bool:
-        """Whether the agent can move straight from one (x, z) to another."""
+        """Return whether the agent can move straight from one (x, z) to another."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What a run grants: steps in each phase of each turn."""
+    """Limits of a run.
+
+    Attributes:
+        steps_per_phase: steps in each phase of each turn.
+    """
 
     steps_per_phase: int = STEPS_PER_PHASE
 
 
 @dataclass(frozen=True, slots=True)
 class Collectible:
-    """An object that stands in the street at the beginning of a turn.
+    """An object in the street at the beginning of a turn.
 
     Attributes:
-        type: what it looks like.
+        type: its appearance.
         position: its centre, in the world frame.
     """
 
@@ -74,7 +79,7 @@ class Collectible:
 
 @dataclass(frozen=True, slots=True)
 class PlacedObject:
-    """An object that stands in the room."""
+    """An object in the room."""
 
     type: ObjectType
     placement: Placement
@@ -82,12 +87,12 @@ class PlacedObject:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """What the rules need to know of an episode.
+    """The initial layout of an episode: start pose and objects.
 
     Attributes:
-        start: where turn 1 begins.
+        start: pose at the beginning of turn 1.
         streets: for each turn the objects in the street; the first of each is the target.
-        decoys: what stands in the room when the first assembly begins.
+        decoys: objects in the room when the first assembly begins.
     """
 
     start: Pose
@@ -97,17 +102,17 @@ class Layout:
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """Where an episode stands.
+    """The state of an episode.
 
     Attributes:
         turn: 1 or 2.
         step: steps taken in the episode.
-        phase_step: steps taken in the present phase.
-        pose: in the city; kept while the agent is in the room, as turn 2 goes on from there.
-        square, room_heading: in the room; the start tile while the agent is in the city.
+        phase_step: steps taken in the current phase.
+        pose: pose in the city; unchanged while the agent is in the room, as turn 2 continues from there.
+        square, room_heading: pose in the room; the start tile while the agent is in the city.
         carried: the object picked up in this turn, None before that.
         room: all objects in the room.
-        finished: no action is possible any more.
+        finished: whether the episode takes no more actions.
     """
 
     pose: Pose
@@ -124,31 +129,39 @@ class State:
 
 @dataclass(frozen=True, slots=True)
 class Moved:
-    """The agent now stands on other ground."""
+    """The agent changed its position."""
 
 
 @dataclass(frozen=True, slots=True)
 class Blocked:
-    """Something solid, the room's wall or an oblique heading in the room kept the agent where it was."""
+    """A solid body, the room's wall or an oblique heading in the room prevented a movement."""
 
 
 @dataclass(frozen=True, slots=True)
 class PickedUp:
-    """An object left the street; `index` is its place in `Layout.streets`, 0 the target."""
+    """An object was picked up.
+
+    Attributes:
+        index: its index in the turn's `Layout.streets`; 0 is the target.
+    """
 
     index: int
 
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """The object carried now stands in the room."""
+    """The object carried was placed in the room."""
 
     placement: Placement
 
 
 @dataclass(frozen=True, slots=True)
 class PhaseEnded:
-    """A phase is over; `forced` if the step limit or a clock ended it."""
+    """A phase ended.
+
+    Attributes:
+        forced: whether the step limit or a clock ended it.
+    """
 
     turn: int
     phase: Phase
@@ -160,22 +173,22 @@ Outcome = tuple[State, tuple[Event, ...]]
 
 
 def begin(layout: Layout) -> State:
-    """The state before the first step."""
+    """Return the state before the first step."""
     return State(pose=layout.start, room=layout.decoys)
 
 
 def step(state: State, action: Action, layout: Layout, ground: Ground, limits: Limits) -> Outcome:
-    """One step.
+    """Apply one action.
 
     Args:
-        state: where the episode stands.
-        action: what the agent does.
+        state: the state before.
+        action: the agent's action.
         layout: the episode's objects.
-        ground: answers what is solid in the section.
-        limits: the step that reaches a limit still acts; a phase that has not ended by then is ended by force.
+        ground: checks collisions in the section.
+        limits: the action of the step that reaches a limit is applied; if it does not end the phase, the rules do.
 
     Returns:
-        The state after, and what happened, in order.
+        The state after, and the events, in order.
 
     Raises:
         ValueError: if the episode is finished.
@@ -193,9 +206,9 @@ def step(state: State, action: Action, layout: Layout, ground: Ground, limits: L
 
 
 def time_out(state: State, layout: Layout) -> Outcome:
-    """Ends an episode whose time is up: the present phase as at its step limit, and so the phases after it.
+    """End an episode whose time is up: the current phase and all later ones end as at their step limit.
 
-    No step is counted for it.
+    This counts no step.
 
     Raises:
         ValueError: if the episode is finished.
@@ -210,7 +223,10 @@ def time_out(state: State, layout: Layout) -> Outcome:
 
 
 def reachable(pose: Pose, street: Sequence[Collectible]) -> int | None:
-    """Which object a pick-up at `pose` takes: the nearest with its centre in the pick-up box, None if there is none."""
+    """Return the index of the object that a pick-up at `pose` takes: the nearest in the pick-up box, or None.
+
+    An object is in the box if its centre is, within REACH_MARGIN.
+    """
     found = []
     for index, item in enumerate(street):
         right, ahead = pose.local(item.position.x, item.position.z)
@@ -220,12 +236,12 @@ def reachable(pose: Pose, street: Sequence[Collectible]) -> int | None:
 
 
 def height_at(room: Sequence[PlacedObject], square: Square) -> int:
-    """How many objects are stacked on a cell."""
+    """Return the number of objects stacked on a cell."""
     return sum((item.placement.column, item.placement.row) == square for item in room)
 
 
 def moved(pose: Pose, action: Action) -> Pose:
-    """Where an action leads from `pose` in the city, if nothing is in the way."""
+    """Return the pose after an action in the city, without a collision check."""
     return pose.ahead(STEP) if action is Action.FORWARD else pose.turned(_turn(action))
 
 
@@ -257,7 +273,7 @@ def _act_in_room(state: State, action: Action, layout: Layout, ground: Ground) -
 
 
 def _square_ahead(state: State) -> Square | None:
-    """The cell ahead; None at an oblique heading and towards a wall."""
+    """Return the cell ahead; None at an oblique heading or towards a wall."""
     if state.room_heading % 90.0:
         return None
     ahead = state.square.ahead(state.room_heading)
@@ -265,7 +281,7 @@ def _square_ahead(state: State) -> Square | None:
 
 
 def _force(state: State, layout: Layout) -> Outcome:
-    """Ends a phase by force, as at its step limit (paper, appendix D.1)."""
+    """End a phase by force, as at its step limit (paper, appendix D.1)."""
     if state.phase is Phase.ASSEMBLY:
         return _place(state, _square_ahead(state) or state.square, forced=True)
 

@@ -1,4 +1,4 @@
-"""A scene is data: named bodies with meshes, textures and poses. Every world and every camera is built from it alone.
+"""Scenes as data: named bodies with meshes, textures and poses, from which worlds and cameras are built.
 
 Everything here is in the scene frame (right-handed, z up; see `geometry`): X is the world's x, Y its z, Z its y.
 """
@@ -29,7 +29,13 @@ class Mesh:
 
 @dataclass(frozen=True, slots=True)
 class BoxCollider:
-    """A solid box around the body's own vertical axis: half extents along X and Y, and a height from its origin up."""
+    """A solid box around the body's vertical axis.
+
+    Attributes:
+        half_width: half its extent along X, in units.
+        half_length: half its extent along Y, in units.
+        height: height above the body's origin, in units.
+    """
 
     half_width: float
     half_length: float
@@ -38,17 +44,17 @@ class BoxCollider:
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """One named thing.
+    """A named object of a scene.
 
     Attributes:
-        name: unique in its scene, such as "building/3", "cone/0", "collectible/striped red mug/0".
-        mesh: what it looks like, by name in `Scene.meshes`.
-        texture: by name in `Scene.textures`.
+        name: unique in its scene, for example "building/3", "cone/0", "collectible/striped red mug/0".
+        mesh: name of its mesh in `Scene.meshes`.
+        texture: name of its texture in `Scene.textures`.
         position: (X, Y, Z) of the body's origin, units.
         heading: degrees clockwise seen from above; the body's own Y axis points there.
-        scale: uniform, of the mesh.
-        collider: what stops the agent; None for what can be walked through (ground, collectibles, banners).
-        label: what kind of thing it is, for segmentation: "building", "cone", "striped red mug", ...
+        scale: uniform scale of the mesh.
+        collider: its solid part; None for bodies without collisions (ground, collectibles, banners).
+        label: its kind, for segmentation: "building", "cone", "striped red mug", ...
     """
 
     name: str
@@ -63,12 +69,12 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Bodies, and the meshes and textures that they name.
+    """Bodies with their meshes and textures.
 
     Attributes:
-        bodies: with names unique in the scene.
-        meshes: by name.
-        textures: by name; (height, width, 3) uint8, the first row at the top (v = 1).
+        bodies: their names are unique in the scene.
+        meshes: meshes by name.
+        textures: textures by name; (height, width, 3) uint8, the first row at the top (v = 1).
     """
 
     name: str

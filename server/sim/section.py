@@ -1,9 +1,9 @@
-"""What a section of the city is made of: plain data, from which the scene and the obstacles follow."""
+"""Sections of the city as plain data, from which scenes and obstacles are built."""
 
 from dataclasses import dataclass
 
 FACADES = ("brick", "brown", "concrete", "glass", "white", "arched", "red", "grey")
-"""Looks of a building's walls."""
+"""Facades of buildings."""
 
 PROP_KINDS = (
     "cone", "phone_booth", "bench", "lamp_post", "traffic_light", "dumpster", "barrier", "barrel", "tyre_stack",
@@ -17,10 +17,10 @@ class Building:
     """A box with four facades and a flat roof.
 
     Attributes:
-        x, z: its centre, in units.
+        x, z: centre, in units.
         half_width: half its extent along its own x axis, in units.
         half_length: half its extent along its own z axis, in units.
-        heading: of its own z axis, degrees clockwise from +z.
+        heading: direction of its own z axis, degrees clockwise from +z.
         height: in units.
         facade: one of FACADES.
     """
@@ -40,12 +40,12 @@ class Prop:
 
     Attributes:
         kind: one of PROP_KINDS.
-        x, z: where it stands, in units; of a banner, a point on the wall that it hangs on.
-        heading: where its front faces, degrees clockwise from +z.
-        colour: where the kind comes in several (cone: orange, red, blue; dumpster: green, silver; barrier: concrete,
-            white, red; barrel: red, yellow, gold; banner: its ground colour), otherwise "".
-        shape: of a banner: star, diamond, triangle, circle, hexagon or dot; otherwise "".
-        shape_colour: of a banner; otherwise "".
+        x, z: position, in units; for a banner, a point on the wall that it hangs on.
+        heading: direction of its front, degrees clockwise from +z.
+        colour: for kinds with several colours (cone: orange, red, blue; dumpster: green, silver; barrier: concrete,
+            white, red; barrel: red, yellow, gold; banner: its background colour), otherwise "".
+        shape: a banner's star, diamond, triangle, circle, hexagon or dot; otherwise "".
+        shape_colour: colour of a banner's shape; otherwise "".
     """
 
     kind: str
@@ -62,7 +62,7 @@ class Section:
     """One of the city's disjoint sections.
 
     Attributes:
-        id: such as "1".
+        id: for example "1".
         heading: direction of the main streets, degrees clockwise from +z.
         bounds: (x from, z from, x to, z to) of the ground that agents can reach, in units.
     """

@@ -1,4 +1,4 @@
-"""Vector arithmetic for many small arrays: what numpy's own general functions do, in a tenth of their time."""
+"""Vector arithmetic for small arrays, ten times as fast as numpy's general functions."""
 
 from typing import Any, TypeVar, cast
 
@@ -11,12 +11,12 @@ _NEXT, _LAST = [1, 2, 0], [2, 0, 1]
 
 
 def cross(a: _Vectors, b: _Vectors) -> _Vectors:
-    """The cross products of vectors, (..., 3) each; the bits are those of `numpy.cross`."""
+    """Return the cross products of vectors, (..., 3) each; bitwise equal to `numpy.cross`."""
     product: Any = a[..., _NEXT] * b[..., _LAST] - a[..., _LAST] * b[..., _NEXT]
     return cast(_Vectors, product)
 
 
-def following(rows: _Vectors) -> _Vectors:
-    """Each row's next one, and the first for the last: (n, ...)."""
+def successors(rows: _Vectors) -> _Vectors:
+    """Return the rows shifted by one: each row's successor, cyclically, (n, ...)."""
     turned: Any = np.concatenate([rows[1:], rows[:1]])
     return cast(_Vectors, turned)

@@ -1,1 +1,1 @@
-"""The web: the leaderboard's pages, probes and metrics, from the same process as the server."""
+"""The web server in each server process: the leaderboard's pages, health probes and metrics."""

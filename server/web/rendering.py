@@ -1,4 +1,4 @@
-"""From templates and texts to the bytes of a page; and the files that pages load, by names that tell their content."""
+"""Rendering of pages from templates and texts, and the static files, named by a digest of their content."""
 
 import hashlib
 from collections.abc import Mapping
@@ -13,14 +13,14 @@ from server.web.texts import Texts, all_texts
 _HERE = Path(__file__).parent
 
 TYPES = {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
-"""Of static files, whatever the machine's own list says."""
+"""Content types of static files, by suffix."""
 
 
 class Renderer:
-    """All templates, and all static files, read once.
+    """Renders the templates. It reads all static files once.
 
     Attributes:
-        files: name with a digest, such as `style.0a1b2c3d4e.css` -> content and its type.
+        files: name with digest, such as `style.0a1b2c3d4e.css` -> content and content type.
     """
 
     def __init__(self) -> None:
@@ -48,12 +48,12 @@ class Renderer:
         }
 
     def page(self, template: str, texts: Texts, here: str, context: Mapping[str, Any]) -> bytes:
-        """A page.
+        """Render a page.
 
         Args:
-            template: its file.
+            template: file name of the template.
             texts: of the page's language.
-            here: its address behind the language, from a slash on.
-            context: the names that the template knows.
+            here: the page's address after the language, from a slash on.
+            context: variables of the template.
         """
         return self._environment.get_template(template).render(t=texts, here=here, **context).encode()

@@ -1,4 +1,4 @@
-"""What every answer of the pages carries: strict headers, a tag by which browsers ask again, compression."""
+"""HTTP responses of the pages, with security headers, an ETag for caching, and compression."""
 
 import gzip
 import hashlib
@@ -20,10 +20,10 @@ HEADERS = {
 SHORT, FOR_EVER = "public, max-age=15", "public, max-age=31536000, immutable"
 
 _SMALL = 600
-"""Bytes up to which compression gains nothing."""
+"""Size in bytes up to which a body is not compressed."""
 
 
-def answer(
+def respond(
     request: web.BaseRequest,
     body: bytes,
     kind: str,
@@ -33,16 +33,16 @@ def answer(
     varies: str = "Accept-Encoding",
     name: str = "",
 ) -> web.Response:
-    """An answer with a body, or with none where the browser has it already.
+    """Return a response with a body, or 304 if the browser has the body in its cache.
 
     Args:
-        request: that is answered.
-        body: uncompressed.
-        kind: its content type, without the character set, which is UTF-8.
-        status: of HTTP.
-        cache: its `Cache-Control`.
-        varies: the request's headers that it depends on.
-        name: of the file that it is to be kept as; empty for what is shown.
+        request: the request.
+        body: not compressed.
+        kind: content type, without the character set, which is UTF-8.
+        status: HTTP status.
+        cache: `Cache-Control` of the response.
+        varies: request headers that the response depends on.
+        name: file name for a download; empty for a page.
     """
     tag = f'W/"{hashlib.sha256(body).hexdigest()[:24]}"'
     headers = {**HEADERS, "Cache-Control": cache, "Vary": varies, "ETag": tag}
@@ -56,8 +56,8 @@ def answer(
     return web.Response(status=status, body=body, headers=headers, content_type=kind, charset="utf-8")
 
 
-def moved(address: str, *, varies: str = "") -> web.Response:
-    """Sends the browser on to another page of this server."""
+def redirect(address: str, *, varies: str = "") -> web.Response:
+    """Return a redirect (303) to another page of this server."""
     headers = {**HEADERS, "Location": address, "Cache-Control": "no-cache"}
     if varies:
         headers["Vary"] = varies

@@ -1,33 +1,33 @@
-"""The page of a run, and of one of its episodes: what their templates are given. Of a hidden split only totals."""
+"""Template variables of a run's page and of an episode's page. A run on a hidden split shows totals only."""
 
 from collections.abc import Mapping
 from typing import Any
 
 from server.board.board import Board
-from server.board.standings import Entry
+from server.board.standings import Entry, shown
 from server.episodes.splits import Split
-from server.runs import causes
-from server.runs.records import CANCELLED, Run
+from server.runs.storage import causes
+from server.runs.storage.records import CANCELLED, Run
 from server.scoring.episode import GATES, PLACEMENT
-from server.web import drawing
-from server.web.choices import METRICS, TURNS, Choice
+from server.web import curves
+from server.web.filters import METRICS, TURNS, Choice
 from server.web.paths import Paths
 from server.web.standings_page import columns
 from server.web.texts import Texts
 
 _FRAME = {
-    "width": drawing.WIDTH,
-    "height": drawing.HEIGHT,
-    "left": drawing.LEFT,
-    "right": drawing.WIDTH - drawing.RIGHT,
-    "bottom": drawing.HEIGHT - drawing.BOTTOM,
+    "width": curves.WIDTH,
+    "height": curves.HEIGHT,
+    "left": curves.LEFT,
+    "right": curves.WIDTH - curves.RIGHT,
+    "bottom": curves.HEIGHT - curves.BOTTOM,
 }
 
-_IN_ORDER = ("1", "2", "total")
+_ROW_ORDER = ("1", "2", "total")
 """Rows of a score table, as in `server.scoring.aggregate.ROWS`."""
 
-_MOST_VALUES = 24
-"""Rows of the table that says a curve in numbers."""
+_MAX_CURVE_ROWS = 24
+"""Limit of rows in the table that gives a curve's values."""
 
 
 _COLOURS = {
@@ -37,15 +37,15 @@ _COLOURS = {
     causes.FORFEITED: 4,
     causes.SERVER_FAULT: 5,
 }
-"""Cause -> number of its colour."""
+"""Cause -> number of its colour in the style sheet."""
 
 
 class RunPage:
-    """Makes both pages.
+    """Builds the variables of both pages.
 
     Args:
-        board: knows the published runs.
-        splits: what is served, by name.
+        board: the leaderboard, with the published runs.
+        splits: the splits served, by name.
         paths: draws episodes.
     """
 
@@ -55,10 +55,10 @@ class RunPage:
         self._paths = paths
 
     def context(self, t: Texts, run_id: str) -> dict[str, Any]:
-        """The names that a run's template knows.
+        """Return the variables of a run's template.
 
         Raises:
-            NotFound: if it is not published.
+            NotFound: if the run is not published.
         """
         entry = self._board.entry(run_id)
         run = entry.run
@@ -68,10 +68,10 @@ class RunPage:
             "entry": entry,
             "hidden": split is not None and split.hidden,
             "marks": [*entry.marks, *(["cancelled"] if run.state == CANCELLED else [])],
-            "rows": [(t(f"turns.{name}"), TURNS[name]) for name in _IN_ORDER],
+            "rows": [(t(f"turns.{name}"), TURNS[name]) for name in _ROW_ORDER],
             "gated": [(_gate(t, metric), metric) for metric in _placements()],
             "causes": _causes(entry),
-            "ctc": drawing.ctc_chart(entry.rows),
+            "ctc": curves.ctc_chart(entry.rows),
             "open": self._open(run_id) if is_open else None,
             "frame": _FRAME,
             "facts": self._facts(t, entry),
@@ -83,19 +83,19 @@ class RunPage:
         }
 
     def episode_context(self, t: Texts, run_id: str, episode_id: str) -> dict[str, Any]:
-        """The names that an episode's template knows.
+        """Return the variables of an episode's template.
 
         Raises:
-            NotFound: if the run is not published, or has no such episode to show.
+            NotFound: if the run is not published, has no such episode, or its episodes may not be shown.
         """
         entry = self._board.entry(run_id)
         played = self._paths.played(entry, episode_id)
         return {"entry": entry, "played": played, "metrics": METRICS, "columns": columns(t)}
 
     def _open(self, run_id: str) -> dict[str, Any]:
-        shares = drawing.open_shares([ending.steps for ending in self._paths.endings(run_id)])
-        every = -(-len(shares) // _MOST_VALUES)
-        return {"chart": drawing.open_chart(shares), "shares": [*shares[:-1:every], shares[-1]]}
+        shares = curves.open_shares([ending.steps for ending in self._paths.endings(run_id)])
+        every = -(-len(shares) // _MAX_CURVE_ROWS)
+        return {"chart": curves.open_chart(shares), "shares": [*shares[:-1:every], shares[-1]]}
 
     def _facts(self, t: Texts, entry: Entry) -> list[tuple[str, str]]:
         run, progress = entry.run, entry.progress
@@ -109,6 +109,7 @@ class RunPage:
             "episodes": episodes,
             "sensors": sensors,
             "images": ", ".join(progress.images) or "–",
+            "arguments": ", ".join(shown(f"{name}={value}") for name, value in run.agent_arguments) or "–",
             "steps": t.whole(run.steps_per_phase),
             "clocks": _clocks(t, run),
             "steps_played": t.whole(progress.steps),
@@ -124,9 +125,9 @@ class RunPage:
 
 
 def _causes(entry: Entry) -> list[tuple[str, int, int, float, float]]:
-    """Each cause with the number of its colour and `drawing.parts`; those that every server knows come first."""
+    """Return `curves.bar_segments` of the causes, with colours; causes that this server knows come first."""
     counts = {name: entry.causes.get(name, 0) for name in (*_COLOURS, *sorted(entry.causes))}
-    found = drawing.parts({name: number for name, number in counts.items() if number})
+    found = curves.bar_segments({name: number for name, number in counts.items() if number})
     return [(name, _COLOURS.get(name, len(_COLOURS)), number, begin, width) for name, number, begin, width in found]
 
 
@@ -143,7 +144,7 @@ def _clocks(t: Texts, run: Run) -> str:
 
 
 def _placements() -> list[str]:
-    """The placement metrics: not gated, and under every gate."""
+    """Return the placement metrics: without a gate, and with each gate."""
     return [*PLACEMENT, *(f"{name}@{gate}" for gate in GATES for name in PLACEMENT)]
 
 

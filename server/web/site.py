@@ -1,4 +1,4 @@
-"""The web addresses of a server process: probes, metrics, and the pages beside them, on the event loop that plays."""
+"""The HTTP server of a server process: probes, metrics and pages, on the event loop that plays."""
 
 import asyncio
 from collections.abc import AsyncIterator, Callable, Sequence
@@ -7,22 +7,22 @@ from dataclasses import replace
 
 from aiohttp import web
 
-from server.config import Config
+from server.configuration.config import Config
 from server.errors import BadInput
-from server.metrics import CONTENT_TYPE
-from server.tls import context_of
+from server.process.metrics import CONTENT_TYPE
+from server.process.tls import context_of
+from server.web.idle_connections import IdleConnections
 from server.web.pages import Pages
-from server.web.silence import Silence
 
 
 class Site:
-    """Answers over HTTP.
+    """Serves probes, metrics and pages over HTTP.
 
     Args:
-        config: says where.
-        problem: why the process is not ready; empty where it is.
-        metrics: their text; not called on the event loop.
-        pages: the leaderboard's; closed at the end.
+        config: has the addresses and the certificate.
+        problem: returns why the process is not ready; empty if it is.
+        metrics: returns the metrics in Prometheus's format; called in a thread, off the event loop.
+        pages: the leaderboard's pages; closed at the end.
     """
 
     def __init__(
@@ -39,34 +39,34 @@ class Site:
 
     @asynccontextmanager
     async def open(self) -> AsyncIterator[dict[str, str]]:
-        """Serves while the block runs. Gives what is served where.
+        """Serve while the block runs. Yield the URLs of "pages" and "metrics", as far as they are served.
 
         Raises:
-            BadInput: if an address cannot be listened on.
+            BadInput: if the process cannot listen on an address.
         """
         probes = [web.get("/healthz", self._alive), web.get("/readyz", self._ready)]
-        measured = [web.get("/metrics", self._measure)]
+        metrics_routes = [web.get("/metrics", self._measure)]
         config = self._config
         web_address, metrics_address = config.web, config.metrics_address
         async with AsyncExitStack() as stack:
             stack.enter_context(closing(self._pages))
             if config.web:
-                here = measured if config.metrics_address == config.web else []
-                routes = [*probes, *here, *self._pages.routes()]
+                shared_routes = metrics_routes if config.metrics_address == config.web else []
+                routes = [*probes, *shared_routes, *self._pages.routes()]
                 web_address = await stack.enter_async_context(self._serving(config.web, routes))
-                metrics_address = web_address if here else metrics_address
+                metrics_address = web_address if shared_routes else metrics_address
             if config.metrics_address != config.web and config.metrics_address:
-                routes = [*probes, *measured]
+                routes = [*probes, *metrics_routes]
                 metrics_address = await stack.enter_async_context(self._serving(config.metrics_address, routes))
             yield replace(config, web=web_address, metrics=metrics_address).http
 
     @asynccontextmanager
     async def _serving(self, address: str, routes: Sequence[web.AbstractRouteDef]) -> AsyncIterator[str]:
         host, _, port = address.rpartition(":")
-        silence = Silence()
-        app = web.Application(middlewares=[silence.heard])
+        idle_connections = IdleConnections()
+        app = web.Application(middlewares=[idle_connections.middleware])
         app.add_routes(routes)
-        # Signals are the server's own; what is asked of pages is not written down.
+        # The process handles signals itself. Requests for pages are not logged.
         runner = web.AppRunner(app, handle_signals=False, access_log=None, shutdown_timeout=1.0)
         await runner.setup()
         try:
@@ -78,7 +78,7 @@ class Site:
             except OSError as error:
                 raise BadInput(f"cannot listen on {address!r}: {error.strerror}") from error
             assert runner.server is not None
-            async with silence.ended(runner.server):
+            async with idle_connections.close_idle(runner.server):
                 yield f"{host}:{runner.addresses[0][1]}"
         finally:
             await runner.cleanup()

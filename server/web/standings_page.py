@@ -1,4 +1,4 @@
-"""The page of standings: what its template is given."""
+"""Template variables of the standings page."""
 
 import re
 from collections.abc import Mapping
@@ -9,15 +9,15 @@ from server.board.board import Board
 from server.board.standings import BOTH, Mark, Standing
 from server.episodes.splits import Split
 from server.errors import NotFound
-from server.runs.records import CANCELLED
-from server.web.choices import COVERAGES, METRICS, SENSORS, TURNS, Choice
+from server.runs.storage.records import CANCELLED
+from server.web.filters import COVERAGES, METRICS, SENSORS, TURNS, Choice
 from server.web.texts import Texts
 
 PAGE_SIZE = 100
 """Standings on one page."""
 
 REFERENCE_LANGUAGE = "en"
-"""Of the instructions that the paper's lines were measured with."""
+"""Language of the instructions that the paper's scores were measured with."""
 
 COMMANDS = """\
 arramon-client --agent agents.random_walk --split {split} --lang {language} --server host.example:50551
@@ -26,11 +26,11 @@ arramon-client publish RUN --server host.example:50551
 
 
 class StandingsPage:
-    """Makes the page.
+    """Builds the variables of the page.
 
     Args:
-        board: how the runs stand.
-        splits: what is served, by name.
+        board: the leaderboard.
+        splits: the splits served, by name.
     """
 
     def __init__(self, board: Board, splits: Mapping[str, Split]) -> None:
@@ -38,8 +38,8 @@ class StandingsPage:
         self._splits = splits
         self._episodes = {name: split.languages for name, split in splits.items()}
 
-    def usual(self, language: str) -> Choice:
-        """What is shown to readers of a language who have not chosen: hidden splits first, and one that has runs."""
+    def defaults(self, language: str) -> Choice:
+        """Return the default choice for readers of a language: a split with published runs, preferably a hidden one."""
         languages = self._board.languages()
         ordered = sorted(languages, key=lambda name: (not self._is_hidden(name), name))
         choices = [
@@ -50,11 +50,11 @@ class StandingsPage:
         listed = (choice for choice in choices if self._board.standings(choice.split, choice.language))
         return next(listed, choices[0] if choices else Choice("", language))
 
-    def context(self, t: Texts, choice: Choice, usual: Choice) -> dict[str, Any]:
-        """The names that the template knows.
+    def context(self, t: Texts, choice: Choice, defaults: Choice) -> dict[str, Any]:
+        """Return the variables of the template.
 
         Raises:
-            NotFound: for a page of the table that there is not.
+            NotFound: if the table has no page of that number.
         """
         ranked = self._board.standings(choice.split, choice.language, choice.metric)
         fitting = choice.sorted([one for one in ranked if choice.fits(one)])
@@ -66,7 +66,7 @@ class StandingsPage:
         language = choice.language if choice.language != BOTH else REFERENCE_LANGUAGE
         return {
             "choice": choice,
-            "usual": usual,
+            "defaults": defaults,
             "row": row,
             "standings": fitting[first : first + PAGE_SIZE],
             "pages": -(-len(fitting) // PAGE_SIZE),
@@ -112,7 +112,7 @@ class StandingsPage:
 
 
 def columns(t: Texts) -> list[tuple[str, str, str]]:
-    """The columns of scores: their names in addresses, their headings and what they mean."""
+    """Return the score columns: name in addresses, heading, meaning."""
     names = [(name, metric.partition("@")[0]) for name, metric in METRICS.items()]
     return [(name, heading, t(f"metrics.{heading}")) for name, heading in names]
 

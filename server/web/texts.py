@@ -1,4 +1,4 @@
-"""What the pages say, in each language: words, numbers and dates, from a file a language in `texts`."""
+"""Texts of the pages and formats of numbers and dates, from one file for each language in `texts`."""
 
 import tomllib
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ from typing import Any
 FOLDER = Path(__file__).parent / "texts"
 
 DEFAULT = "en"
-"""For a browser that asks for none of the languages that there are."""
+"""Language for a browser that accepts none of those available."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,37 +19,37 @@ class Texts:
     """One language's texts.
 
     Args:
-        language: its code, which is also the first part of its pages' addresses.
-        words: what is said, by dotted key such as `standings.empty`.
+        language: code of the language, which is also the first part of its pages' addresses.
+        words: texts by dotted key, such as `standings.empty`.
     """
 
     language: str
     words: Mapping[str, Any]
 
     def __call__(self, key: str, **values: object) -> str:
-        """What is said under a key, with its `{names}` filled in.
+        """Return the text of a key, with its `{names}` filled in.
 
         Raises:
-            KeyError: for a key or a name that is not there.
+            KeyError: if there is no such key, or a name has no value.
         """
         text: str = self.words[key]
         return text.format(**values)
 
     def named(self, group: str, name: str) -> str:
-        """The word for one of a group, such as a sensor; the name itself where the file has none."""
+        """Return the word for a name in a group, such as "sensors"; the name itself if the file has no word for it."""
         return str(self.words.get(f"{group}.{name}", name))
 
     def score(self, value: float) -> str:
-        """A score as in the paper's tables, with three decimals."""
+        """Format a score as in the paper's tables, with three decimals."""
         return self._localised(f"{value:.3f}")
 
     def percent(self, share: float) -> str:
-        """A share of one in whole percent; 100% is all and 0% is none."""
+        """Format a share in [0, 1] in whole percent; only 1 gives 100% and only 0 gives 0%."""
         bounded = min(max(round(100 * share), 1), 99) if 0 < share < 1 else round(100 * share)
         return self("format.percent", number=bounded)
 
     def whole(self, number: int) -> str:
-        """A whole number, its digits in the language's groups."""
+        """Format a whole number, with its digits grouped as is usual in the language."""
         first, further = self.words["format.groups"]
         digits, parts = str(number), []
         size = first
@@ -60,18 +60,18 @@ class Texts:
         return self("format.group_mark").join([digits, *reversed(parts)])
 
     def decimal(self, number: float) -> str:
-        """A number with as many decimals as it needs, at most two."""
+        """Format a number with as many decimals as it needs, at most two."""
         if number.is_integer():
             return self.whole(int(number))
         return self._localised(f"{number:.2f}".rstrip("0").rstrip("."))
 
     def date(self, time: datetime) -> str:
-        """A day."""
+        """Format a date."""
         month = self.words["format.months"][time.month - 1]
         return self("format.date", day=time.day, month=month, year=time.year)
 
     def moment(self, time: datetime) -> str:
-        """A day and the time of day, in UTC."""
+        """Format a date and the time of day, in UTC."""
         return self("format.moment", date=self.date(time), time=f"{time:%H:%M}")
 
     def _localised(self, number: str) -> str:
@@ -80,21 +80,21 @@ class Texts:
 
 @cache
 def all_texts() -> dict[str, Texts]:
-    """The texts of every language that has a file, by code; the default language first."""
+    """Return the texts of every language that has a file, by code; the default language first."""
     codes = sorted((path.stem for path in FOLDER.glob("*.toml")), key=lambda code: (code != DEFAULT, code))
     return {code: read(FOLDER / f"{code}.toml") for code in codes}
 
 
 def read(path: Path) -> Texts:
-    """The texts of one file; its name is the language's code."""
+    """Read the texts of one file, whose name is the language's code."""
     return Texts(path.stem, dict(_flat(tomllib.loads(path.read_text(encoding="utf-8")))))
 
 
 def preferred(accepted: str) -> str:
-    """The language for a browser.
+    """Return the best available language for a browser.
 
     Args:
-        accepted: its `Accept-Language`, such as `hi-IN, hi;q=0.9, en;q=0.8`.
+        accepted: the browser's `Accept-Language`, such as `hi-IN, hi;q=0.9, en;q=0.8`.
     """
     wishes = []
     for place, part in enumerate(accepted.split(",")):

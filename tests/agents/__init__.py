@@ -1,1 +1,1 @@
-"""Tests of the agent plugins."""
+"""Tests of the project's agents."""

@@ -1,4 +1,4 @@
-"""Plays one assembly phase by the rules and the camera, as the server does, without a server."""
+"""Simulation of one assembly phase with the server's rules and camera, without a server."""
 
 from dataclasses import replace
 from functools import cache
@@ -11,7 +11,7 @@ from lang.meaning import Assembly
 from server.sim.catalogue import ObjectType
 from server.sim.geometry import Pose
 from server.sim.labels import LABELS, places_of
-from server.sim.raster import RasterCamera
+from server.sim.raster.camera import RasterCamera
 from server.sim.room import Placement
 from server.sim.room_scene import room_scene
 from server.sim.rules import Action, Layout, Limits, Phase, Placed, PlacedObject, State, step

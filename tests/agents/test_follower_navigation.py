@@ -1,4 +1,4 @@
-"""The follower in the street: what it makes of frames, and how it does what instructions mean."""
+"""The follower's navigation: perception of frames, and execution of instructions."""
 
 import math
 from collections.abc import Iterator
@@ -7,30 +7,30 @@ import numpy as np
 import pytest
 
 from agents.follower.map import Map, index
-from agents.follower.map_landmarks import Landmark, along_way, fits
+from agents.follower.map_landmarks import Landmark, fits, landmarks_ahead
 from agents.follower.navigation import Navigator
 from agents.follower.navigation_body import Body
-from agents.follower.navigation_motion import can_step, turns, way_to
-from agents.follower.navigation_places import all_openings
+from agents.follower.navigation_motion import can_step, find_path, turns
+from agents.follower.navigation_places import find_openings
 from arramon_client.agent import Action, Label, Observation
-from lang.meaning import Face, Navigation, Step, Thing, Turn, Walk
+from lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk
+from server.dataset.trial import AGENT_LABELS
 from server.sim import rules
 from server.sim.bullet import World
 from server.sim.city import city_scene
 from server.sim.geometry import Pose
 from server.sim.labels import places_of
-from server.sim.raster import RasterCamera
+from server.sim.raster.camera import RasterCamera
 from server.sim.rules import Collectible, Layout, Limits, Phase, State
 from server.sim.view import view
-from server.trial import AGENT_LABELS
-from tests.episodes.instruct.town import START, STREET, crossing, thing
+from tests.dataset.instructions.town import START, STREET, crossing, thing
 
 MUG = Thing("mug", "red", "striped")
 BOOTH, HYDRANT, BENCH = Thing("phone_booth"), Thing("hydrant"), Thing("bench")
 
 
 class Street:
-    """The small crossing, played without a server."""
+    """A small crossing, simulated without a server."""
 
     def __init__(self) -> None:
         scene = city_scene(crossing())
@@ -55,7 +55,7 @@ class Street:
         while state.phase is Phase.NAVIGATION:
             body.perceive(self.observe(state, layout))
             actions.append(navigator.act())
-            body.did(actions[-1])
+            body.record_action(actions[-1])
             state, _ = rules.step(state, rules.Action(actions[-1]), layout, self.world, Limits())
         return state, actions
 
@@ -70,16 +70,16 @@ def street() -> Iterator[Street]:
 @pytest.mark.parametrize(
     "steps",
     [
-        (Turn("right", "after", BOOTH),),
-        (Turn("right", "before", HYDRANT),),
-        (Turn("right", "at", Thing("intersection")),),
-        (Walk("past", (BOOTH,), "right"), Turn("right"), Walk("past", (BENCH,))),
-        (Walk("between", (BOOTH, HYDRANT)), Turn("right")),
-        (Face(BOOTH), Walk("to", (BOOTH,)), Turn("right"), Walk("towards", (BENCH,))),
-        (Walk("ahead", count=15), Turn("right"), Walk("ahead")),
+        (Rotate("right", "after", BOOTH),),
+        (Rotate("right", "before", HYDRANT),),
+        (Rotate("right", "at", Thing("intersection")),),
+        (Walk("past", (BOOTH,), "right"), Rotate("right"), Walk("past", (BENCH,))),
+        (Walk("between", (BOOTH, HYDRANT)), Rotate("right")),
+        (Face(BOOTH), Walk("to", (BOOTH,)), Rotate("right"), Walk("towards", (BENCH,))),
+        (Walk("ahead", count=15), Rotate("right"), Walk("ahead")),
     ],
 )
-def test_it_does_what_the_steps_mean(street: Street, steps: tuple[Step, ...]) -> None:
+def test_the_steps_are_followed(street: Street, steps: tuple[Step, ...]) -> None:
     state, actions = street.play(Navigation(steps, MUG))
     assert state.carried == STREET[0].type
     assert len(actions) < 60  # the ground truth takes 31
@@ -89,12 +89,12 @@ def test_it_does_what_the_steps_mean(street: Street, steps: tuple[Step, ...]) ->
 @pytest.mark.parametrize(
     ("steps", "end"),
     [
-        ((Turn("left", "at", Thing("intersection")),), (-10.0, 0.0)),
+        ((Rotate("left", "at", Thing("intersection")),), (-10.0, 0.0)),
         ((Walk("past", (HYDRANT,)),), (0.0, 10.5)),
-        ((Turn("around"),), (0.0, -18.5)),
+        ((Rotate("around"),), (0.0, -18.5)),
     ],
 )
-def test_the_steps_say_which_way(street: Street, steps: tuple[Step, ...], end: tuple[float, float]) -> None:
+def test_the_steps_determine_the_direction(street: Street, steps: tuple[Step, ...], end: tuple[float, float]) -> None:
     """The same crossing with the target elsewhere."""
     aim = (end[0] * 1.15, end[1] + math.copysign(1.5, end[1]) * (end[0] == 0.0))
     state, actions = street.play(Navigation(steps, MUG), street=(thing("striped red mug", *aim),))
@@ -103,35 +103,35 @@ def test_the_steps_say_which_way(street: Street, steps: tuple[Step, ...], end: t
     assert math.dist((state.pose.x, state.pose.z), end) < 2.5
 
 
-def test_it_looks_for_a_target_that_the_steps_do_not_lead_to(street: Street) -> None:
+def test_a_target_off_the_steps_is_searched_for(street: Street) -> None:
     state, _ = street.play(Navigation((), MUG))
     assert state.carried == STREET[0].type
 
 
-def test_it_takes_the_right_one_of_two_beside_each_other(street: Street) -> None:
+def test_the_right_one_of_two_adjacent_objects_is_picked_up(street: Street) -> None:
     both = (thing("striped red mug", 0.6, -8.0), thing("dotted red mug", 0.0, -9.0))
     state, _ = street.play(Navigation((Walk("ahead"),), MUG), street=both)
     assert state.carried == both[0].type
 
 
 def test_the_same_frames_give_the_same_actions(street: Street) -> None:
-    meaning = Navigation((Turn("right", "after", BOOTH),), MUG)
+    meaning = Navigation((Rotate("right", "after", BOOTH),), MUG)
     assert street.play(meaning)[1] == street.play(meaning)[1]
 
 
-def test_a_blocked_step_is_known_by_the_frame(street: Street) -> None:
+def test_a_blocked_step_is_detected_by_the_frame(street: Street) -> None:
     layout = Layout(Pose(0.0, -22.0, 180.0), (STREET, STREET), ())
     state, body = rules.begin(layout), Body(AGENT_LABELS)
     for _ in range(3):  # the street ends at z = -23
         body.perceive(street.observe(state, layout))
-        body.did(Action.FORWARD)
+        body.record_action(Action.FORWARD)
         state, _ = rules.step(state, rules.Action.FORWARD, layout, street.world, Limits())
     body.perceive(street.observe(state, layout))
     assert (body.x, body.z, body.travelled) == (0.0, 0.0, 0)
     assert body.closed_steps == {(0, 0, 0)}
 
 
-def test_things_are_seen_where_they_stand(street: Street) -> None:
+def test_objects_are_located(street: Street) -> None:
     layout = Layout(START, (STREET, STREET), ())
     body = Body(AGENT_LABELS)
     body.perceive(street.observe(rules.begin(layout), layout))
@@ -142,22 +142,22 @@ def test_things_are_seen_where_they_stand(street: Street) -> None:
     assert not body.ground.blocked[index(0.0, 8.0)]
 
 
-def test_it_needs_depth_and_segmentation() -> None:
+def test_depth_and_segmentation_are_required() -> None:
     with pytest.raises(ValueError, match="depth and segmentation"):
         Body(AGENT_LABELS).perceive(Observation("e", 1, "navigation", 0, "", 0, 150))
 
 
 @pytest.mark.parametrize(("heading", "to", "rotation"), [(0, 3, "RRR"), (0, 9, "LLL"), (11, 1, "RR"), (5, 5, "")])
-def test_turns_go_the_short_way(heading: int, to: int, rotation: str) -> None:
+def test_turns_take_the_shorter_direction(heading: int, to: int, rotation: str) -> None:
     assert "".join("FLR"[action] for action in turns(heading, to)) == rotation
 
 
-def test_a_way_goes_round_what_is_solid() -> None:
+def test_a_path_goes_around_obstacles() -> None:
     ground = Map()
     for i in range(-8, 9):
         ground.block(i * 0.25, 3.0)
     assert not can_step(ground, 0.0, 2.0, 0)
-    actions = way_to(ground, (0.0, 0.0, 0), (0.0, 6.0), 0.6)
+    actions = find_path(ground, (0.0, 0.0, 0), (0.0, 6.0), 0.6)
     x, z, heading, farthest = 0.0, 0.0, 0, 0.0
     for action in actions:
         heading += {Action.LEFT: -1, Action.RIGHT: 1}.get(action, 0)
@@ -168,8 +168,8 @@ def test_a_way_goes_round_what_is_solid() -> None:
     assert farthest > 2.0
 
 
-def test_no_way_is_needed_where_one_is_there() -> None:
-    assert way_to(Map(), (0.0, 0.0, 0), (0.3, 0.3), 0.6) == []
+def test_the_path_is_empty_at_the_goal() -> None:
+    assert find_path(Map(), (0.0, 0.0, 0), (0.3, 0.3), 0.6) == []
 
 
 @pytest.mark.parametrize(
@@ -185,15 +185,15 @@ def test_no_way_is_needed_where_one_is_there() -> None:
 def test_an_opening_is_deeper_than_the_wall_before_it(
     runs: list[float], walls: list[bool], opening: int | None
 ) -> None:
-    assert all_openings(runs, walls) == ([] if opening is None else [opening])
+    assert find_openings(runs, walls) == ([] if opening is None else [opening])
 
 
 CONE = Label("cone", "red")
 
 
-def test_what_is_ahead_and_near_is_meant_first() -> None:
+def test_near_landmarks_ahead_come_first() -> None:
     marks = [Landmark(CONE, x, z, 1.0) for x, z in ((0.0, 9.0), (6.0, 4.0), (0.0, 5.0), (0.0, -4.0), (6.0, 1.0))]
-    assert [(mark.x, mark.z) for mark in along_way(marks, 0.0, 0.0, 0.0)] == [(0.0, 5.0), (0.0, 9.0), (6.0, 4.0)]
+    assert [(mark.x, mark.z) for mark in landmarks_ahead(marks, 0.0, 0.0, 0.0)] == [(0.0, 5.0), (0.0, 9.0), (6.0, 4.0)]
 
 
 @pytest.mark.parametrize(
@@ -207,5 +207,5 @@ def test_what_is_ahead_and_near_is_meant_first() -> None:
         (Thing("mug", "", "striped"), Label("mug", "red", "dotted"), False),
     ],
 )
-def test_a_name_fits_as_far_as_it_goes(name: Thing, label: Label, fitting: bool) -> None:
+def test_a_thing_matches_by_its_given_attributes(name: Thing, label: Label, fitting: bool) -> None:
     assert fits(name, label) is fitting

@@ -1,4 +1,4 @@
-"""The room follower: where it puts things, by what it sees alone."""
+"""The room follower: placement from depth and segmentation alone."""
 
 from dataclasses import replace
 
@@ -47,7 +47,7 @@ def told(relation: str, *landmarks: Thing, turns: tuple[str, ...] = (), exactly:
         (told("right_of", Thing("mug", where=(Where("against", (Thing("wall", look="brick"),)),))), (3, 1, 3)),
     ],
 )
-def test_it_puts_the_object_where_it_is_told(meaning: Assembly, placement: tuple[int, int, int]) -> None:
+def test_the_object_is_placed_as_instructed(meaning: Assembly, placement: tuple[int, int, int]) -> None:
     assert play(meaning, ROOM, BUCKET)[:2] == (placement, False)
 
 
@@ -56,14 +56,14 @@ def test_frames_may_be_of_any_size(size: int) -> None:
     assert play(told("on_top_of", Thing("book")), ROOM, BUCKET, size=size)[0] == (4, 2, 3)
 
 
-def test_it_walks_up_to_see_what_is_hidden_from_the_start() -> None:
+def test_a_second_look_finds_objects_hidden_from_the_start() -> None:
     room = things("striped blue tv 2 1 1", "dotted red bowl 2 1 3")
     placement, _, steps = play(told("on_top_of", Thing("bowl")), room, BUCKET)
     assert placement == (2, 2, 3)
     assert steps > 20
 
 
-def test_what_names_nothing_there_is_passed_over() -> None:
+def test_relations_to_absent_objects_are_ignored() -> None:
     meaning = Assembly(
         (), Thing(""), (Where("near", (Thing("fountain"),)), Where("on_top_of", (Thing("book", "green"),)))
     )
@@ -71,11 +71,11 @@ def test_what_names_nothing_there_is_passed_over() -> None:
 
 
 @pytest.mark.parametrize("steps", [26, 30, 40])
-def test_it_places_before_the_steps_run_out(steps: int) -> None:
+def test_the_object_is_placed_before_the_steps_run_out(steps: int) -> None:
     assert not play(told("on_top_of", Thing("fountain")), ROOM, BUCKET, steps=steps)[1]
 
 
-def test_sight_tells_cells_levels_and_walls() -> None:
+def test_cells_levels_and_walls_are_reconstructed() -> None:
     sight = RoomSight(CLIENT_LABELS)
     for heading in (0.0, 30.0):
         seen = observe(replace(begin(ROOM, BUCKET), room_heading=heading))
@@ -90,7 +90,7 @@ def test_sight_tells_cells_levels_and_walls() -> None:
     assert sight.room().walls == {"brick": 0, "wood": 1}
 
 
-def test_it_says_what_it_needs() -> None:
+def test_missing_sensors_are_named() -> None:
     meaning = told("on_top_of", Thing("book"))
     with pytest.raises(ValueError, match="no labels"):
         RoomFollower(meaning, ())

@@ -1,13 +1,13 @@
-"""Planning in the assembly room, checked by walking every plan in an independent room."""
+"""Planning in the assembly room, checked by simulating every plan independently."""
 
 from itertools import product
 
 import pytest
 
-from agents.shortest_path.room import Stand, plan, quarter_of
+from agents.shortest_path.room import RoomPose, plan, quarter_of
 from arramon_client import Action
 
-START = Stand(2, 0, 0)
+START = RoomPose(2, 0, 0)
 F, L, R = Action.FORWARD, Action.LEFT, Action.RIGHT
 
 
@@ -44,13 +44,13 @@ def test_every_target_is_faced_from_a_free_cell(target: tuple[int, int], blocked
     ((2, 0), {(2, 1), (1, 0)}, 10),  # A quarter, one ahead, and about: the target is the start.
     ((2, 3), {(2, 1)}, 13),  # A quarter, one, a quarter back, three, a quarter; or mirrored.
 ])  # fmt: skip
-def test_the_way_is_the_shortest(target: tuple[int, int], blocked: set[tuple[int, int]], steps: int) -> None:
+def test_the_path_is_the_shortest(target: tuple[int, int], blocked: set[tuple[int, int]], steps: int) -> None:
     found = plan(START, target, blocked)
     assert found is not None
     assert len(found) == steps
 
 
-def test_no_way() -> None:
+def test_no_path() -> None:
     assert plan(START, (2, 3), {(1, 0), (3, 0), (2, 1)}) is None
 
 

@@ -1,7 +1,6 @@
 """The shortest-path agent in a toy city, checked by an independent simulation."""
 
 import math
-import time
 from dataclasses import replace
 
 import pytest
@@ -11,8 +10,12 @@ from agents.shortest_path.ground import Ground
 from arramon.v1.evaluation_pb2 import Obstacle, Oracle, Target
 from arramon.v1.types_pb2 import Cell, Position
 from arramon_client import Action, Episode, Observation
+from tests.work import calls
 
 RADIUS = 0.25
+
+MOST_CALLS = 1_000_000
+"""For a whole way with all its plans: about a second's work, twice what the longest way of these takes."""
 
 BLOCKS = [  # Two blocks with a gap of 2 between them, a wall behind, and a post in the gap's mouth.
     Obstacle(x=-6, z=6, half_width=5, half_length=3, heading=0),
@@ -87,18 +90,19 @@ class Street:
     ((9.0, 0.0, 88.8), (-9.0, 11.0), 45),
     ((-12.5, 12.0, 178.8), (12.5, 0.0), 50),
 ])  # fmt: skip
-def test_it_reaches_the_target_without_touching_anything(
+def test_the_target_is_reached_without_collisions(
     start: tuple[float, float, float], target: tuple[float, float], most: int
 ) -> None:
     street = Street(start, BLOCKS)
-    began = time.perf_counter()
-    assert street.play(Agent(), target)
-    assert time.perf_counter() - began < 3.0
+    reached = []
+    work = calls(lambda: reached.append(street.play(Agent(), target)))
+    assert reached == [True]
+    assert work < MOST_CALLS
     assert street.bumps == 0
     assert street.steps <= most
 
 
-def test_on_open_ground_it_keeps_to_the_straight_line() -> None:
+def test_on_open_ground_the_path_is_straight() -> None:
     street = Street((0.0, 0.0, 28.8), [])
     assert street.play(Agent(), (14.0, 20.0))
     line = math.atan2(14.0, 20.0)
@@ -107,7 +111,7 @@ def test_on_open_ground_it_keeps_to_the_straight_line() -> None:
     assert sum(math.dist(a, b) for a, b in zip(street.path, street.path[1:], strict=False)) < 1.05 * math.hypot(14, 20)
 
 
-def test_what_blocks_the_way_unannounced_is_gone_round() -> None:
+def test_unknown_obstacles_are_avoided() -> None:
     street = Street((0.0, 0.0, 0.0), [*BLOCKS, Obstacle(x=-0.3, z=4.0, half_width=0.2, half_length=0.2)])
     assert street.play(Agent(), (0.0, 12.0), known=BLOCKS)
     assert 1 <= street.bumps <= 6
@@ -134,7 +138,7 @@ def test_turn_two_goes_to_its_own_target_and_the_room_to_its_cell() -> None:
     assert agent.act([replace(city, turn=2, pose=(0.0, 0.0, 0.0))]) == [Action.INTERACT]
 
 
-def test_where_the_way_through_the_room_is_shut_it_goes_over_what_stands_there() -> None:
+def test_in_a_blocked_room_the_path_crosses_objects() -> None:
     everything = oracle((0.0, 1.5), [])
     everything.targets[0].occupied.extend(Cell(column=c, level=1, row=r) for c, r in ((1, 0), (2, 1), (3, 0)))
     agent = Agent()
@@ -147,10 +151,10 @@ def test_where_the_way_through_the_room_is_shut_it_goes_over_what_stands_there()
 
 
 @pytest.mark.parametrize("missing", ["oracle", "pose"])
-def test_without_its_sensors_it_says_so(missing: str) -> None:
+def test_missing_sensors_are_named(missing: str) -> None:
     agent = Agent()
     episode = Episode("e", "en", "toy", None if missing == "oracle" else oracle((0.0, 9.0), []))
-    with pytest.raises(ValueError, match=f"needs the sensor {missing}"):  # noqa: PT012 - either of the two may raise
+    with pytest.raises(ValueError, match=f"requires the sensor {missing}"):  # noqa: PT012 - either of the two may raise
         agent.begin(episode)
         agent.act([Observation("e", 1, "navigation", 0, "", 0, 150)])
 

@@ -1,4 +1,4 @@
-"""The agents that look at nothing: random walk and stop."""
+"""The agents that ignore their sensors: random walk and stop."""
 
 from collections import Counter
 from itertools import pairwise
@@ -34,7 +34,7 @@ def test_random_walk_draws_uniformly_and_independently() -> None:
     assert all(625 - 115 < count < 625 + 115 for count in pairs.values())
 
 
-def test_another_seed_is_another_walk() -> None:
+def test_different_seeds_give_different_walks() -> None:
     one, other = random_walk.Agent(seed=0), random_walk.Agent(seed=1)
     assert [one.draw("e", step) for step in range(30)] != [other.draw("e", step) for step in range(30)]
 

@@ -8,10 +8,10 @@ import grpc
 
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon.v1.leaderboard_pb2_grpc import LeaderboardStub
-from arramon_client.access import Access, open_channel
-from server.runs.accounts import Accounts
-from server.runs.callers import Role
-from server.runs.database import Database
+from arramon_client.transport.access import Access, open_channel
+from server.runs.accounts.accounts import Accounts
+from server.runs.accounts.callers import Role
+from server.runs.storage.database import Database
 
 
 @contextmanager

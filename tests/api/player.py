@@ -19,6 +19,10 @@ def create(stub: EvaluationStub, **fields: object) -> pb.Run:
     return stub.CreateRun(request, metadata=METADATA)
 
 
+STREAM_SECONDS = 240.0
+"""After which a stream is given up that would never end; no test waits for it."""
+
+
 class Player:
     """One Play stream."""
 
@@ -26,7 +30,7 @@ class Player:
         self._asked: SimpleQueue[pb.PlayRequest | None] = SimpleQueue()
         opening = pb.Open(run_id=run_id, max_episodes=episodes, **fields)  # type: ignore[arg-type]
         self._asked.put(pb.PlayRequest(open=opening))
-        self.call = stub.Play(iter(self._asked.get, None), metadata=METADATA, timeout=30)
+        self.call = stub.Play(iter(self._asked.get, None), metadata=METADATA, timeout=STREAM_SECONDS)
         self._events = (event for response in self.call for event in response.events)
 
     def __enter__(self) -> Player:

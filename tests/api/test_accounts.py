@@ -18,12 +18,13 @@ from arramon.v1 import leaderboard_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from server.api import authentication
 from server.api.authentication import Authentication, anonymous_caller, caller_of, is_private
-from server.api.guard import Guard
-from server.config import Config
+from server.api.error_guard import ErrorGuard
+from server.api.interceptor import Origin
+from server.configuration.config import Config
 from server.errors import BadInput, Conflict, NotFound
-from server.runs.accounts import Accounts
-from server.runs.callers import ANONYMOUS, STRANGER, Caller, Role
-from server.runs.database import Database
+from server.runs.accounts.accounts import Accounts
+from server.runs.accounts.callers import ANONYMOUS, STRANGER, Caller, Role
+from server.runs.storage.database import Database
 from tests import tiny
 from tests.api.people import Person, accounts, id_of, token_of
 from tests.api.player import Player, create
@@ -65,7 +66,7 @@ def test_a_run_is_its_tokens_participants(people: dict[str, Person]) -> None:
     code, said = refused(lambda: create(people["ann"].stub, participant="bob"))
     assert (code, said) == (
         grpc.StatusCode.INVALID_ARGUMENT,
-        "the token is that of 'ann', so that the participant cannot be 'bob'",
+        "the participant is 'bob', expected the token's owner 'ann' or none",
     )
 
 
@@ -137,7 +138,7 @@ def test_without_a_token_only_what_is_open(people: dict[str, Person], method: st
     call = CALLS[method]
     assert refused(without_run[method] if call is None else lambda: call(nobody, UNKNOWN)) == (
         grpc.StatusCode.UNAUTHENTICATED,
-        "this server wants a token, and none was sent; ask its host for one",
+        "authentication required: no token was sent; ask the server's host for one",
     )
 
 
@@ -148,9 +149,9 @@ def test_health_and_reflection_stay_open(people: dict[str, Person]) -> None:
     assert "arramon.v1.Evaluation" in ProtoReflectionDescriptorDatabase(channel).get_services()
 
 
-WRONG_FORM = "the metadata `authorization` is not of the form `Bearer TOKEN`, once"
-NO_TOKEN = "this is no token of this server: one begins with arramon_"
-NOT_KNOWN = "the token is not known here; ask the host for another one"
+WRONG_FORM = "bad `authorization` metadata: expected exactly one value, `Bearer TOKEN`"
+NO_TOKEN = "authentication failed: malformed token; expected one that begins with arramon_"
+NOT_KNOWN = "authentication failed: unknown token; ask the host for another one"
 
 
 def test_tokens_that_are_not_good(closed: Server, people: dict[str, Person]) -> None:
@@ -169,7 +170,10 @@ def test_tokens_that_are_not_good(closed: Server, people: dict[str, Person]) -> 
         ((f"Bearer {good[:-1]}",), NOT_KNOWN),
         ((f"Bearer {good}x",), NOT_KNOWN),
         ((f"Bearer {revoked[:-1]}",), NOT_KNOWN),
-        ((f"Bearer {revoked}",), f"token {id_of(revoked)} was revoked; ask the host for another one"),
+        (
+            (f"Bearer {revoked}",),
+            f"authentication failed: token {id_of(revoked)} was revoked; ask the host for another one",
+        ),
     ):
         assert refused(lambda sent=sent: stub.ListRuns(pb.ListRunsRequest(), metadata=bearing(*sent))) == (
             grpc.StatusCode.UNAUTHENTICATED,
@@ -177,7 +181,7 @@ def test_tokens_that_are_not_good(closed: Server, people: dict[str, Person]) -> 
         )
     code, text = refused(lambda: stub.ListRuns(pb.ListRunsRequest(), metadata=bearing(f"Bearer {expired}")))
     assert code == grpc.StatusCode.UNAUTHENTICATED
-    assert text.startswith(f"token {id_of(expired)} expired on ")
+    assert text.startswith(f"authentication failed: token {id_of(expired)} expired on ")
     assert stub.GetAccount(pb.GetAccountRequest(), metadata=bearing(f"bearer {good}")).participant == "cleo"
 
 
@@ -202,7 +206,7 @@ def test_a_revoked_token_ends_calls_and_streams_of_an_open_server(closed: Server
                     player.next()
                     time.sleep(0.05)
 
-            said = f"token {id_of(token)} was revoked; ask the host for another one"
+            said = f"authentication failed: token {id_of(token)} was revoked; ask the host for another one"
             assert refused(play_on) == (grpc.StatusCode.UNAUTHENTICATED, said)
         assert refused(lambda: listed(dora)) == (grpc.StatusCode.UNAUTHENTICATED, said)
 
@@ -240,7 +244,7 @@ def test_nobody_plays_under_anothers_name(tmp_path: Path) -> None:
             for name in ("Lab One", "lab one", "ＬＡＢ one", "Lab\u200d One"):
                 code, said = refused(lambda name=name: create(anybody.stub, participant=name))
                 assert code == grpc.StatusCode.INVALID_ARGUMENT
-                assert said.endswith("is, or can be taken for, a participant who has a token; use that, or no name")
+                assert said.endswith("or can be confused with it; use the token, or another name")
             assert create(anybody.stub, participant="Lab Two").participant == "Lab Two"
             assert create(anybody.stub, participant="anonymous").participant == "anonymous"
             assert create(anybody.stub).participant == "anonymous"
@@ -293,9 +297,9 @@ def test_names_that_cannot_be(kept: Accounts, name: str) -> None:
 def test_what_else_cannot_be(kept: Accounts) -> None:
     kept.create_token("Ann", Role.PARTICIPANT)
     for name, role, said in (
-        ("ann", Role.PARTICIPANT, "there is a participant 'Ann', whom 'ann' can be taken for"),
-        ("Ann\ufe0f", Role.PARTICIPANT, "there is a participant 'Ann', whom 'Ann\ufe0f' can be taken for"),
-        ("Ann", Role.HOST, "'Ann' is a participant; a host needs another name"),
+        ("ann", Role.PARTICIPANT, "the name 'ann' can be confused with that of the participant 'Ann'"),
+        ("Ann\ufe0f", Role.PARTICIPANT, "the name 'Ann\ufe0f' can be confused with that of the participant 'Ann'"),
+        ("Ann", Role.HOST, "'Ann' has the role participant; a host needs another name"),
     ):
         with pytest.raises(Conflict) as caught:
             kept.create_token(name, role)
@@ -358,12 +362,13 @@ def test_strangers_reach_a_run_by_its_id_alone(tmp_path: Path) -> None:
     ],
 )
 def test_where_nobody_reads_along(peer: str, transport: bytes, private: bool) -> None:
-    context: Any = SimpleNamespace(peer=lambda: peer, auth_context=lambda: {"transport_security_type": [transport]})
-    assert is_private(context) is private
+    auth = {"transport_security_type": [transport]}
+    context: Any = SimpleNamespace(peer=lambda: peer, auth_context=lambda: auth, invocation_metadata=tuple)
+    assert is_private(Origin.of(context)) is private
 
 
-async def account_of(request: pb.GetAccountRequest, context: Any) -> pb.Account:
-    return pb.Account(participant=caller_of(context).account or "")
+async def account_of(_request: pb.GetAccountRequest, _context: Any) -> pb.Account:
+    return pb.Account(participant=caller_of().account or "")
 
 
 def test_a_token_that_others_could_read_is_refused(kept: Accounts, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -373,7 +378,7 @@ def test_a_token_that_others_could_read_is_refused(kept: Accounts, monkeypatch: 
 
     async def answer(**settings: bool) -> str:
         config = Config(data=Path(), **settings)  # type: ignore[arg-type]
-        server = grpc.aio.server(interceptors=[Guard(), Authentication(kept, config)])
+        server = grpc.aio.server(interceptors=[ErrorGuard(), Authentication(kept, config)])
         handler: Any = grpc.unary_unary_rpc_method_handler(
             account_of, pb.GetAccountRequest.FromString, pb.Account.SerializeToString
         )
@@ -393,7 +398,7 @@ def test_a_token_that_others_could_read_is_refused(kept: Accounts, monkeypatch: 
     with pytest.raises(grpc.RpcError) as caught:
         asyncio.run(answer())
     assert caught.value.code() == grpc.StatusCode.PERMISSION_DENIED
-    assert "tokens are taken over TLS only, and this connection is not encrypted" in (caught.value.details() or "")
+    assert "tokens are accepted over TLS only, and this connection is not encrypted" in (caught.value.details() or "")
     assert asyncio.run(answer(trust_proxy=True)) == "ann"
 
 

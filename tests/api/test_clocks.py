@@ -1,6 +1,8 @@
 """The clocks over the wire: what is left is said, and what runs out is an outcome."""
 
-from collections.abc import Iterator
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import grpc
 import pytest
@@ -8,6 +10,7 @@ import pytest
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
+from arramon_client import Episode, Observation, Settings, connect, play, receipts
 from arramon_client.observations import observation_of
 from tests import tiny
 from tests.api.player import Player, create
@@ -67,7 +70,7 @@ def test_who_says_nothing_runs_out_of_time_in_every_episode_and_the_run_ends(hur
     assert [episode.cause for episode in report.episodes] == [types_pb2.CAUSE_TIME_LIMIT] * 3
 
 
-def test_a_late_answer_is_told_the_end(hurry: EvaluationStub) -> None:
+def test_a_late_answer_is_told_no_second_end(hurry: EvaluationStub) -> None:
     run = create(hurry, episodes=1)
     with Player(hurry, run.run_id) as player:
         seen = player.observation()
@@ -75,4 +78,39 @@ def test_a_late_answer_is_told_the_end(hurry: EvaluationStub) -> None:
             pass
         assert event.episode_ended.cause == types_pb2.CAUSE_TIME_LIMIT
         player.act(seen.episode_id, 0, tiny.F)
-        assert {event.WhichOneof("event") for event in player._events} <= {"episode_ended", "run_ended"}
+        assert [event.WhichOneof("event") for event in player._events] == ["run_ended"]
+
+
+class Late:
+    """Answers one step only when the server has ended its episode; plays the ground truth otherwise."""
+
+    def __init__(self, stub: EvaluationStub, run_id: str, step: int) -> None:
+        self._stub, self._run_id, self._step = stub, run_id, step
+        self.late: list[str] = []
+
+    def begin(self, episode: Episode) -> None:
+        pass
+
+    def act(self, observations: Sequence[Observation]) -> list[int]:
+        (seen,) = observations
+        if seen.step == self._step:
+            self.late.append(seen.episode_id)
+            while get(self._stub, self._run_id).causes.get("TIME_LIMIT", 0) < len(self.late):
+                time.sleep(0.05)
+        return [tiny.ACTIONS[seen.step]]
+
+
+def test_the_actions_of_a_client_that_answered_late_are_those_of_the_receipt(tmp_path: Path) -> None:
+    tiny.write(tmp_path / "data", count=2)
+    clocks = ("--step-seconds", "2", "--first-step-seconds", "60", "--bank-seconds", "0")
+    server = Server(tmp_path / "data", "127.0.0.1:0", *clocks)
+    with connect(server.address) as connected:
+        run = create(connected.stub)
+        agent = Late(connected.stub, run.run_id, 3)
+        outcome = play(connected.stub, run, agent, Settings(parallel=1))
+        receipt = connected.stub.GetReceipt(pb.GetReceiptRequest(run_id=run.run_id), metadata=METADATA)
+    assert server.stop() == 0
+    assert agent.late
+    assert outcome.run.causes["TIME_LIMIT"] >= 1
+    kept = receipts.read_receipt(receipts.write_receipt(receipt, run.run_id, tmp_path))
+    assert receipts.compare_actions(kept, outcome.actions) == receipts.Comparison(2, ())

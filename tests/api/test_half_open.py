@@ -66,7 +66,7 @@ def test_the_episodes_of_a_half_open_connection_are_free_for_the_run_s_next_stre
             with Player(stub, run.run_id, player="next", adopt=True) as player:
                 assert not player.next().opened.episode_ids  # it is held
             relay.silent = True
-            assert relay.closed_by_server.wait(60)  # the keepalive found nobody
+            assert relay.closed_by_server.wait(240)  # the keepalive found nobody
             with Player(stub, run.run_id, player="next", adopt=True) as player:
                 assert player.next().opened.episode_ids == [episode_id]
                 player.observation()

@@ -9,13 +9,13 @@ from google.protobuf.message import Message
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
-from server.episodes.generate.command import generate
-from server.episodes.generate.secret import host_secret
-from server.episodes.generate.sizes import SPLITS
+from server.dataset.generation.command import generate
+from server.dataset.generation.secret import host_secret
+from server.dataset.generation.sizes import SPLITS
 from tests import tiny
 from tests.api.player import Player, create
 from tests.api.test_runs import refused
-from tests.episodes.generate.places import make_plain
+from tests.dataset.generation.places import make_plain
 from tests.serving import METADATA, Server
 
 FORWARD, LEFT, INTERACT = 0, 1, 3

@@ -9,7 +9,7 @@ import pytest
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
-from arramon_client.images import decode_depth, decode_rgb, decode_segmentation
+from arramon_client.transport.images import decode_depth, decode_rgb, decode_segmentation
 from server.sim.labels import LABELS
 from tests import tiny
 from tests.api.player import Player, create
@@ -180,17 +180,18 @@ def test_the_same_step_with_another_action_is_a_problem_and_the_first_stands(stu
         assert player.observation().pose.heading == 0.0
 
 
-def test_an_answer_to_an_ended_episode_is_told_its_end_again(stub: EvaluationStub) -> None:
+def test_an_answer_to_an_ended_episode_is_passed_over(stub: EvaluationStub) -> None:
     run = create(stub, episodes=2)
     with Player(stub, run.run_id) as player:
         episode_id = player.observation().episode_id
         for step, action in enumerate(tiny.ACTIONS):
             player.act(episode_id, step, action)
-        while not (event := player.next()).HasField("episode_ended"):
+        while not player.next().HasField("episode_ended"):
             pass
-        assert player.observation().episode_id != episode_id  # the next one
+        other = player.observation().episode_id
         player.act(episode_id, len(tiny.ACTIONS) - 1, P)
-        assert player.next() == event
+        player.act(other, 0, F)
+        assert player.next().observation.episode_id == other
 
 
 def test_an_episode_can_be_given_up_and_is_counted(stub: EvaluationStub) -> None:
@@ -238,7 +239,7 @@ def test_a_stream_that_comes_back_goes_on_where_it_was(stub: EvaluationStub) -> 
             assert back.observation().pose.z == 1.0
         code, message = refused(lambda: list(player.call))
         assert code == grpc.StatusCode.FAILED_PRECONDITION
-        assert message == "another stream of the same player took this one's place"
+        assert message == "replaced by a newer stream of the same player"
 
 
 def test_history_shows_an_episode_from_its_first_observation(stub: EvaluationStub) -> None:
@@ -276,9 +277,9 @@ def test_another_player_waits_for_what_was_left_open(stub: EvaluationStub) -> No
         ({"encoding": 3, "jpeg_quality": 101}, "jpeg_quality is 101, expected 1 to 100, or 0 for 90"),
         (
             {"encoding": 2, "jpeg_quality": 90},
-            "jpeg_quality is 90, but the encoding is ENCODING_ZSTD: it is for ENCODING_JPEG only",
+            "jpeg_quality is 90, expected 0 with ENCODING_ZSTD: only ENCODING_JPEG has a quality",
         ),
-        ({"image_size": 7}, "images of 7 pixels are not offered, but 224, 128"),
+        ({"image_size": 7}, "image_size is 7, expected one of 224, 128"),
         ({"player": "x" * 101}, "the player's name has 101 characters; at most 100 are allowed"),
     ],
 )

@@ -13,10 +13,10 @@ import pytest
 
 from arramon.v1 import evaluation_pb2 as pb
 from server import cli
-from server.runs import tables
-from server.runs.callers import Role
-from server.runs.database import Database
-from server.runs.quotas import Quota, Quotas
+from server.runs.accounts.callers import Role
+from server.runs.accounts.quotas import Quota, Quotas
+from server.runs.storage import tables
+from server.runs.storage.database import Database
 from tests import tiny
 from tests.api.people import Person, token_of
 from tests.api.player import Player, create
@@ -57,7 +57,7 @@ def limited(server: Server, name: str, **limits: int | None) -> Iterator[Person]
     """A new participant, who has these limits on the split "tiny"."""
     token = token_of(server.data, name)
     with journal(server.data) as database:
-        Quotas(database, Quota()).set(name, "tiny", limits)
+        Quotas(database, lambda _: Quota()).set(name, "tiny", limits)
     with Person(server.address, token) as person:
         yield person
 
@@ -83,8 +83,8 @@ def test_runs_in_24_hours_and_when_the_next_is_possible(server: Server) -> None:
         cancel(ann, second)  # what was created was created
         said = exhausted(lambda: create(ann.stub))
         found = re.fullmatch(
-            r"you have on split 'tiny' 2 runs of the last 24 hours, and 2 are allowed: "
-            r"the next is possible at (.*) UTC",
+            rf"you have on split 'tiny' 2 runs of the last 24 hours \({second.run_id}, {first.run_id}\); "
+            r"the limit is 2: the next is possible at (.*) UTC",
             said,
         )
         assert found is not None
@@ -102,7 +102,9 @@ def test_runs_in_24_hours_and_when_the_next_is_possible(server: Server) -> None:
 def test_runs_in_all_and_what_the_server_is_to_blame_for(server: Server) -> None:
     with limited(server, "once", runs_in_all=1) as ann:
         run = create(ann.stub)
-        assert exhausted(lambda: create(ann.stub)) == "you have on split 'tiny' 1 run, and 1 in all are allowed"
+        assert exhausted(lambda: create(ann.stub)) == (
+            f"you have on split 'tiny' 1 run ({run.run_id}); the limit is 1 in total"
+        )
         with journal(server.data) as database, database.write() as connection:
             its = (tables.episodes.c.run_id == run.run_id) & (tables.episodes.c.ordinal == 0)
             connection.execute(tables.episodes.update().where(its).values(state="ENDED", cause="SERVER_FAULT"))
@@ -117,13 +119,42 @@ def test_unfinished_runs(server: Server) -> None:
     with limited(server, "single", runs_at_once=1) as ann:
         run = create(ann.stub, episodes=1)
         assert exhausted(lambda: create(ann.stub)) == (
-            "you have on split 'tiny' 1 unfinished run, and 1 at once are allowed: "
-            "the next is possible when one of them is over, so play it to its end, or cancel it"
+            f"you have on split 'tiny' 1 unfinished run ({run.run_id}); the limit is 1 at once: "
+            "the next is possible when one of them has ended, so play it to its end (`arramon-client --resume RUN`) or "
+            "cancel it (`arramon-client cancel RUN`)"
         )
         with Player(ann.stub, run.run_id) as player:
             player.play(tiny.ACTIONS)
         cancel(ann, create(ann.stub))
         assert create(ann.stub).state == pb.RUN_STATE_RUNNING
+
+
+def test_a_refusal_names_the_latest_of_many(server: Server) -> None:
+    with limited(server, "busy", runs_at_once=6) as ann:
+        runs = [create(ann.stub, episodes=1).run_id for _ in range(6)]
+        assert f"6 unfinished runs ({', '.join(runs[:0:-1])} and others); the limit is 6 at once" in exhausted(
+            lambda: create(ann.stub)
+        )
+
+
+def test_strangers_are_not_told_the_runs_of_each_other(tmp_path: Path) -> None:
+    """Whoever knows the id of an anonymous run can play it."""
+    tiny.write(tmp_path)
+    limits = ("--runs-at-once", "1", "--streams-at-once", "1")
+    server = Server(tmp_path, "127.0.0.1:0", "--anonymous", "--trust-proxy", *limits)
+    try:
+        with Person(server.address) as one, Person(server.address) as other:
+            run = create(one.stub)
+            said = exhausted(lambda: create(other.stub))
+            assert said.startswith(
+                "all callers without a token together have on split 'tiny' 1 unfinished run; the limit is 1 at once"
+            )
+            with Player(one.stub, run.run_id, player="one") as player:
+                player.observation()
+                said = exhausted(lambda: list(Player(one.stub, run.run_id, player="two").call))
+                assert run.run_id not in said
+    finally:
+        assert server.stop() == 0
 
 
 @pytest.mark.parametrize("limit", ["runs_in_all", "runs_at_once", "runs_per_day"])
@@ -142,6 +173,25 @@ def test_of_many_at_once_as_many_get_in_as_may(server: Server, limit: str) -> No
         assert len(ann.stub.ListRuns(pb.ListRunsRequest(), metadata=METADATA).runs) == 3
 
 
+def test_each_split_has_the_limit_that_the_settings_name_for_it(tmp_path: Path) -> None:
+    with (
+        serving(tmp_path, "--runs-per-day", "secret=1", "--runs-at-once", "3,secret=0") as server,
+        Person(server.address, token_of(tmp_path, "ann")) as ann,
+    ):
+        create(ann.stub, split="secret")
+        assert "the limit is 1:" in exhausted(lambda: create(ann.stub, split="secret"))
+        for _ in range(3):
+            create(ann.stub)
+        assert "the limit is 3 at once" in exhausted(lambda: create(ann.stub))
+        found = {split: (quota.runs_per_day, quota.runs_at_once) for split, quota in quotas(ann).items()}
+        assert found == {"secret": (1, 0), "tiny": (0, 3)}
+        with journal(tmp_path) as database:  # what is set for one participant on one split holds beside that
+            kept = Quotas(database, lambda split: Quota(runs_per_day=int(split == "secret")))
+            kept.set("ann", "secret", {"runs_at_once": 5})
+            assert kept.of("ann", "secret") == Quota(runs_per_day=1, runs_at_once=5)
+        assert "the limit is 1:" in exhausted(lambda: create(ann.stub, split="secret"))
+
+
 def test_streams_at_once(tmp_path: Path) -> None:
     with (
         serving(tmp_path, "--streams-at-once", "1") as server,
@@ -152,7 +202,7 @@ def test_streams_at_once(tmp_path: Path) -> None:
             one.observation()
             assert quotas(ann)["tiny"].streams == 1
             assert exhausted(lambda: list(Player(ann.stub, run.run_id, player="two").call)) == (
-                "you have on split 'tiny' 1 open stream, and 1 at once are allowed: "
+                f"you have on split 'tiny' 1 open stream of {run.run_id}; the limit is 1 at once: "
                 "the next is possible when one is closed, by itself if its client vanished"
             )
             with Player(ann.stub, run.run_id, player="one") as again:  # takes the place of its own
@@ -201,12 +251,13 @@ def test_a_host_gives_other_limits(tmp_path: Path, capsys: pytest.CaptureFixture
         assert quota("ann", "tiny", "--runs-in-all", "default")[0] == 0
         exhausted(lambda: create(ann.stub))
         with Person(server.address) as one, Person(server.address) as other:  # they share a quota
-            create(one.stub, participant="one")
+            first = create(one.stub, participant="one")
             exhausted(lambda: create(other.stub))
             assert quota("anonymous", "tiny", "--runs-in-all", "2")[0] == 0
-            create(other.stub, participant="other")
+            second = create(other.stub, participant="other")
             assert exhausted(lambda: create(one.stub)) == (
-                "those without a token together have on split 'tiny' 2 runs, and 2 in all are allowed"
+                "all callers without a token together have on split 'tiny' 2 runs "
+                f"({second.run_id}, {first.run_id}); the limit is 2 in total"
             )
         with Person(server.address, token_of(tmp_path, "chair", Role.HOST)) as chair:
             for _ in range(3):  # hosts have no limits
@@ -226,7 +277,7 @@ def test_a_host_gives_other_limits(tmp_path: Path, capsys: pytest.CaptureFixture
         (("ann",), "the split is missing: arramon-server quota PARTICIPANT SPLIT, or arramon-server quota list"),
         (
             ("ann", "tiny", "--runs-in-all", "9" * 12),
-            f"runs_in_all is {'9' * 12}, expected 0 (any number) to 1000000000",
+            f"runs_in_all is {'9' * 12}, expected 0 (no limit) to 1000000000",
         ),
     ):
         assert quota(*arguments) == (1, "", f"arramon-server: {said}\n")

@@ -15,7 +15,7 @@ from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.chain import episode_head
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon_client.cli import main
-from server.runs.signing import SigningKey
+from server.runs.results.signing import SigningKey
 from tests import forked, tiny
 from tests.api.player import Player, create
 from tests.serving import METADATA, Server
@@ -103,7 +103,7 @@ def test_the_client_keeps_it_and_verifies_it_by_the_key_that_the_host_prints(
     for given in (("--key", key), ("--key", "key.pem"), ("--server", server.address)):
         status, said = client("verify", str(receipt), *given)
         assert (status, key in said) == (0, True)
-        assert "the same scores; in 4 of 4 episodes the actions are those that this client sent" in said
+        assert "the scores match; in 4 of 4 episodes the actions match those that this client sent" in said
     content = json.loads(receipt.read_text())
     receipt.write_text(json.dumps({**content, "payload": content["payload"].replace('"steps":', '"steps":1')}))
     assert client("verify", str(receipt), "--key", key) == (1, "")
@@ -140,11 +140,11 @@ def test_runs_are_played_again_while_the_server_runs_and_when_it_has_stopped(tmp
 
 
 @pytest.mark.parametrize(("arguments", "said"), [
-    (["rescore"], "which runs? name some, or say --all"),
-    (["rescore", "--all", "r"], "which runs? name some, or say --all"),
-    (["rescore", "r"], "the journal cannot be used: unable to open database file FOLDER/journal.db"),
-    (["export", "file"], "the journal cannot be used: unable to open database file FOLDER/journal.db"),
-    (["key", "--all"], "the journal cannot be used: unable to open database file FOLDER/journal.db"),
+    (["rescore"], "expected either ids of runs or --all"),
+    (["rescore", "--all", "r"], "expected either ids of runs or --all"),
+    (["rescore", "r"], "there is no journal FOLDER/journal.db yet; `arramon-server serve` creates it"),
+    (["export", "file"], "there is no journal FOLDER/journal.db yet; `arramon-server serve` creates it"),
+    (["key", "--all"], "there is no journal FOLDER/journal.db yet; `arramon-server serve` creates it"),
     (["import", "nowhere"], "nowhere: cannot be read: No such file or directory"),
 ])  # fmt: skip
 def test_commands_that_cannot_be(tmp_path: Path, arguments: list[str], said: str) -> None:
@@ -196,7 +196,7 @@ def test_a_run_half_played_goes_on_at_another_host_with_the_same_scores(tmp_path
         assert (exported.returncode, exported.stderr) == (0, "")
     finally:
         server.stop()
-    assert run("import", "--data", host, tmp_path / "file").stdout.endswith(" rows added, 0 were there already\n")
+    assert run("import", "--data", host, tmp_path / "file").stdout.endswith(" rows added, 0 already present\n")
     (data / "signing-key.pem").replace(host / "signing-key.pem")
     server = Server(host, "127.0.0.1:0", "--steps", "8")
     try:

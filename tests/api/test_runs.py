@@ -1,5 +1,8 @@
 """Runs over gRPC: create, get, list, cancel, report, and every refusal."""
 
+import hashlib
+import json
+from collections.abc import Iterator
 from typing import Any
 
 import grpc
@@ -8,19 +11,32 @@ from grpc_health.v1 import health_pb2, health_pb2_grpc
 from grpc_reflection.v1alpha.proto_reflection_descriptor_database import ProtoReflectionDescriptorDatabase
 
 from arramon.v1 import evaluation_pb2 as pb
+from arramon.v1 import leaderboard_pb2 as lb
 from arramon.v1 import types_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
+from arramon.v1.leaderboard_pb2_grpc import LeaderboardStub
 from server import __version__
-from server.serving import COMPILING
+from server.api.error_guard import truncate
+from server.process.lifecycle import COMPILING
 from tests import tiny
 from tests.api.player import Player, create
 from tests.serving import METADATA, Server
+
+
+@pytest.fixture
+def board(server: Server) -> Iterator[LeaderboardStub]:
+    with grpc.insecure_channel(server.address) as channel:
+        yield LeaderboardStub(channel)
 
 
 def refused(call: Any) -> tuple[grpc.StatusCode, str]:
     with pytest.raises(grpc.RpcError) as caught:
         call()
     return caught.value.code(), caught.value.details() or ""
+
+
+def arguments(**values: str) -> list[pb.AgentArgument]:
+    return [pb.AgentArgument(name=name, value=value) for name, value in values.items()]
 
 
 def test_server_information(stub: EvaluationStub) -> None:
@@ -57,38 +73,155 @@ def test_a_new_run_holds_what_it_was_created_with(stub: EvaluationStub) -> None:
     assert run == stub.GetRun(pb.GetRunRequest(run_id=run.run_id), metadata=METADATA)
 
 
+def test_episodes_that_are_named_are_played_alone_in_that_order(stub: EvaluationStub) -> None:
+    run = create(stub, episode_ids=["5", "2"])
+    assert run.episodes == 2
+    assert ended(stub, run) == ["5", "2"]
+    report = stub.GetReport(pb.GetReportRequest(run_id=run.run_id), metadata=METADATA)
+    chosen = hashlib.sha256(b"2\n5").hexdigest()[:12]
+    assert "|episodes:2|" in report.signature
+    assert report.signature.endswith(f"|chosen:{chosen}")
+
+
+def test_the_first_episodes_are_the_same_run_however_they_are_asked_for(stub: EvaluationStub) -> None:
+    first = create(stub, episodes=2)
+    names = ended(stub, first)
+    named = create(stub, episode_ids=names[::-1])
+    assert ended(stub, named) == names[::-1]
+    signatures = {
+        stub.GetReport(pb.GetReportRequest(run_id=run.run_id), metadata=METADATA).signature for run in (first, named)
+    }
+    assert len(signatures) == 1
+    assert "chosen:" not in signatures.pop()
+
+
+def test_the_agents_arguments_are_recorded_as_they_were_typed(stub: EvaluationStub) -> None:
+    run = create(stub, episodes=1, agent_arguments=arguments(checkpoint="my w.pt", beam="04", none=""))
+    assert list(run.agent_arguments) == arguments(beam="04", checkpoint="my w.pt", none="")
+    assert run == stub.GetRun(pb.GetRunRequest(run_id=run.run_id), metadata=METADATA)
+    ended(stub, run)
+    report = stub.GetReport(pb.GetReportRequest(run_id=run.run_id), metadata=METADATA)
+    assert report.run.agent_arguments == run.agent_arguments
+    assert report.signature.endswith("|args:beam=04+checkpoint=my%20w.pt+none=")
+    receipt = stub.GetReceipt(pb.GetReceiptRequest(run_id=run.run_id), metadata=METADATA)
+    content = json.loads(receipt.payload)
+    assert content["run"]["agent_arguments"] == {"beam": "04", "checkpoint": "my w.pt", "none": ""}
+    assert content["score_signature"] == report.signature
+
+
+def test_a_run_without_arguments_has_the_receipt_that_it_always_had(stub: EvaluationStub) -> None:
+    run = create(stub, episodes=1)
+    ended(stub, run)
+    content = json.loads(stub.GetReceipt(pb.GetReceiptRequest(run_id=run.run_id), metadata=METADATA).payload)
+    assert "agent_arguments" not in content["run"]
+    assert "args:" not in content["score_signature"]
+
+
+def ended(stub: EvaluationStub, run: pb.Run) -> list[str]:
+    """Cancels the run; its episodes in playing order, as the receipt has them."""
+    stub.CancelRun(pb.CancelRunRequest(run_id=run.run_id), metadata=METADATA)
+    receipt = stub.GetReceipt(pb.GetReceiptRequest(run_id=run.run_id), metadata=METADATA)
+    return [episode["episode_id"] for episode in json.loads(receipt.payload)["episodes"]]
+
+
 @pytest.mark.parametrize(
     ("fields", "code", "message"),
     [
         ({"split": "val_unseen"}, "NOT_FOUND", "there is no split 'val_unseen'; this server has secret, tiny"),
         ({"language": "fr"}, "NOT_FOUND", "split 'tiny' has no episodes in 'fr'; it has en, hi"),
-        ({"agent": " "}, "INVALID_ARGUMENT", "the agent's name is ' ', expected a text that can be seen"),
+        ({"agent": " "}, "INVALID_ARGUMENT", "the agent's name is ' ', expected one line of visible text"),
         (
             {"agent": "a\x1b[2J"},
             "INVALID_ARGUMENT",
-            "the agent's name is 'a\\x1b[2J', expected a text that can be seen",
+            "the agent's name is 'a\\x1b[2J', expected one line of visible text",
         ),
         ({"agent": "x" * 201}, "INVALID_ARGUMENT", "the agent's name has 201 characters; at most 200 are allowed"),
-        ({"episodes": 7}, "INVALID_ARGUMENT", "7 episodes were asked for; split 'tiny' has 6 in 'en'"),
+        ({"episodes": 7}, "INVALID_ARGUMENT", "7 episodes were requested; split 'tiny' has 6 in 'en'"),
         (
             {"split": "secret", "episodes": 2},
             "INVALID_ARGUMENT",
-            "split 'secret' is hidden and played whole; 2 of its episodes were asked for",
+            "split 'secret' is hidden and can only be played whole; 2 of its episodes were requested",
+        ),
+        (
+            {"episode_ids": ["1", "nowhere"]},
+            "NOT_FOUND",
+            "split 'tiny' has no episode 'nowhere' in 'en'",
+        ),
+        ({"episode_ids": ["3"], "language": "hi"}, "NOT_FOUND", "split 'tiny' has no episode '3' in 'hi'"),
+        (
+            {"episode_ids": ["x" * 5000]},
+            "NOT_FOUND",
+            f"split 'tiny' has no episode '{'x' * 100}...' in 'en'",
+        ),
+        (
+            {"episode_ids": ["1", "1"]},
+            "INVALID_ARGUMENT",
+            "the episode '1' is given twice; a run plays each episode once",
+        ),
+        (
+            {"episode_ids": ["1"], "episodes": 2},
+            "INVALID_ARGUMENT",
+            "both a number of episodes (2) and a list of 1 were given; expected one of them",
+        ),
+        (
+            {"split": "secret", "episode_ids": ["0", "1", "2"]},
+            "INVALID_ARGUMENT",
+            "split 'secret' is hidden and can only be played whole; single episodes were requested",
+        ),
+        (
+            {"split": "secret", "episode_ids": ["nowhere"]},
+            "INVALID_ARGUMENT",
+            "split 'secret' is hidden and can only be played whole; single episodes were requested",
+        ),
+        (
+            {"agent_arguments": arguments(**{f"a{n}": "1" for n in range(17)})},
+            "INVALID_ARGUMENT",
+            "the agent has 17 arguments; at most 16 are allowed",
+        ),
+        (
+            {"agent_arguments": arguments(**{f"a{n}": "x" * 199 for n in range(5)})},
+            "INVALID_ARGUMENT",
+            "the agent's arguments have 1005 characters; at most 1000 are allowed in total",
+        ),
+        (
+            {"agent_arguments": arguments(beam="x" * 201)},
+            "INVALID_ARGUMENT",
+            "the agent's argument beam has 201 characters; at most 200 are allowed",
+        ),
+        (
+            {"agent_arguments": arguments(**{"b" * 65: "1"})},
+            "INVALID_ARGUMENT",
+            "an agent's argument has a name of 65 characters; at most 64 are allowed",
+        ),
+        (
+            {"agent_arguments": arguments(**{"a b": "1"})},
+            "INVALID_ARGUMENT",
+            "an agent's argument has the name 'a b', expected an ASCII identifier such as 'beam'",
+        ),
+        (
+            {"agent_arguments": arguments(beam="4\n5")},
+            "INVALID_ARGUMENT",
+            "the agent's argument beam is '4\\n5', expected one line of visible text",
+        ),
+        (
+            {"agent_arguments": [*arguments(beam="4"), *arguments(beam="5")]},
+            "INVALID_ARGUMENT",
+            "the agent's argument 'beam' is given twice",
         ),
         (
             {"sensors": ["radar"]},
             "INVALID_ARGUMENT",
-            "split 'tiny' does not offer the sensor 'radar', but rgb, depth, segmentation, pose, oracle",
+            "split 'tiny' does not offer the sensor 'radar'; it offers rgb, depth, segmentation, pose, oracle",
         ),
         (
             {"split": "secret", "sensors": ["oracle"]},
             "INVALID_ARGUMENT",
-            "split 'secret' does not offer the sensor 'oracle', but rgb, depth",
+            "split 'secret' does not offer the sensor 'oracle'; it offers rgb, depth",
         ),
         (
             {"split": "secret", "sensors": ["rgb", "segmentation"]},
             "INVALID_ARGUMENT",
-            "split 'secret' does not offer the sensor 'segmentation', but rgb, depth",
+            "split 'secret' does not offer the sensor 'segmentation'; it offers rgb, depth",
         ),
     ],
 )
@@ -122,6 +255,57 @@ def test_an_unknown_run(stub: EvaluationStub) -> None:
         lambda: list(Player(stub, "x").call),
     ):
         assert refused(call) == (grpc.StatusCode.NOT_FOUND, "there is no run 'x'")
+
+
+@pytest.mark.parametrize("letter", ["a", "\x01", "ह", "🧿", "%"])
+def test_a_long_text_is_not_repeated_whole(stub: EvaluationStub, board: LeaderboardStub, letter: str) -> None:
+    long = letter * 20_000
+    repeated = f"{letter * 100!r}... (20000 characters)"
+    for code, call in (
+        ("NOT_FOUND", lambda: stub.GetRun(pb.GetRunRequest(run_id=long), metadata=METADATA)),
+        ("NOT_FOUND", lambda: stub.CancelRun(pb.CancelRunRequest(run_id=long), metadata=METADATA)),
+        ("NOT_FOUND", lambda: stub.GetReport(pb.GetReportRequest(run_id=long), metadata=METADATA)),
+        ("NOT_FOUND", lambda: stub.GetReceipt(pb.GetReceiptRequest(run_id=long), metadata=METADATA)),
+        ("NOT_FOUND", lambda: stub.ListRuns(pb.ListRunsRequest(page_token=long), metadata=METADATA)),
+        ("NOT_FOUND", lambda: list(Player(stub, long).call)),
+        ("NOT_FOUND", lambda: create(stub, split=long)),
+        ("NOT_FOUND", lambda: create(stub, language=long)),
+        ("INVALID_ARGUMENT", lambda: create(stub, sensors=[long])),
+        ("NOT_FOUND", lambda: board.Publish(lb.PublishRequest(run_id=long), metadata=METADATA)),
+        ("NOT_FOUND", lambda: board.Withdraw(lb.WithdrawRequest(run_id=long), metadata=METADATA)),
+        ("NOT_FOUND", lambda: board.GetEntry(lb.GetEntryRequest(run_id=long), metadata=METADATA)),
+        ("NOT_FOUND", lambda: board.List(lb.ListRequest(split=long), metadata=METADATA)),
+        ("NOT_FOUND", lambda: board.List(lb.ListRequest(split="tiny", language=long), metadata=METADATA)),
+        (
+            "INVALID_ARGUMENT",
+            lambda: board.List(lb.ListRequest(split="tiny", language="en", sort=long), metadata=METADATA),
+        ),
+    ):
+        status, message = refused(call)
+        assert status == grpc.StatusCode[code]
+        assert repeated in message
+
+
+def test_a_long_episode_id_is_not_repeated_whole(stub: EvaluationStub) -> None:
+    with Player(stub, create(stub).run_id) as player:
+        assert player.observation().step == 0
+        player.act("x" * 20_000, 0, 1)
+        problem = player.problem()
+    assert problem.episode_id == "x" * 100
+    assert len(problem.message) < 300
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("a" * 4096, "a" * 4096),
+        ("a" * 4097, "a" * 4096 + "..."),
+        ("ह" * 500, "ह" * 455 + "..."),
+        ("%" * 1366, "%" * 1365 + "..."),
+    ],
+)
+def test_the_longest_refusal(text: str, expected: str) -> None:
+    assert truncate(text) == expected
 
 
 def test_a_report_only_when_the_run_is_over(stub: EvaluationStub) -> None:
@@ -168,7 +352,7 @@ def test_a_cancelled_run_keeps_its_denominator(stub: EvaluationStub) -> None:
     means = {row.name: {score.metric: score.mean for score in row.scores} for row in report.rows}
     assert (means["turn 1"]["PTC"], means["turn 2"]["PTC"], means["total"]["PTC"]) == (0.25, 0.0, 0.125)
     again = refused(lambda: stub.CancelRun(pb.CancelRunRequest(run_id=run.run_id), metadata=METADATA))
-    assert again == (grpc.StatusCode.FAILED_PRECONDITION, f"run '{run.run_id}' is cancelled already")
+    assert again == (grpc.StatusCode.FAILED_PRECONDITION, f"run '{run.run_id}' is already cancelled")
 
 
 @pytest.mark.parametrize("metadata", [(), (("arramon-protocol", "99"),)])

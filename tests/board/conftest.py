@@ -1,4 +1,4 @@
-"""A house for each test."""
+"""Fixtures of the leaderboard's tests."""
 
 from collections.abc import Iterator
 from contextlib import closing

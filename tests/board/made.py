@@ -1,4 +1,4 @@
-"""Runs that were never played, with scores as a test wants them, and lines made of numbers alone."""
+"""Published runs with given scores, written to the journal without playing, and standings from numbers."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -12,14 +12,14 @@ from server.board.entries import Entries
 from server.board.publishing import Publishing
 from server.board.standings import COLUMNS, Entry, Mark, Standing
 from server.episodes.splits import Split
-from server.runs import tables
-from server.runs.callers import HOST, Caller
-from server.runs.clocks import Clocks
-from server.runs.database import Database
-from server.runs.journal import Journal
-from server.runs.receipts import Receipts
-from server.runs.records import COMPLETE, RUNNING, Batch, Ending, Progress, Run
-from server.runs.signing import SigningKey
+from server.runs.accounts.callers import HOST, Caller
+from server.runs.play.clocks import Clocks
+from server.runs.results.receipts import Receipts
+from server.runs.results.signing import SigningKey
+from server.runs.storage import tables
+from server.runs.storage.database import Database
+from server.runs.storage.journal import Journal
+from server.runs.storage.records import COMPLETE, RUNNING, Batch, Ending, Progress, Run
 from server.scoring.aggregate import ROWS, Interval
 from server.scoring.episode import METRICS
 from tests import tiny
@@ -30,7 +30,7 @@ STEPS, CLOCKS = 150, Clocks(60.0, 600.0, 3600.0)
 
 
 class House:
-    """A database with everything of the leaderboard on it, and two splits, of which one is hidden."""
+    """Database with a leaderboard, and two splits, one of them hidden."""
 
     def __init__(self, folder: Path, url: str = "") -> None:
         self.splits: dict[str, Split] = {
@@ -45,7 +45,7 @@ class House:
         self.board = Board(self.entries, self.splits, steps_per_phase=STEPS, clocks=CLOCKS)
 
     def participant(self, *names: str) -> None:
-        """Participants of these names."""
+        """Create participants with the given names."""
         rows = [{"participant": name, "role": "participant", "created_at": NOON} for name in names]
         with self.database.write() as connection:
             connection.execute(sa.insert(tables.participants), rows)
@@ -66,7 +66,7 @@ class House:
         cause: str = "AGENT_FINISHED",
         over: bool = True,
     ) -> str:
-        """A run whose episodes have these scores, in all metrics of both turns; one number stands for all episodes."""
+        """Create a run whose episodes have the given scores in all metrics of both turns; one number is for all."""
         order = [episode.episode_id for episode in self.splits[split].in_playing_order(language)]
         values = [scores] * len(order) if isinstance(scores, float) else list(scores)
         run = Run(
@@ -85,13 +85,13 @@ class House:
         return run_id
 
     def publish(self, run_id: str, note: str = "", caller: Caller = HOST) -> str:
-        """Publishes a run."""
+        """Publish a run."""
         self.publishing.publish(caller, run_id, note)
         return run_id
 
 
 def interval(mean: float, half: float = 0.0) -> Interval:
-    """An interval of a mean and what lies to both sides of it."""
+    """Return the interval of a mean and a half-width."""
     return Interval(mean, mean - half, mean + half)
 
 
@@ -103,7 +103,7 @@ def standing(
     published: int = 0,
     coverage: float | None = 1.0,
 ) -> Standing:
-    """A line of an agent called `name` with these totals, and zeros elsewhere; published so many minutes after noon."""
+    """Return a standing of an agent with these totals and zeros elsewhere, published `minutes` after noon."""
     run = Run(
         run_id=name, participant="lab", agent=name, split="tiny", language="en", sensors=("rgb",),
         steps_per_phase=STEPS, data_hash="0", server_version="9", state=COMPLETE, created_at=NOON, ended_at=NOON,

@@ -8,8 +8,8 @@ import pytest
 from server.board.board import Board
 from server.board.standings import BOTH, Mark
 from server.errors import BadInput, NotFound
-from server.runs.callers import HOST
-from server.runs.clocks import Clocks
+from server.runs.accounts.callers import HOST
+from server.runs.play.clocks import Clocks
 from server.scoring.aggregate import Interval
 from tests import tiny
 from tests.board.made import CLOCKS, STEPS, House
@@ -115,7 +115,7 @@ def test_runs_on_data_that_is_gone_stay_listed_and_are_marked(house: House, tmp_
         ),
     ],
 )  # fmt: skip
-def test_lists_that_cannot_be(
+def test_invalid_listings(
     house: House, split: str, language: str, sort: str, error: type[Exception], message: str
 ) -> None:
     with pytest.raises(error) as caught:
@@ -134,7 +134,7 @@ def test_both_languages_are_a_systems_mean(house: House) -> None:
     assert house.board.standings("tiny", BOTH) == [line]
 
 
-def test_only_systems_with_every_language_stand_there(house: House) -> None:
+def test_only_systems_with_every_language_are_listed(house: House) -> None:
     house.participant("ann", "bob")
     house.publish(house.run("1", agent="lone"))
     house.publish(house.run("2", agent="shared", account="ann", participant="ann"))
@@ -170,7 +170,7 @@ def test_an_entry_of_a_published_run_names_its_receipt(house: House) -> None:
     assert line.entries[0].seal is None
 
 
-def test_an_entry_that_there_is_not(house: House) -> None:
+def test_a_missing_entry(house: House) -> None:
     house.run("r1")
     house.publish(house.run("r2"))
     house.publishing.withdraw(HOST, "r2")
@@ -179,7 +179,7 @@ def test_an_entry_that_there_is_not(house: House) -> None:
             house.board.entry(run_id)
 
 
-def test_names_that_would_move_the_writing_are_made_harmless(house: House) -> None:
+def test_control_characters_in_names_are_replaced(house: House) -> None:
     house.publish(house.run("r1", agent="a\x1b[2J\u202eb", participant="क्‍ष\r"))
     (line,) = house.board.standings("tiny", "en")
     assert (line.agent, line.participant) == ("a\ufffd[2J\ufffdb", "क्‍ष\ufffd")

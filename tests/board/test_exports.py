@@ -1,8 +1,9 @@
-"""The files to download, read back by what reads such files."""
+"""Exported CSV and JSON files, read back with the usual parsers."""
 
 import csv
 import io
 import json
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -11,7 +12,7 @@ from server.board.board import Listing
 from server.board.exports import CSV_COLUMNS, as_csv, as_json
 from server.board.reference import read_references
 from server.board.standings import BOTH
-from server.runs.clocks import Clocks
+from server.runs.play.clocks import Clocks
 from tests.board.made import House
 
 
@@ -64,6 +65,26 @@ def test_no_name_is_a_formula(house: House, name: str) -> None:
     (line,) = read(as_csv(house.board.listing("tiny", "en")))
     assert (line["agent"], line["participant"]) == (f"'{name}", f"'{name}")
     assert line["note"] == f"'{name.strip()}"
+
+
+@pytest.mark.parametrize(
+    "note",
+    [
+        "＝1+1", "＋1", "－1", "＠SUM(A1)", "﹦1", "﹢1", "﹣1", "﹫A1", "⁼1", "₊1", "−1",
+        "\u3000＝1", "\u200b=1", "\ufeff=1", "\u2060＝1", "\N{NO-BREAK SPACE}=1", "\t1", "\r1", "\n1", "\v=1",
+    ],
+)  # fmt: skip
+def test_no_other_width_or_hidden_beginning_makes_a_formula(note: str) -> None:
+    (reference, *_) = read_references()
+    (line,) = read(as_csv(Listing("val_seen", "en", "nDTW", (), (replace(reference, name=note),))))
+    assert line["agent"] == f"'{note}"
+
+
+@pytest.mark.parametrize("note", ["a=1", "1-2", "मेरा = -1", "'=1", "½", "", "…=1"])
+def test_other_texts_stay_as_they_are(note: str) -> None:
+    (reference, *_) = read_references()
+    (line,) = read(as_csv(Listing("val_seen", "en", "nDTW", (), (replace(reference, name=note),))))
+    assert line["agent"] == note
 
 
 def test_the_papers_lines_stand_at_the_end() -> None:

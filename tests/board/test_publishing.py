@@ -1,4 +1,4 @@
-"""Who may publish and withdraw what, on every database."""
+"""Conditions of publication and withdrawal, with every kind of database."""
 
 from collections.abc import Iterator
 from contextlib import closing
@@ -8,7 +8,8 @@ import pytest
 
 from server.board.entries import Published
 from server.errors import ArraMonError, BadInput, Conflict, Forbidden, NotFound
-from server.runs.callers import ANONYMOUS, HOST, STRANGER, Caller, Role
+from server.runs.accounts.callers import ANONYMOUS, HOST, STRANGER, Caller, Role
+from server.runs.storage import tables
 from tests.board.made import House
 
 ANN, BOB = Caller(Role.PARTICIPANT, "ann"), Caller(Role.PARTICIPANT, "bob")
@@ -23,7 +24,7 @@ def house(tmp_path: Path, database_url: str) -> Iterator[House]:
 
 @pytest.fixture
 def runs(house: House) -> House:
-    """A run of ann's, and one of nobody's."""
+    """Create a run of ann, and an anonymous one."""
     house.participant("ann", "bob")
     house.run("anns", account="ann", participant="ann")
     house.run("nobodys")
@@ -50,7 +51,7 @@ def listed(house: House) -> list[str]:
         (ANN, "missing", NotFound),
     ],
 )
-def test_who_may(runs: House, caller: Caller, run_id: str, error: type[ArraMonError] | None) -> None:
+def test_who_may_publish(runs: House, caller: Caller, run_id: str, error: type[ArraMonError] | None) -> None:
     if error is None:
         runs.publish(run_id, caller=caller)
         assert listed(runs) == [run_id]
@@ -67,7 +68,7 @@ def test_who_may(runs: House, caller: Caller, run_id: str, error: type[ArraMonEr
     assert listed(runs) == ([run_id] if run_id != "missing" else [])
 
 
-def test_anothers_run_and_none_are_told_apart_by_nobody(runs: House) -> None:
+def test_missing_runs_and_those_of_others_give_the_same_error(runs: House) -> None:
     said = []
     for run_id in ("anns", "missing"):
         with pytest.raises(NotFound) as caught:
@@ -135,6 +136,28 @@ def test_a_host_withdraws_what_its_participant_has_withdrawn_to_bring_it_back_la
         runs.publishing.withdraw(HOST, "anns")
 
 
+@pytest.mark.parametrize("split", ["secret", "tiny"])
+def test_a_run_without_one_finished_episode_is_not_published(house: House, split: str) -> None:
+    house.run("cancelled", 0.0, split=split, cause="FORFEITED")
+    number = house.journal.progress("cancelled").episodes
+    with pytest.raises(
+        Conflict, match=f"no episode that was played to its end.* causes of its episodes: {number} FORFEITED$"
+    ):
+        house.publish("cancelled")
+    assert house.board.listing(split, "en").standings == ()
+
+
+@pytest.mark.parametrize("cause", ["AGENT_FINISHED", "STEP_LIMIT", "TIME_LIMIT"])
+def test_a_cancelled_run_with_a_finished_episode_is_published(house: House, cause: str) -> None:
+    house.run("part", 0.0, split="secret", cause="FORFEITED")
+    c = tables.episodes.c
+    with house.database.write() as connection:
+        first = (c.run_id == "part") & (c.ordinal == 0)
+        connection.execute(tables.episodes.update().where(first).values(cause=cause))
+    house.publish("part")
+    assert len(house.board.listing("secret", "en").standings) == 1
+
+
 def test_what_is_not_listed_cannot_be_withdrawn(runs: House) -> None:
     for _ in range(2):
         with pytest.raises(NotFound, match="run 'anns' is not on the leaderboard"):
@@ -164,18 +187,18 @@ def test_a_part_of_a_hidden_split_is_not_published(house: House) -> None:
     ("note", "message"),
     [
         ("x" * 501, "the note has 501 characters; at most 500 are allowed"),
-        ("one\ntwo", "the note holds a line break or a control character; expected one line of text"),
-        ("\u202eback", "the note holds a line break or a control character; expected one line of text"),
+        ("one\ntwo", "the note has a line break or a control character; expected one line of text"),
+        ("\u202eback", "the note has a line break or a control character; expected one line of text"),
     ],
 )
-def test_notes_that_cannot_be(house: House, note: str, message: str) -> None:
+def test_invalid_notes(house: House, note: str, message: str) -> None:
     house.run("r1")
     with pytest.raises(BadInput) as caught:
         house.publish("r1", note)
     assert str(caught.value) == message
 
 
-def test_notes_that_can_be(house: House) -> None:
+def test_valid_notes(house: House) -> None:
     house.run("r1")
     for note in ("", "x" * 500, "क्‍षेत्र, https://example.org/?a=b&c=<d>"):
         house.publish("r1", note)

@@ -1,4 +1,4 @@
-"""Order, ranks and ties, by literal numbers."""
+"""Order, ranks and ties of standings with literal numbers."""
 
 import pytest
 
@@ -77,7 +77,7 @@ def test_what_cannot_be_compared_is_listed_last_and_not_ranked(mark: Mark, expec
     assert [(line.agent, line.rank) for line in ranked(lines, HEADLINE)] == expected
 
 
-def test_what_is_not_ranked_ties_with_nobody() -> None:
+def test_unranked_standings_are_never_tied() -> None:
     lines = [
         standing("plain", {HEADLINE: interval(0.5, 0.2)}),
         standing("part", {HEADLINE: interval(0.5, 0.2)}, marks=(Mark.PARTIAL,)),

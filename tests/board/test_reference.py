@@ -1,4 +1,4 @@
-"""The paper's lines: whole, plausible, and as printed."""
+"""Results of the paper: complete, plausible, and as printed."""
 
 from itertools import pairwise
 
@@ -16,7 +16,7 @@ def find(short: str, split: str) -> Reference:
     return line
 
 
-def test_which_lines_there_are() -> None:
+def test_lines_of_the_paper() -> None:
     assert [(line.split, line.short) for line in LINES] == [
         *(("val_seen", short) for short in ("V/L", "V/O", "L/O", "R/W", "S/P", "H/W")),
         *(("val_unseen", short) for short in ("V/L", "V/O", "L/O", "R/W", "S/P", "H/W")),
@@ -47,7 +47,7 @@ def test_what_the_paper_leaves_out_is_left_out() -> None:
 
 
 @pytest.mark.parametrize("line", LINES, ids=lambda line: f"{line.split} {line.short}")
-def test_every_line_can_be(line: Reference) -> None:
+def test_every_line_is_plausible(line: Reference) -> None:
     for row in line.rows.values():
         assert all(0.0 <= value <= 1.0 for value in row.values())
         correct = [row[name] for name in CTC if name in row]

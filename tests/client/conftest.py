@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 
 from arramon.v1 import evaluation_pb2 as pb
-from arramon_client.connection import Server, connect
+from arramon_client.transport.connection import Server, connect
 from tests.client.fake import Servicer, World, serving
 
 

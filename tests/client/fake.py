@@ -1,4 +1,4 @@
-"""A small scripted server: episodes of a fixed number of steps, a journal that outlives it, and faults on demand."""
+"""A scripted server: episodes with a fixed number of steps, a journal that outlives the server, and injected faults."""
 
 # ruff: noqa: N802 - the methods are named by the protocol
 
@@ -19,7 +19,7 @@ METRICS = ("nDTW", "CTC-0", "CTC-3", "CTC-5", "CTC-7", "rPOD@CTC-3", "PTC@CTC-3"
 
 
 class Broken(Exception):
-    """The connection is to be cut here."""
+    """Raised where the connection must be cut."""
 
 
 class World:
@@ -29,9 +29,11 @@ class World:
         actions: recorded actions by episode.
         reasons: of forfeited episodes.
         causes: of ended episodes.
+        requests: every run that was asked for.
         opens: every `Open` that came.
         batches: acts in each action message.
         cut: numbers of acts, counted over all, at which the stream is cut: "before" or "after" the act is recorded.
+        cancelled: runs, as they were named.
         problems: numbers of acts that are answered with a problem of this code, and not recorded.
         away: by method, for how many calls there is to be no server.
     """
@@ -48,6 +50,8 @@ class World:
             max_episodes_per_stream=32,
         )
         self.run = pb.Run()
+        self.requests: list[pb.CreateRunRequest] = []
+        self.cancelled: list[str] = []
         self.steps = steps
         self.order = [f"e{i}" for i in range(episodes)]
         self.actions: dict[str, list[int]] = {}
@@ -73,7 +77,9 @@ class World:
             participant=request.participant,
             state=pb.RUN_STATE_RUNNING,
             episodes=len(self.order),
+            agent_arguments=request.agent_arguments,
         )
+        self.requests.append(request)
         return self.run
 
     def current_run(self) -> pb.Run:
@@ -185,7 +191,7 @@ DEPTH = types_pb2.Image(height=1, width=2, encoding=types_pb2.ENCODING_RAW, data
 
 
 class Servicer(EvaluationServicer):
-    """Serves a world."""
+    """Servicer of a world."""
 
     def __init__(self, world: World) -> None:
         self.world = world
@@ -222,6 +228,7 @@ class Servicer(EvaluationServicer):
         return pb.ListRunsResponse(runs=[self.world.run])
 
     def CancelRun(self, request: pb.CancelRunRequest, context: Any) -> pb.Run:
+        self.world.cancelled.append(request.run_id)
         return self.world.run
 
     def GetReport(self, request: pb.GetReportRequest, context: Any) -> pb.Report:
@@ -247,7 +254,7 @@ class Servicer(EvaluationServicer):
 
 @contextmanager
 def serving(servicer: EvaluationServicer, address: str = "127.0.0.1:0") -> Iterator[str]:
-    """Serves until the end of the context; gives the address."""
+    """Serve until the end of the context; yield the address."""
     pool = ThreadPoolExecutor(8)
     server = grpc.server(pool)
     add_EvaluationServicer_to_server(servicer, server)

@@ -1,11 +1,13 @@
-"""The client's token: where it is read, and that it never leaves this machine readable."""
+"""The client's token: its sources, and that it is never sent to another machine without encryption."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from arramon_client import UsageError, arguments, cli
-from arramon_client.access import Access, access_of
+from arramon_client.transport.access import Access, access_of
 
 PLAY = ["--agent", "agents.stop", "--lang", "en"]
 
@@ -26,27 +28,27 @@ PLAY = ["--agent", "agents.stop", "--lang", "en"]
         (Access("t"), "10.0.0.1:50551", True),
     ],
 )
-def test_when_a_connection_is_encrypted(access: Access, address: str, encrypts: bool) -> None:
+def test_encryption_of_a_connection(access: Access, address: str, encrypts: bool) -> None:
     assert access.encrypts(address) is encrypts
 
 
-def test_a_token_is_not_sent_readable_to_another_machine() -> None:
+def test_a_token_is_not_sent_unencrypted_to_another_machine() -> None:
     for address in ("arramon.example.org:443", "10.0.0.1:50551", "localhost.example.org:1", "0.0.0.0:50551"):
         with pytest.raises(UsageError, match=f"a token is not sent to {address} without encryption"):
             Access("t", tls=False).encrypts(address)
 
 
-def test_the_command_refuses_to_send_it(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_refuses_to_send_a_token_unencrypted(capsys: pytest.CaptureFixture[str]) -> None:
     status = cli.main(["account", "--server", "192.0.2.1:443", "--token", "arramon_x", "--no-tls"])
     assert status == 2
     assert "a token is not sent to 192.0.2.1:443 without encryption" in capsys.readouterr().err
 
 
-def test_a_token_does_not_show_in_what_is_printed() -> None:
+def test_a_token_is_not_in_the_repr() -> None:
     assert "sesame" not in repr(Access("sesame"))
 
 
-def test_where_a_token_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sources_of_the_token(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def token(*more: str) -> str:
         return access_of(arguments.parse([*PLAY, "--server", "x:1", *more])).token
 
@@ -62,29 +64,42 @@ def test_where_a_token_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 
 @pytest.mark.parametrize("content", [b"", b"\n", b"two words", b"two\nlines", "é".encode(), b"\xff", b"a\x00b"])
-def test_what_cannot_be_a_token(tmp_path: Path, content: bytes) -> None:
+def test_malformed_tokens(tmp_path: Path, content: bytes) -> None:
     file = tmp_path / "token"
     file.write_bytes(content)
     options = arguments.parse([*PLAY, "--server", "x:1", "--token-file", str(file)])
-    with pytest.raises(UsageError, match=f"what is in {file} is no token"):
+    with pytest.raises(UsageError, match=f"{file} does not contain a token"):
         access_of(options)
 
 
-def test_files_that_are_not_there(tmp_path: Path) -> None:
+def test_missing_files(tmp_path: Path) -> None:
     for option in ("--token-file", "--tls-ca"):
         options = arguments.parse([*PLAY, "--server", "x:1", option, str(tmp_path / "gone")])
         with pytest.raises(UsageError, match="gone cannot be read: No such file or directory"):
             access_of(options)
 
 
+BROKEN = b"-----BEGIN CERTIFICATE-----\nAAAA\n-----END CERTIFICATE-----\n"
+
+
+@pytest.mark.parametrize("content", [b"", b"hello", b"\xff\xfe\x00", BROKEN])
+@pytest.mark.parametrize("command", [["--agent", "agents.stop", "--lang", "en"], ["account"]])
+def test_a_file_without_a_certificate(tmp_path: Path, content: bytes, command: list[str]) -> None:
+    (tmp_path / "ca.pem").write_bytes(content)
+    program = [sys.executable, "-m", "arramon_client", *command, "--server", "127.0.0.1:1", "--tls-ca", "ca.pem"]
+    done = subprocess.run(program, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    said = "error: --tls-ca ca.pem contains no certificate: expected PEM, with a line -----BEGIN CERTIFICATE-----\n"
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", said)
+
+
 @pytest.mark.parametrize("more", [["--token", "t"], ["--token-file", "f"], ["--tls"], ["--no-tls"], ["--tls-ca", "f"]])
-def test_the_embedded_server_needs_none(more: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_access_options_require_a_server(more: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         arguments.parse([*PLAY, *more])
-    assert "is for a server of others: name it with --server" in capsys.readouterr().err
+    assert "requires --server: the embedded server does not use it" in capsys.readouterr().err
 
 
-def test_the_way_to_go_on_shows_no_token() -> None:
+def test_the_resume_command_has_no_token() -> None:
     for given in (["--token", "sesame"], ["--token=sesame"]):
         shown = arguments.resume_command([*PLAY, *given, "--server", "x:1"], "r1")
         assert shown == "arramon-client --agent agents.stop --lang en --server x:1 --resume r1"

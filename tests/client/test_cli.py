@@ -1,4 +1,4 @@
-"""The command: exit statuses, and what a participant reads."""
+"""The command `arramon-client`: exit statuses and messages."""
 
 import json
 import os
@@ -26,6 +26,9 @@ class Failing(Agent):
     def act(self, observations):
         if observations[0].step == 2: raise ValueError("no weights")
         return super().act(observations)
+class Taking(Agent):
+    def __init__(self, checkpoint, beam=4):
+        assert (checkpoint, beam) == ("my w.pt", 4), (checkpoint, beam)
 class Interrupting(Agent):
     def act(self, observations):
         if observations[0].step == 2: os.kill(os.getpid(), signal.SIGINT)
@@ -48,7 +51,7 @@ def test_a_run_from_beginning_to_end(world: World, address: str, capsys: pytest.
     assert (world.run.agent, world.run.split, world.run.language) == ("cli_agents", "val_seen", "en")
     assert (world.run.participant, list(world.run.sensors)) == ("me", [])
     shown = capsys.readouterr()
-    assert "run run-1: cli_agents plays 4 episodes of val_seen, en, 8 at once" in shown.err
+    assert "run run-1: cli_agents plays 4 episodes of val_seen, en, 8 in parallel" in shown.err
     assert "20 steps in " in shown.err
     assert "nDTW" in shown.out
     assert "arramon 9.9.9 | val_seen | en" in shown.out
@@ -56,15 +59,15 @@ def test_a_run_from_beginning_to_end(world: World, address: str, capsys: pytest.
     assert len(json.loads(Path("arramon-results/run-1.json").read_text())["episodes"]) == 4
 
 
-def test_scores_and_receipt_are_asked_for_until_the_server_is_back(
+def test_report_and_receipt_are_requested_until_the_server_is_back(
     world: World, address: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     world.away.update({"GetReport": 2, "GetReceipt": 2})
     assert main(["--agent", "cli_agents", "--lang", "en", "--server", address]) == 0
     shown = capsys.readouterr()
     assert "nDTW" in shown.out
-    assert shown.err.count("the connection is lost (no server answers") == 2
-    assert "there is no receipt: the fake server signs nothing" in shown.err
+    assert shown.err.count("connection lost (no server answers") == 2
+    assert "no receipt: the fake server signs nothing" in shown.err
 
 
 def test_settings_reach_the_server(world: World, address: str) -> None:
@@ -84,13 +87,88 @@ def test_the_quality_reaches_the_server(world: World, address: str) -> None:
     assert (world.opens[0].encoding, world.opens[0].jpeg_quality) == (types_pb2.ENCODING_JPEG, 75)
 
 
-def test_an_agent_that_fails_is_played_to_the_end_and_told(
+def test_a_failing_agent_stops_the_run_and_the_resume_command_is_printed(
     world: World, address: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["--agent", "cli_agents:Failing", "--lang", "en", "--server", address]) == 3
+    begun = ["--agent", "cli_agents:Failing", "--lang", "en", "--server", address]
+    assert main(begun) == 3
+    shown = capsys.readouterr()
+    said = "error: run stopped: the agent failed in 4 episodes in a row: act() raised ValueError: no weights"
+    assert said in shown.err
+    assert 'if observations[0].step == 2: raise ValueError("no weights")' in shown.err
+    assert f"resume it with\n  arramon-client {' '.join(begun)} --resume run-1\n" in shown.err
+    assert "--keep-going" in shown.err
+    assert "nDTW" not in shown.out
+    assert (world.causes, world.reasons, list(Path("arramon-results").iterdir())) == ({}, {}, [])
+    world.run.agent = "cli_agents"
+    assert main(["--agent", "cli_agents", "--server", address, "--resume", "run-1"]) == 0
+    assert world.actions == {f"e{i}": [(i + step) % 4 for step in range(5)] for i in range(4)}
+
+
+@pytest.mark.parametrize("hidden", [True, False])
+def test_a_dry_run_plays_two_episodes_of_an_open_split(
+    world: World, address: str, capsys: pytest.CaptureFixture[str], hidden: bool
+) -> None:
+    offered = ["rgb", "depth", "segmentation", "pose"]
+    for name, languages, sensors in (
+        ("a_hindi", ["hi"], offered),
+        ("b_blind", ["en"], []),
+        ("c_open", ["en"], offered),
+    ):
+        world.info.splits.add(name=name, episodes=dict.fromkeys(languages, 9), sensors=sensors)
+    world.info.splits[0].hidden = hidden
+    world.order = world.order[:2]
+    real = ["--agent", "cli_agents", "--lang", "en", "--server", address, "--split", "val_seen", "--parallel", "3"]
+    assert main([*real, "--sensors", "pose", "--dry-run"]) == 0
+    assert world.run.split == ("c_open" if hidden else "val_seen")
+    assert (world.requests[0].episodes, list(world.run.sensors), world.opens[0].max_episodes) == (2, ["pose"], 3)
+    shown = capsys.readouterr()
+    assert "this was a dry run: no errors" in shown.err
+    assert [path.name for path in Path("arramon-results").iterdir()] == ["dry-run"]
+    assert [path.name for path in Path("arramon-results/dry-run").iterdir()] == ["run-1.json"]
+
+
+@pytest.mark.parametrize(("asked", "named", "number"), [
+    (["--episodes", "1"], [], 1), (["--episodes", "3"], [], 2), (["--episode", "e3"], ["e3"], 0),
+    (["--episode", "e3", "--episode", "e1", "--episode", "e0"], ["e3", "e1"], 0),
+])  # fmt: skip
+def test_a_dry_run_plays_no_more_than_requested(
+    world: World, address: str, asked: list[str], named: list[str], number: int
+) -> None:
+    assert main(["--agent", "cli_agents", "--lang", "en", "--server", address, "--dry-run", *asked]) == 0
+    assert (list(world.requests[0].episode_ids), world.requests[0].episodes) == (named, number)
+
+
+def test_a_dry_run_of_a_failing_agent(world: World, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    world.order = world.order[:2]
+    assert main(["--agent", "cli_agents:Failing", "--lang", "en", "--server", address, "--dry-run"]) == 3
+    shown = capsys.readouterr().err
+    assert 'if observations[0].step == 2: raise ValueError("no weights")' in shown
+    assert "this was a dry run: fix the agent before the real run" in shown
+    assert "--resume" not in shown
+    assert world.current_run().state == pb.RUN_STATE_COMPLETE
+
+
+def test_an_interrupted_dry_run_is_cancelled(world: World, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--agent", "cli_agents:Interrupting", "--lang", "en", "--server", address, "--dry-run"]) == 130
+    assert "--resume" not in capsys.readouterr().err
+    assert world.cancelled == ["run-1"]
+
+
+def test_a_dry_run_needs_an_open_split(world: World, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    world.info.splits[0].hidden = True
+    assert main(["--agent", "cli_agents", "--lang", "en", "--server", address, "--dry-run"]) == 2
+    assert "error: the server has no open split in 'en', and" in capsys.readouterr().err
+    assert world.run.run_id == ""
+
+
+def test_with_keep_going_a_failing_agent_plays_to_the_end(
+    world: World, address: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["--agent", "cli_agents:Failing", "--lang", "en", "--server", address, "--keep-going"]) == 3
     shown = capsys.readouterr()
     assert "nDTW" in shown.out
-    assert "the agent failed 1 time(s); 4 episode(s) were given up. The first time:" in shown.err
+    assert "the agent failed 1 time(s); 4 episode(s) were given up. First failure:" in shown.err
     assert 'if observations[0].step == 2: raise ValueError("no weights")' in shown.err
     assert "arramon_client/" not in shown.err
     failures = json.loads(Path("arramon-results/run-1.json").read_text())["agent_failures"]
@@ -103,28 +181,67 @@ def test_an_agent_that_fails_is_played_to_the_end_and_told(
     (["--agent", "cli_agents", "--lang", "en", "--sensors", "oracle"], 2, "does not offer the sensor oracle"),
     (["--agent", "cli_agents", "--lang", "en", "--image-size", "99"], 2, "does not offer images of 99 pixels"),
     (["--agent", "cli_agents", "--lang", "en", "--encoding", "jpeg"], 2, "does not offer the encoding 'jpeg'"),
-    (["--agent", "cli_agents", "--lang", "en", "--quality", "75"], 2, "--quality is for --encoding jpeg"),
+    (["--agent", "cli_agents", "--lang", "en", "--quality", "75"], 2, "--quality requires --encoding jpeg"),
     (["--agent", "cli_agents", "--lang", "en", "--quality", "101"], 2, "'101' is not a whole number from 1 to 100"),
     (["--agent", "cli_agents", "--lang", "en", "--quality", "0"], 2, "'0' is not a whole number from 1 to 100"),
-    (["--agent", "cli_agents", "--lang", "en", "--parallel", "99"], 2, "at most 32 episodes at once"),
+    (["--agent", "cli_agents", "--lang", "en", "--parallel", "99"], 2, "at most 32 parallel episodes"),
     (["--agent", "cli_agent", "--lang", "en"], 2, "there is no module cli_agent installed"),
     (["--agent", "cli_agents", "--lang", "en", "--output", "cli_agents.py"], 1, "cannot be written to cli_agents.py"),
+    (["--agent", "cli_agents", "--resume", "run-9", "--dry-run"], 2, "cannot be used together with --resume"),
     (["--agent", "cli_agents", "--resume", "run-9"], 1, "there is no run 'run-9' (NOT_FOUND)"),
-    (["--agent", "cli_agents"], 2, "--lang is needed"),
+    (["--agent", "cli_agents"], 2, "--lang is required"),
     (["--agent", "cli_agents", "--lang", "en", "--episodes", "0"], 2, "'0' is not a whole number above 0"),
-    (["--agent", "cli_agents", "--lang", "en", "--sensors", "nose"], 2, "no sensor 'nose': of rgb, depth"),
+    (["--agent", "cli_agents", "--lang", "en", "--sensors", "nose"], 2, "unknown sensor 'nose', expected some of rgb"),
     (["--agent", "cli_agents", "--lang", "en", "--data", "x"], 2, "cannot be used together with --server"),
     (["--lang", "en"], 2, "required: --agent"),
+    (["--agent", "cli_agents", "--lang", "en", "--agent-arg", "beam"], 2, "--agent-arg 'beam' is not NAME=VALUE"),
+    (["--agent", "cli_agents", "--lang", "en", "--agent-arg", "a=1", "--agent-arg", "a=2"], 2, "a is given twice"),
+    (["--agent", "cli_agents", "--lang", "en", "--agent-arg", "beam=4"], 2, "Agent() has no argument 'beam'"),
+    (["--agent", "cli_agents:Taking", "--lang", "en"], 2, "Taking() requires the argument 'checkpoint'"),
+    (["--agent", "cli_agents", "--lang", "en", "--episode", "e1", "--episodes", "2"], 2, "cannot be used together"),
+    (["--agent", "cli_agents", "--lang", "en", "--episode", "e1", "--episode", "e1"], 2, "e1 is given twice"),
+    (["--agent", "cli_agents", "--lang", "en", "--split", "dark", "--episode", "e1"], 2,
+     "error: split 'dark' is hidden and must be played whole; --episode requires an open split"),
 ])  # fmt: skip
-def test_what_is_wrong_is_said_before_a_run_is_made(
+def test_errors_are_reported_before_a_run_is_created(
     world: World, address: str, capsys: pytest.CaptureFixture[str], arguments: list[str], status: int, said: str
 ) -> None:
+    if "dark" in arguments:
+        world.info.splits.add(name="dark", hidden=True, episodes={"en": 4}, sensors=["rgb"])
     assert main([*arguments, "--server", address]) == status
     shown = capsys.readouterr().err
     assert said in shown
     assert "Traceback" not in shown
     assert "--resume run" not in shown
     assert world.run.run_id == ""
+
+
+TAKING = ["--agent", "cli_agents:Taking", "--lang", "en", "--agent-arg", "checkpoint=my w.pt", "--agent-arg", "beam=4"]
+
+
+def test_arguments_and_episodes_reach_agent_and_server(world: World, address: str) -> None:
+    world.order = ["e2", "e0"]
+    assert main([*TAKING, "--server", address, "--episode", "e2", "--episode", "e0"]) == 0
+    asked = world.requests[0]
+    assert [(each.name, each.value) for each in asked.agent_arguments] == [("checkpoint", "my w.pt"), ("beam", "4")]
+    assert (list(asked.episode_ids), asked.episodes) == (["e2", "e0"], 0)
+    run = json.loads(Path("arramon-results/run-1.json").read_text())["run"]
+    assert run["agent_arguments"] == [{"name": "checkpoint", "value": "my w.pt"}, {"name": "beam", "value": "4"}]
+
+
+def test_a_run_is_resumed_only_with_its_arguments(
+    world: World, address: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    request = pb.CreateRunRequest(agent="cli_agents:Taking", split="val_seen", language="en")
+    request.agent_arguments.add(name="beam", value="4")
+    request.agent_arguments.add(name="checkpoint", value="my w.pt")
+    world.create(request)
+    command = ["--resume", "run-1", "--server", address]
+    assert main([*TAKING[:-2], *command]) == 2
+    begun = "--agent-arg beam=4 --agent-arg 'checkpoint=my w.pt'"
+    assert f"started with {begun}, not with --agent-arg 'checkpoint=my w.pt'" in capsys.readouterr().err
+    assert world.actions == {}
+    assert main([*TAKING, *command]) == 0
 
 
 def test_no_server(tmp_path: Path, address: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -143,14 +260,15 @@ def test_an_agent_that_cannot_be_imported_shows_its_own_traceback(
     assert "importlib" not in shown
 
 
-def test_an_interrupt_says_how_to_go_on_and_going_on_finishes(
+@pytest.mark.usefixtures("interruptible")
+def test_an_interrupt_prints_the_resume_command_which_completes_the_run(
     world: World, address: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     begun = ["--agent", "cli_agents:Interrupting", "--lang", "en", "--server", address]
     assert main(begun) == 130
     shown = capsys.readouterr().err
     command = f"arramon-client --agent cli_agents:Interrupting --lang en --server {address} --resume run-1"
-    assert f"interrupted\nthe run is kept; go on with it by\n  {command}\n" in shown
+    assert f"interrupted\nthe run is saved; resume it with\n  {command}\n" in shown
     assert world.causes == {}
     world.run.agent = "cli_agents"
     assert main(["--agent", "cli_agents", "--server", address, "--resume", "run-1"]) == 0
@@ -165,7 +283,7 @@ def test_a_complete_run_is_only_reported(world: World, address: str, capsys: pyt
     assert capsys.readouterr().out.count("nDTW") == 2
 
 
-def test_a_client_that_resumes_waits_for_a_server_that_is_away(
+def test_a_resumed_run_waits_for_an_unreachable_server(
     world: World, address: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     world.create(pb.CreateRunRequest(agent="cli_agents", split="val_seen", language="en"))
@@ -176,7 +294,7 @@ def test_a_client_that_resumes_waits_for_a_server_that_is_away(
     assert "nDTW" in shown.out
 
 
-def test_a_new_run_does_not_wait_for_a_server_that_is_away(
+def test_a_new_run_fails_at_once_if_the_server_is_unreachable(
     world: World, address: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     world.away["GetServerInfo"] = 1
@@ -184,20 +302,18 @@ def test_a_new_run_does_not_wait_for_a_server_that_is_away(
     assert f"error: no server answers at {address}" in capsys.readouterr().err
 
 
-def test_waiting_does_not_mend_an_encryption_that_is_not_there(
-    world: World, address: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_encryption_error_is_not_retried(world: World, address: str, capsys: pytest.CaptureFixture[str]) -> None:
     world.create(pb.CreateRunRequest(agent="cli_agents", split="val_seen", language="en"))
     assert main(["--agent", "cli_agents", "--server", address, "--tls", "--resume", "run-1"]) == 1
-    assert "it does not encrypt" in capsys.readouterr().err
+    assert "it does not use TLS" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("changed", "said"), [
-    (["--agent", "cli_agents:Failing"], "begun with --agent cli_agents, not cli_agents:Failing"),
-    (["--agent", "cli_agents", "--lang", "hi"], "begun with --lang en, not hi"),
-    (["--agent", "cli_agents", "--split", "train"], "begun with --split val_seen, not train"),
+    (["--agent", "cli_agents:Failing"], "started with --agent cli_agents, not cli_agents:Failing"),
+    (["--agent", "cli_agents", "--lang", "hi"], "started with --lang en, not hi"),
+    (["--agent", "cli_agents", "--split", "train"], "started with --split val_seen, not train"),
 ])  # fmt: skip
-def test_a_run_is_resumed_as_what_it_was(
+def test_a_run_is_resumed_only_with_its_settings(
     world: World, address: str, capsys: pytest.CaptureFixture[str], changed: list[str], said: str
 ) -> None:
     world.create(pb.CreateRunRequest(agent="cli_agents", split="val_seen", language="en"))
@@ -210,14 +326,15 @@ def test_a_run_is_resumed_as_what_it_was(
     (["--agent", "a", "--resume", "q"], "arramon-client --agent a --resume r"),
     (["--resume=q", "--agent", "my agent"], "arramon-client --agent 'my agent' --resume r"),
 ])  # fmt: skip
-def test_the_command_to_go_on(argv: list[str], command: str) -> None:
+def test_the_resume_command(argv: list[str], command: str) -> None:
     assert resume_command(argv, "r") == command
 
 
-def test_the_module_runs_as_a_program_and_takes_a_real_interrupt(world: World, address: str, tmp_path: Path) -> None:
+@pytest.mark.usefixtures("interruptible")
+def test_the_module_runs_as_a_program_and_handles_a_real_interrupt(world: World, address: str, tmp_path: Path) -> None:
     (tmp_path / "slow.py").write_text(
         "import time\nclass Agent:\n"
-        "    def begin(self, e): print('begun', flush=True)\n    def act(self, o): time.sleep(60)"
+        "    def begin(self, e): print('begun', flush=True)\n    def act(self, o): time.sleep(600)"
     )
     arguments = ["--agent", "slow", "--lang", "en", "--server", address, "--parallel", "1"]
     program = [sys.executable, "-m", "arramon_client", *arguments]
@@ -225,7 +342,7 @@ def test_the_module_runs_as_a_program_and_takes_a_real_interrupt(world: World, a
         assert client.stdout is not None
         assert client.stdout.readline() == "begun\n"
         os.kill(client.pid, signal.SIGINT)
-        _, errors = client.communicate(timeout=10)
+        _, errors = client.communicate(timeout=120)
     assert client.returncode == 130
     assert "--resume run-1" in errors
     assert "Traceback" not in errors

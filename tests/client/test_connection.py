@@ -1,4 +1,4 @@
-"""Connecting: the protocol's number on every call, and what a participant is told when it does not work."""
+"""Connections: the protocol version on every call, and error messages."""
 
 import socket
 from concurrent.futures import ThreadPoolExecutor
@@ -18,12 +18,12 @@ from arramon_client import (
     VersionMismatchError,
     connect,
 )
-from arramon_client.access import is_local
-from arramon_client.connection import call, explain
+from arramon_client.transport.access import is_local
+from arramon_client.transport.connection import call, explain
 from tests.client.fake import Servicer, World, serving
 
 
-def test_every_call_names_the_protocol(world: World) -> None:
+def test_every_call_carries_the_protocol_version(world: World) -> None:
     servicer = Servicer(world)
     with serving(servicer) as address, connect(address) as server:
         assert server.info.version == "9.9.9"
@@ -35,7 +35,7 @@ def test_a_unix_socket(world: World, tmp_path: Path) -> None:
         assert server.info.protocol == 1
 
 
-def test_nobody_there() -> None:
+def test_no_server_answers() -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         address = f"127.0.0.1:{taken.getsockname()[1]}"
@@ -43,7 +43,7 @@ def test_nobody_there() -> None:
             pass
 
 
-def test_something_else_answers() -> None:
+def test_another_program_answers() -> None:
     pool = ThreadPoolExecutor(1)
     other = grpc.server(pool)
     port = other.add_insecure_port("127.0.0.1:0")
@@ -70,16 +70,14 @@ def test_a_server_that_refuses_the_protocol(world: World) -> None:
         pass
 
 
-@pytest.mark.parametrize(
-    ("protocol", "older"), [(2, "this client is to be upgraded"), (0, "the server is to be upgraded")]
-)
+@pytest.mark.parametrize(("protocol", "older"), [(2, "upgrade this client"), (0, "upgrade the server")])
 def test_another_protocol(world: World, protocol: int, older: str) -> None:
     world.info.protocol = protocol
     with serving(Servicer(world)) as address, pytest.raises(VersionMismatchError, match=older), connect(address):
         pass
 
 
-def test_a_refusal_keeps_the_servers_own_words(world: World) -> None:
+def test_a_refusal_shows_the_servers_message(world: World) -> None:
     with serving(Servicer(world)) as address, connect(address) as server:
         with pytest.raises(RefusedError, match=r"there is no run 'x' \(NOT_FOUND\)") as caught:
             call(server.stub.GetRun, pb.GetRunRequest(run_id="x"), address)
@@ -102,7 +100,7 @@ class Failure(grpc.RpcError):
      "a smaller --parallel"),
     (grpc.StatusCode.RESOURCE_EXHAUSTED, "ten runs a day", RefusedError, "ten runs a day"),
     (grpc.StatusCode.DEADLINE_EXCEEDED, "", ServerUnreachableError, "no server answers at here"),
-    (grpc.StatusCode.PERMISSION_DENIED, "", RefusedError, "gives no reason"),
+    (grpc.StatusCode.PERMISSION_DENIED, "", RefusedError, "no reason was given"),
     (grpc.StatusCode.ALREADY_EXISTS, "", RefusedError, "no reason was given"),
 ])  # fmt: skip
 def test_statuses(code: grpc.StatusCode, details: str, kind: type[ArramonClientError], said: str) -> None:
@@ -115,5 +113,5 @@ def test_statuses(code: grpc.StatusCode, details: str, kind: type[ArramonClientE
     ("unix:/tmp/x", True), ("localhost:50051", True), ("127.0.0.1:1", True), ("127.8.8.8:1", True), ("[::1]:5", True),
     ("dns:///localhost:1", True), ("10.0.0.1:1", False), ("arramon.example.org:443", False), ("[2001:db8::1]:1", False),
 ])  # fmt: skip
-def test_what_is_on_this_machine(address: str, local: bool) -> None:
+def test_local_addresses(address: str, local: bool) -> None:
     assert is_local(address) is local

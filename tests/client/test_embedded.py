@@ -1,4 +1,4 @@
-"""The embedded server: started, revived, stopped, and never left behind."""
+"""The embedded server: start, restart and stop, also when the client is killed."""
 
 import os
 import signal
@@ -10,9 +10,8 @@ from pathlib import Path
 import pytest
 
 from arramon_client import EmbeddedServerError, connect, embedded_server
-from arramon_client.embedded import default_data
-
-ROOT = Path(__file__).parents[2]
+from arramon_client.local.embedded import default_data
+from tests import ROOT
 
 SERVER = """
 import signal, sys, threading
@@ -31,14 +30,14 @@ open(sys.argv[5] + "/stopped", "a").write("in good order\\n")
 
 @pytest.fixture
 def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    """A module that serves as the real one does; its source is written by the test or is SERVER."""
+    """Name of a module that serves like the real server; its source is SERVER unless the test overwrites it."""
     monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{ROOT}")
     monkeypatch.syspath_prepend(str(tmp_path))
     (tmp_path / "scripted_server.py").write_text(SERVER)
     return "scripted_server"
 
 
-def test_it_serves_and_stops_in_good_order(module: str, tmp_path: Path) -> None:
+def test_it_serves_and_stops_cleanly(module: str, tmp_path: Path) -> None:
     notices: list[str] = []
     with embedded_server(tmp_path, module=module, notify=notices.append) as embedded:
         assert notices == ["compiling something; this is done once"]
@@ -49,20 +48,20 @@ def test_it_serves_and_stops_in_good_order(module: str, tmp_path: Path) -> None:
     assert not Path(embedded.address.removeprefix("unix:")).parent.exists()
 
 
-def test_one_that_was_killed_is_started_again_at_the_same_address(module: str, tmp_path: Path) -> None:
+def test_a_killed_server_is_restarted_at_the_same_address(module: str, tmp_path: Path) -> None:
     with embedded_server(tmp_path, module=module) as embedded:
         process = embedded._process
         assert process is not None
         embedded.revive()
         assert embedded._process is process, "one that lives is left alone"
         os.kill(process.pid, signal.SIGKILL)
-        process.wait(5)
+        process.wait(120)
         embedded.revive()
         with connect(embedded.address) as server:
             assert server.info.protocol == 1
 
 
-def test_one_that_dies_at_the_start_has_its_last_words_shown(module: str, tmp_path: Path) -> None:
+def test_the_output_of_a_server_that_fails_to_start_is_shown(module: str, tmp_path: Path) -> None:
     (tmp_path / "scripted_server.py").write_text("raise SystemExit('no such data folder: /nowhere')")
     with (
         pytest.raises(EmbeddedServerError, match="did not start\nno such data folder: /nowhere"),
@@ -73,27 +72,27 @@ def test_one_that_dies_at_the_start_has_its_last_words_shown(module: str, tmp_pa
 
 def test_none_installed(tmp_path: Path) -> None:
     with (
-        pytest.raises(EmbeddedServerError, match="install arramon-server, or name a server with --server"),
+        pytest.raises(EmbeddedServerError, match="install it, or name a server with --server"),
         embedded_server(tmp_path, module="no_such_server"),
     ):
         pass
 
 
-def test_it_does_not_outlive_a_client_that_was_killed(module: str, tmp_path: Path) -> None:
+def test_the_server_does_not_outlive_a_killed_client(module: str, tmp_path: Path) -> None:
     client = subprocess.Popen(
         [sys.executable, "-c", "import sys, time, pathlib; from arramon_client import embedded_server\n"
          f"with embedded_server(pathlib.Path({str(tmp_path)!r}), module={module!r}):\n"
-         "    print('up', flush=True); time.sleep(60)"],
+         "    print('up', flush=True); time.sleep(600)"],
         stdout=subprocess.PIPE, text=True, cwd=tmp_path,
     )  # fmt: skip
     with client:
         assert client.stdout is not None
         assert client.stdout.readline() == "up\n"
         client.kill()
-    for _ in range(100):
-        if (tmp_path / "stopped").exists():
+    for _ in range(1200):  # as it is no child of this process, there is nothing else to wait for
+        if (tmp_path / "stopped").exists() and (tmp_path / "stopped").read_text().endswith("\n"):
             break
-        time.sleep(0.05)
+        time.sleep(0.1)
     assert (tmp_path / "stopped").read_text() == "in good order\n"
 
 

@@ -1,4 +1,4 @@
-"""Decoding images in every encoding."""
+"""Decoding of images in every encoding."""
 
 import numpy as np
 import numpy.typing as npt
@@ -9,7 +9,7 @@ import zstandard
 from arramon.v1 import types_pb2
 from arramon.v1.types_pb2 import ENCODING_JPEG, ENCODING_RAW, ENCODING_UNSPECIFIED, ENCODING_ZSTD
 from arramon_client import ProtocolError
-from arramon_client.images import decode_depth, decode_rgb, decode_segmentation
+from arramon_client.transport.images import decode_depth, decode_rgb, decode_segmentation
 
 RGB = np.random.default_rng(0).integers(0, 256, (5, 7, 3), np.uint8)
 DEPTH = np.array([[0, 1, 999], [1000, 65534, 65535]], np.uint16)
@@ -43,13 +43,13 @@ def test_compressed_rgb_is_exact() -> None:
     assert np.array_equal(decoded, RGB)
 
 
-def test_a_frame_made_elsewhere() -> None:
+def test_a_frame_of_another_encoder() -> None:
     """Six zeros and the frame's own words: magic, single segment, content size 6, one last RLE block."""
     data = bytes.fromhex("28b52ffd200633000000")
     assert decode_rgb(message(RGB[:1, :2], ENCODING_ZSTD, data)).tolist() == [[[0, 0, 0], [0, 0, 0]]]
 
 
-def test_jpeg_rgb_is_near() -> None:
+def test_jpeg_rgb_is_similar() -> None:
     decoded = decode_rgb(message(SMOOTH, ENCODING_JPEG, jpeg(SMOOTH)))
     assert decoded.shape == SMOOTH.shape
     assert decoded.dtype == np.uint8
@@ -69,39 +69,39 @@ def test_depth_is_in_metres(encoding: int, data: bytes) -> None:
 @pytest.mark.parametrize(("encoding", "data"), [
     (ENCODING_RAW, DEPTH.astype("<u2").tobytes()), (ENCODING_ZSTD, zstd(DEPTH.astype("<u2").tobytes())),
 ])  # fmt: skip
-def test_a_segmentation_is_as_it_was_sent(encoding: int, data: bytes) -> None:
+def test_a_segmentation_is_unchanged(encoding: int, data: bytes) -> None:
     decoded = decode_segmentation(message(DEPTH, encoding, data))
     assert decoded.dtype == np.uint16
     assert np.array_equal(decoded, DEPTH)
 
 
 @pytest.mark.parametrize(("encoding", "data", "said"), [
-    (ENCODING_RAW, b"12", "a raw image of 5 x 7 has 2 bytes, 105 expected"),
-    (ENCODING_RAW, RGB.tobytes() + b"1", "has 106 bytes, 105 expected"),
-    (ENCODING_ZSTD, b"", "should be a Zstandard frame cannot be decoded"),
-    (ENCODING_ZSTD, b"no frame", "should be a Zstandard frame cannot be decoded"),
-    (ENCODING_ZSTD, zstd(RGB.tobytes())[:-9], "should be a Zstandard frame cannot be decoded"),
-    (ENCODING_ZSTD, zstd(RGB.tobytes()) + b"1", "should be a Zstandard frame cannot be decoded"),
-    (ENCODING_ZSTD, zstd(RGB.tobytes(), sized=False), "has an unstated number of bytes, 105 expected"),
-    (ENCODING_ZSTD, zstd(RGB[:4].tobytes()), "a compressed image has 84 bytes, 105 expected"),
-    (ENCODING_ZSTD, zstd(bytes(1 << 30)), "a compressed image has 1073741824 bytes, 105 expected"),
-    (ENCODING_JPEG, b"", "should be JPEG cannot be decoded"),
-    (ENCODING_JPEG, b"12", "should be JPEG cannot be decoded"),
-    (ENCODING_JPEG, jpeg(RGB)[:-20], "should be JPEG cannot be decoded"),
-    (ENCODING_JPEG, jpeg(SMOOTH), "an image of 5 x 7 was announced, but it is of 16 x 24"),
-    (ENCODING_UNSPECIFIED, RGB.tobytes(), "an image of 3 bytes a pixel came in the encoding 0"),
-    (9, RGB.tobytes(), "an image of 3 bytes a pixel came in the encoding 9"),
+    (ENCODING_RAW, b"12", "a raw image of 5 x 7 has 2 bytes, expected 105"),
+    (ENCODING_RAW, RGB.tobytes() + b"1", "has 106 bytes, expected 105"),
+    (ENCODING_ZSTD, b"", "a Zstandard image cannot be decoded"),
+    (ENCODING_ZSTD, b"no frame", "a Zstandard image cannot be decoded"),
+    (ENCODING_ZSTD, zstd(RGB.tobytes())[:-9], "a Zstandard image cannot be decoded"),
+    (ENCODING_ZSTD, zstd(RGB.tobytes()) + b"1", "a Zstandard image cannot be decoded"),
+    (ENCODING_ZSTD, zstd(RGB.tobytes(), sized=False), "has an unstated number of bytes, expected 105"),
+    (ENCODING_ZSTD, zstd(RGB[:4].tobytes()), "a compressed image has 84 bytes, expected 105"),
+    (ENCODING_ZSTD, zstd(bytes(1 << 30)), "a compressed image has 1073741824 bytes, expected 105"),
+    (ENCODING_JPEG, b"", "a JPEG image cannot be decoded"),
+    (ENCODING_JPEG, b"12", "a JPEG image cannot be decoded"),
+    (ENCODING_JPEG, jpeg(RGB)[:-20], "a JPEG image cannot be decoded"),
+    (ENCODING_JPEG, jpeg(SMOOTH), "a JPEG image is 16 x 24, expected 5 x 7"),
+    (ENCODING_UNSPECIFIED, RGB.tobytes(), "an image with 3 bytes per pixel has the encoding 0"),
+    (9, RGB.tobytes(), "an image with 3 bytes per pixel has the encoding 9"),
 ])  # fmt: skip
-def test_what_is_no_image(encoding: int, data: bytes, said: str) -> None:
+def test_invalid_images(encoding: int, data: bytes, said: str) -> None:
     with pytest.raises(ProtocolError, match=said):
         decode_rgb(message(RGB, encoding, data))
 
 
 @pytest.mark.parametrize(("place", "shared", "said"), [
-    (0, None, "an image came in shared memory, and the server shares none"),
-    (8, bytes(112), "an image of 105 bytes lies at 8 in shared memory of 112"),
+    (0, None, "an image is in shared memory, but the server shares none"),
+    (8, bytes(112), "an image of 105 bytes at 8 is outside the shared memory of 112"),
 ])  # fmt: skip
-def test_what_is_not_in_shared_memory(place: int, shared: bytes | None, said: str) -> None:
+def test_invalid_shared_images(place: int, shared: bytes | None, said: str) -> None:
     image = types_pb2.Image(height=5, width=7, encoding=types_pb2.ENCODING_SHARED, place=place)
     with pytest.raises(ProtocolError, match=said):
         decode_rgb(image, None if shared is None else memoryview(shared))
@@ -109,12 +109,12 @@ def test_what_is_not_in_shared_memory(place: int, shared: bytes | None, said: st
 
 
 @pytest.mark.parametrize(("encoding", "data", "said"), [
-    (ENCODING_RAW, bytes(11), "a raw image of 2 x 3 has 11 bytes, 12 expected"),
-    (ENCODING_ZSTD, zstd(bytes(18)), "a compressed image has 18 bytes, 12 expected"),
-    (ENCODING_ZSTD, zstd(bytes(12))[:-1], "should be a Zstandard frame cannot be decoded"),
-    (ENCODING_JPEG, jpeg(SMOOTH), "an image of 2 bytes a pixel came in the encoding 3"),
+    (ENCODING_RAW, bytes(11), "a raw image of 2 x 3 has 11 bytes, expected 12"),
+    (ENCODING_ZSTD, zstd(bytes(18)), "a compressed image has 18 bytes, expected 12"),
+    (ENCODING_ZSTD, zstd(bytes(12))[:-1], "a Zstandard image cannot be decoded"),
+    (ENCODING_JPEG, jpeg(SMOOTH), "an image with 2 bytes per pixel has the encoding 3"),
 ])  # fmt: skip
-def test_what_is_no_depth_map(encoding: int, data: bytes, said: str) -> None:
+def test_invalid_depth_maps(encoding: int, data: bytes, said: str) -> None:
     with pytest.raises(ProtocolError, match=said):
         decode_depth(message(DEPTH, encoding, data))
     with pytest.raises(ProtocolError, match=said):

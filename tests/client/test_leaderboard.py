@@ -44,7 +44,7 @@ PAPER = pb.Reference(
 
 
 class Board(LeaderboardServicer):
-    """Has three standings, on pages of one, and remembers what it was asked."""
+    """Leaderboard with three standings, one per page, that records its requests."""
 
     def __init__(self) -> None:
         self.asked: list[Any] = []
@@ -130,16 +130,16 @@ def test_the_column_sorted_by_is_marked(board: Board, address: str, capsys: pyte
     assert "val_unseen, all languages together" in shown
 
 
-def test_an_empty_list_says_so(board: Board, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_empty_list(board: Board, address: str, capsys: pytest.CaptureFixture[str]) -> None:
     board.lines = []
     assert main(["leaderboard", "--server", address]) == 0
-    assert "nothing is published here yet; each language has a list of its own, see --lang" in capsys.readouterr().out
+    assert "no published runs yet; each language has a separate list, see --lang" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
     ("option", "form"), [("--csv", pb.ExportRequest.FORMAT_CSV), ("--json", pb.ExportRequest.FORMAT_JSON)]
 )
-def test_files_are_written_as_they_come(
+def test_exports_are_printed_unchanged(
     board: Board, address: str, capsys: pytest.CaptureFixture[str], option: str, form: int
 ) -> None:
     assert main(["leaderboard", "--server", address, "--lang", "hi", option]) == 0
@@ -153,7 +153,7 @@ def test_publishing(board: Board, address: str, capsys: pytest.CaptureFixture[st
     assert capsys.readouterr().out == "published: mine by lab on val_seen, hi; partial (25%)\n"
 
 
-def test_a_refusal_is_told(address: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_refusal_is_shown(address: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["publish", "running", "--server", address]) == 1
     assert capsys.readouterr().err == "error: run 'running' is still being played (FAILED_PRECONDITION)\n"
 
@@ -164,14 +164,14 @@ def test_withdrawing(board: Board, address: str, capsys: pytest.CaptureFixture[s
     assert capsys.readouterr().out == "withdrawn: r7\n"
 
 
-def test_a_split_must_be_chosen_where_there_are_several(
+def test_a_split_must_be_selected_if_there_are_several(
     world: World, address: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     world.info.splits.add(name="val_unseen")
     assert main(["leaderboard", "--server", address]) == 2
-    assert capsys.readouterr().err == "error: choose a split with --split: val_seen, val_unseen\n"
+    assert capsys.readouterr().err == "error: select a split with --split: val_seen, val_unseen\n"
 
 
 def test_a_server_and_data_of_this_machine_exclude_each_other(address: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["leaderboard", "--server", address, "--data", "here"]) == 2
-    assert "--data is for the runs on this machine" in capsys.readouterr().err
+    assert "--data applies to runs on this machine" in capsys.readouterr().err

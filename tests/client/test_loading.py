@@ -1,4 +1,4 @@
-"""Loading agents: what can be named, and what an author is told when it cannot be loaded."""
+"""Loading of agents: names, constructor arguments, and error messages."""
 
 import sys
 from collections.abc import Iterator
@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from arramon_client import AgentLoadError, load_agent, loading
+from arramon_client import AgentLoadError, load_agent
+from arramon_client.plugin import loader
 
 GOOD = """
 class Agent:
@@ -18,7 +19,7 @@ class Agent:
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A working directory of its own; what is imported from it is forgotten."""
+    """A separate working directory; modules imported from it are unloaded afterwards."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [path for path in sys.path if path])
     known = set(sys.modules)
@@ -36,7 +37,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     (GOOD + "class Box:\n    Inner = Agent", "mine_a:Box.Inner"),
     ("from arramon_client import Agent\n" + GOOD.replace("Agent", "Other") + "make_agent = Other", "mine_a"),
 ])  # fmt: skip
-def test_what_can_be_named(folder: Path, source: str, spec: str) -> None:
+def test_ways_to_name_an_agent(folder: Path, source: str, spec: str) -> None:
     (folder / "mine_a.py").write_text(source)
     assert load_agent(spec).act([]) == []
 
@@ -47,10 +48,10 @@ def test_a_module_in_a_package_of_the_working_directory(folder: Path) -> None:
     assert type(load_agent("team.vl")).__name__ == "Agent"
 
 
-def test_an_installed_name(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_entry_point(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (folder / "mine_b.py").write_text(GOOD)
-    entry = EntryPoint(name="fancy", value="mine_b:Agent", group=loading.ENTRY_POINTS)
-    monkeypatch.setattr(loading, "entry_points", lambda group: [entry] if group == "arramon.agents" else [])
+    entry = EntryPoint(name="fancy", value="mine_b:Agent", group=loader.ENTRY_POINTS)
+    monkeypatch.setattr(loader, "entry_points", lambda group: [entry] if group == "arramon.agents" else [])
     assert type(load_agent("fancy")).__name__ == "Agent"
     with pytest.raises(AgentLoadError, match=r"Did you mean fancy\?"):
         load_agent("fanci")
@@ -59,26 +60,28 @@ def test_an_installed_name(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Non
 @pytest.mark.parametrize(("source", "spec", "said", "details"), [
     (GOOD, "mine_d", "no agent 'mine_d': there is no module mine_d installed", ""),
     (GOOD, "agents.stopp", "no module agents.stopp in the package agents. Did you mean agents.stop?", ""),
-    (GOOD, "mine_c.py", "Give it as a module, such as --agent mine_c", ""),
-    (GOOD, "./team/vl.py", "such as --agent team.vl", ""),
-    (GOOD, "mine_c:", "neither a module, a module:Class nor an installed name", ""),
-    (GOOD, "", "neither a module, a module:Class nor an installed name", ""),
+    (GOOD, "mine_c.py", "Name it as a module, e.g. --agent mine_c", ""),
+    (GOOD, "./team/vl.py", "e.g. --agent team.vl", ""),
+    (GOOD, "mine_c:", "neither a module, a module:Class nor an entry point", ""),
+    (GOOD, "", "neither a module, a module:Class nor an entry point", ""),
     (GOOD, "mine_c:Agnet", "mine_c has no Agnet. Did you mean Agent?", ""),
-    ("import no_such_dependency", "mine_c", "it needs no_such_dependency, which is not installed", "import no_"),
+    ("import no_such_dependency", "mine_c", "it imports no_such_dependency, which is not installed", "import no_"),
     ("x = 1\nx.y", "mine_c", "its module mine_c cannot be imported", "AttributeError: 'int' object has no attribute"),
     ("def (", "mine_c", "cannot be imported", "SyntaxError"),
     ("raise SystemExit(3)", "mine_c", "cannot be imported", "SystemExit: 3"),
     ("x = 1", "mine_c", "has neither a class Agent nor a function make_agent()", ""),
     ("from arramon_client import Agent", "mine_c", "has neither a class Agent", ""),
     ("class Mine: pass", "mine_c", "Name one of its classes: mine_c:Mine.", ""),
-    ("x = 1", "mine_c:x", "1 is neither an agent nor something to call for one", ""),
+    ("x = 1", "mine_c:x", "1 is neither an agent nor a class or function that returns one", ""),
     ("class Agent:\n    def __init__(self): open('weights.pt')", "mine_c", "Agent() raised FileNotFoundError",
      "open('weights.pt')"),
-    ("class Agent:\n    def __init__(self, path): pass", "mine_c", "it is called without arguments", "'path'"),
+    ("class Agent:\n    def __init__(self, path): pass", "mine_c",
+     "Agent() requires the argument 'path': add --agent-arg path=VALUE", ""),
+    ("def make_agent(path, /): pass", "mine_c", "make_agent() requires 'path', which cannot be given by name", ""),
     ("class Agent:\n    def act(self, o): pass", "mine_c", "Agent has no method begin(episode)", ""),
     ("class Agent: pass", "mine_c", "no method begin(episode) and no method act(observations)", ""),
 ])  # fmt: skip
-def test_what_an_author_is_told(folder: Path, source: str, spec: str, said: str, details: str) -> None:
+def test_errors_for_the_agents_author(folder: Path, source: str, spec: str, said: str, details: str) -> None:
     (folder / "mine_c.py").write_text(source)
     with pytest.raises(AgentLoadError) as caught:
         load_agent(spec)
@@ -87,3 +90,50 @@ def test_what_an_author_is_told(folder: Path, source: str, spec: str, said: str,
     assert "arramon_client" not in caught.value.details
     assert "importlib" not in caught.value.details
     assert bool(caught.value.details) == bool(details)
+
+
+TAKES = """
+class Agent:
+    def __init__(self, checkpoint, beam=1, **more):
+        self.given = (checkpoint, beam, more)
+    def begin(self, episode): pass
+    def act(self, observations): return []
+class Strict(Agent):
+    def __init__(self, checkpoint, *, beam=1):
+        super().__init__(checkpoint, beam)
+        if beam > 9: raise ValueError("too wide")
+def make(checkpoint="none", beam=2): return Strict(checkpoint, beam=beam)
+ready = make()
+"""
+
+
+@pytest.mark.parametrize(("spec", "arguments", "given"), [
+    ("mine_e", {"checkpoint": "w.pt", "beam": 4}, ("w.pt", 4, {})),
+    ("mine_e", {"checkpoint": "w.pt", "other": [1]}, ("w.pt", 1, {"other": [1]})),
+    ("mine_e:Strict", {"beam": 4, "checkpoint": None}, (None, 4, {})),
+    ("mine_e:make", {"beam": 4}, ("none", 4, {})),
+    ("mine_e:make", {}, ("none", 2, {})),
+    ("mine_e:ready", {}, ("none", 2, {})),
+])  # fmt: skip
+def test_arguments_reach_the_constructor(
+    folder: Path, spec: str, arguments: dict[str, object], given: tuple[object, ...]
+) -> None:
+    (folder / "mine_e.py").write_text(TAKES)
+    assert load_agent(spec, arguments).given == given  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(("spec", "arguments", "said"), [
+    ("mine_e", {}, "Agent() requires the argument 'checkpoint': add --agent-arg checkpoint=VALUE"),
+    ("mine_e:Strict", {"checkpoint": "w", "baem": 4},
+     "Strict() has no argument 'baem'; its arguments: checkpoint, beam. Did you mean beam?"),
+    ("mine_e:Strict", {"checkpoint": "w", "beam": 10},
+     "Strict(checkpoint='w', beam=10) raised ValueError: too wide"),
+    ("mine_e:ready", {"beam": 4}, "it is an instance, and accepts no --agent-arg"),
+])  # fmt: skip
+def test_arguments_that_do_not_match_the_signature(
+    folder: Path, spec: str, arguments: dict[str, object], said: str
+) -> None:
+    (folder / "mine_e.py").write_text(TAKES)
+    with pytest.raises(AgentLoadError) as caught:
+        load_agent(spec, arguments)
+    assert said in str(caught.value)

@@ -1,7 +1,6 @@
-"""The play loop against a scripted server: batches, broken streams, history, agents that fail."""
+"""The play loop against a scripted server: batches, broken streams, history and failing agents."""
 
 import threading
-import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,9 +10,20 @@ import pytest
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
-from arramon_client import Outcome, Progress, ProtocolError, ServerUnreachableError, Settings, connect, play
+from arramon_client import (
+    AgentStoppedError,
+    Outcome,
+    Progress,
+    ProtocolError,
+    ServerUnreachableError,
+    Settings,
+    connect,
+    play,
+)
 from arramon_client.agent import Episode, Label
-from arramon_client.connection import Server
+from arramon_client.plugin.failures import FAILURES_IN_A_ROW, FailureCounter
+from arramon_client.session import Session
+from arramon_client.transport.connection import Server
 from tests.client.fake import Recorder, Servicer, World, serving
 
 EVERYTHING = [(f"e{i}", step) for i in range(4) for step in range(5)]
@@ -27,7 +37,7 @@ def played(server: Server, run: pb.Run, agent: Any, **settings: Any) -> tuple[Ou
 
 
 @pytest.mark.parametrize("parallel", [1, 3, 4, 16])
-def test_every_step_is_asked_once_and_recorded(server: Server, world: World, run: pb.Run, parallel: int) -> None:
+def test_every_step_is_played_once_and_recorded(server: Server, world: World, run: pb.Run, parallel: int) -> None:
     agent = Recorder()
     outcome, notices = played(server, run, agent, parallel=parallel)
     assert sorted(agent.asked) == EVERYTHING
@@ -37,7 +47,9 @@ def test_every_step_is_asked_once_and_recorded(server: Server, world: World, run
     assert outcome.run.state == pb.RUN_STATE_COMPLETE
 
 
-def test_what_arrives_together_is_one_batch_in_both_directions(server: Server, world: World, run: pb.Run) -> None:
+def test_events_that_arrive_together_are_one_batch_in_both_directions(
+    server: Server, world: World, run: pb.Run
+) -> None:
     agent = Recorder()
     played(server, run, agent)
     assert agent.sizes == [4] * 5
@@ -66,15 +78,15 @@ def test_a_cut_stream_changes_nothing(server: Server, world: World, run: pb.Run,
     assert "UNAVAILABLE: cut" in notices[0]
 
 
-def test_a_server_that_restarts_at_its_address_is_found_again(world: World, run: pb.Run, tmp_path: Path) -> None:
+def test_the_client_reconnects_to_a_restarted_server(world: World, run: pb.Run, tmp_path: Path) -> None:
     address = f"unix:{tmp_path}/s"
-    half = threading.Event()
+    half, gone = threading.Event(), threading.Event()
 
     class Waiting(Recorder):
         def act(self, observations: Sequence[Any]) -> list[int]:
             if len(self.asked) >= 8 and not half.is_set():
                 half.set()
-                time.sleep(0.2)  # The server goes away while the agent thinks.
+                assert gone.wait(120)  # The server goes away while the agent thinks.
             return super().act(observations)
 
     agent = Waiting()
@@ -84,16 +96,17 @@ def test_a_server_that_restarts_at_its_address_is_found_again(world: World, run:
     with connect(address) as server:
         player = threading.Thread(target=lambda: outcomes.append(played(server, run, agent)[0]))
         player.start()
-        assert half.wait(5)
+        assert half.wait(120)
         first.__exit__(None, None, None)
+        gone.set()
         with serving(Servicer(world), address):
-            player.join(20)
+            player.join(120)
     assert sorted(agent.asked) == EVERYTHING
     assert world.actions == BY_RULE
     assert outcomes[0].reconnections >= 1
 
 
-def test_a_server_that_stays_away_is_given_up_with_the_run_named(world: World, run: pb.Run) -> None:
+def test_an_unreachable_server_is_given_up_and_the_run_is_named(world: World, run: pb.Run) -> None:
     class Away(Recorder):
         def act(self, observations: Sequence[Any]) -> list[int]:
             context.__exit__(None, None, None)
@@ -104,7 +117,7 @@ def test_a_server_that_stays_away_is_given_up_with_the_run_named(world: World, r
         played(server, run, Away(), patience=0.3)
 
 
-def test_an_embedded_server_is_revived_before_another_try(server: Server, world: World, run: pb.Run) -> None:
+def test_an_embedded_server_is_revived_before_a_retry(server: Server, world: World, run: pb.Run) -> None:
     world.cut = {3: "after", 8: "before"}
     revived: list[int] = []
     play(server.stub, run, Recorder(), Settings(parallel=4), revive=lambda: revived.append(1))
@@ -117,7 +130,7 @@ def half_played(world: World) -> None:
 
 
 @pytest.mark.parametrize("cut", [{}, {1: "before"}, {2: "after"}, {5: "before", 6: "after"}])
-def test_resume_shows_the_history_in_order_and_sends_none_of_it(
+def test_resume_replays_the_history_in_order_and_sends_none_of_it(
     server: Server, world: World, run: pb.Run, cut: dict[int, str]
 ) -> None:
     half_played(world)
@@ -133,20 +146,20 @@ def test_resume_shows_the_history_in_order_and_sends_none_of_it(
     assert not [notice for notice in notices if "deterministic" in notice]
 
 
-def test_an_agent_that_acts_otherwise_than_before_is_warned_of_once(server: Server, world: World, run: pb.Run) -> None:
+def test_a_nondeterministic_agent_causes_one_warning(server: Server, world: World, run: pb.Run) -> None:
     half_played(world)
     world.actions["e0"] = [3, 3, 3]
     agent = Recorder()
     outcome, notices = played(server, run, agent, resume=True)
     assert [notice for notice in notices if "not deterministic" in notice] == [
-        "the agent is not deterministic: at step 0 of episode e0 it took 3 before and takes 0 now; "
-        "its state may differ from what it was"
+        "the agent is not deterministic: at step 0 of episode e0 it took "
+        "3 before, but now 0; its state may differ from the original one"
     ]
     assert world.actions["e0"] == [3, 3, 3, 3, 0]
     assert outcome.run.state == pb.RUN_STATE_COMPLETE
 
 
-def test_an_episode_that_another_player_left_in_mid_play_is_rebuilt(server: Server, world: World, run: pb.Run) -> None:
+def test_an_episode_left_by_another_player_is_replayed(server: Server, world: World, run: pb.Run) -> None:
     half_played(world)
     original = world.opened
 
@@ -163,7 +176,7 @@ def test_an_episode_that_another_player_left_in_mid_play_is_rebuilt(server: Serv
     assert outcome.steps == 16
 
 
-def test_episodes_that_the_server_gave_to_another_are_forgotten(server: Server, world: World, run: pb.Run) -> None:
+def test_episodes_given_to_another_player_are_dropped(server: Server, world: World, run: pb.Run) -> None:
     world.cut = {6: "before"}
     original = world.opened
 
@@ -180,7 +193,7 @@ def test_episodes_that_the_server_gave_to_another_are_forgotten(server: Server, 
     assert [step for episode, step in agent.asked if episode == "e0"] == [0, 1]
 
 
-def test_not_your_episode_is_shown_and_the_others_go_on(server: Server, world: World, run: pb.Run) -> None:
+def test_not_your_episode_is_reported_and_the_others_go_on(server: Server, world: World, run: pb.Run) -> None:
     world.problems = {2: pb.Problem.CODE_NOT_YOUR_EPISODE}
     world.causes["e1"] = types_pb2.CAUSE_TIME_LIMIT
     world.players["e1"] = "another"
@@ -202,7 +215,7 @@ def test_not_your_episode_is_shown_and_the_others_go_on(server: Server, world: W
 @pytest.mark.parametrize("code", [
     pb.Problem.CODE_STEP_AHEAD, pb.Problem.CODE_BAD_ACTION, pb.Problem.CODE_STEP_BEHIND, pb.Problem.CODE_UNSPECIFIED,
 ])  # fmt: skip
-def test_a_fault_of_the_client_is_an_error(
+def test_a_protocol_violation_of_the_client_is_an_error(
     server: Server, world: World, run: pb.Run, code: pb.Problem.Code.ValueType
 ) -> None:
     world.problems = {3: code}
@@ -210,7 +223,33 @@ def test_a_fault_of_the_client_is_an_error(
         played(server, run, Recorder())
 
 
-class Answering(Recorder):
+def test_a_repeated_episode_end_counts_once(server: Server, world: World, run: pb.Run) -> None:
+    original = world.ended
+
+    def ended(episode_id: str, cause: types_pb2.Cause.ValueType, opening: pb.Open) -> list[pb.Event]:
+        events = original(episode_id, cause, opening)
+        return [events[0], *events]
+
+    world.ended = ended  # type: ignore[method-assign]
+    outcome, _ = played(server, run, Recorder())
+    assert {episode_id: list(sent) for episode_id, sent in outcome.actions.items()} == BY_RULE
+
+
+def test_actions_are_recorded_only_for_episodes_played_from_start_to_end(run: pb.Run, world: World) -> None:
+    """A clock may end an episode before its player has been shown all that another played of it."""
+    world.actions = {"e0": [0, 1, 2], "e1": [1], "e2": []}
+    known = Session(run, Recorder(), lambda _: None, FailureCounter(keep_going=False))
+    known.start_stream(history=True)
+    for episode_id in world.actions:
+        for event in world.started(episode_id, history=True):
+            known.take(event)
+    known.answer()  # the first step of each: of e0 two more were played, e1 waits for its second
+    for episode_id in ("e0", "e1", "e2", "e3"):
+        known.take(pb.Event(episode_ended=pb.EpisodeEnded(episode_id=episode_id, cause=types_pb2.CAUSE_TIME_LIMIT)))
+    assert known.actions == {"e2": (2,)}
+
+
+class ActionHandler(Recorder):
     """Answers `answer` at step 2 of everything."""
 
     def __init__(self, answer: Any) -> None:
@@ -247,10 +286,10 @@ class Answering(Recorder):
     (KeyError(), "act() raised KeyError"),
     (SystemExit(1), "act() raised SystemExit"),
 ])  # fmt: skip
-def test_an_agent_that_answers_nonsense_gives_its_batch_up(
+def test_an_invalid_answer_gives_up_the_batch(
     server: Server, world: World, run: pb.Run, answer: Any, said: str
 ) -> None:
-    outcome, notices = played(server, run, Answering(answer))
+    outcome, notices = played(server, run, ActionHandler(answer), keep_going=True)
     assert set(world.reasons) == {"e0", "e1", "e2", "e3"}
     assert all(said in reason for reason in world.reasons.values())
     assert outcome.failures[0].episode_ids == ("e0", "e1", "e2", "e3")
@@ -258,16 +297,82 @@ def test_an_agent_that_answers_nonsense_gives_its_batch_up(
     assert set(world.causes.values()) == {types_pb2.CAUSE_FORFEITED}
 
 
+class Slipping(Recorder):
+    """Fails at a step of some episodes."""
+
+    def __init__(self, step: int, episodes: str) -> None:
+        super().__init__()
+        self.step, self.episodes = step, {f"e{digit}" for digit in episodes}
+
+    def act(self, observations: Sequence[Any]) -> list[int]:
+        actions = super().act(observations)
+        if any(seen.step == self.step and seen.episode_id in self.episodes for seen in observations):
+            return [4] * len(observations)
+        return actions
+
+
+NEVER, ROW = "before its first valid action", "in 3 episodes in a row"
+
+
+@pytest.mark.parametrize(("parallel", "step", "failing", "when", "given_up"), [
+    (1, 0, "0", NEVER, ""),
+    (8, 0, "0", NEVER, ""),
+    (8, 2, "3", "in 8 episodes in a row", ""),
+    (1, 2, "01234567", ROW, "01"),
+    (1, 2, "012", ROW, "01"),
+    (1, 0, "2345", ROW, "23"),
+    (1, 2, "0134567", ROW, "0134"),
+    (2, 2, "01234567", "in 4 episodes in a row", "01"),
+])  # fmt: skip
+def test_early_or_frequent_failures_stop_the_run_which_can_be_resumed(
+    parallel: int, step: int, failing: str, when: str, given_up: str
+) -> None:
+    world = World(episodes=8)
+    run = world.create(pb.CreateRunRequest(agent="recorder", split="val_seen", language="en"))
+    with serving(Servicer(world)) as address, connect(address) as server:
+        with pytest.raises(AgentStoppedError, match=rf"^run stopped: the agent failed {when}: .*int 4"):
+            played(server, run, Slipping(step, failing), parallel=parallel)
+        assert set(world.reasons) == {f"e{digit}" for digit in given_up}
+        assert world.current_run().state == pb.RUN_STATE_RUNNING
+        outcome, _ = played(server, run, Recorder(), parallel=parallel, resume=True)
+    assert outcome.run.state == pb.RUN_STATE_COMPLETE
+    assert set(world.reasons) == {f"e{digit}" for digit in given_up}
+    whole = {f"e{i}": [(i + step) % 4 for step in range(5)] for i in range(8)}
+    assert {e: taken for e, taken in world.actions.items() if e not in world.reasons} == {
+        e: taken for e, taken in whole.items() if e not in world.reasons
+    }
+
+
+@pytest.mark.parametrize("failing", ["1", "12", "1245", "02357"])
+def test_occasional_failures_give_up_only_those_episodes(failing: str) -> None:
+    world = World(episodes=8)
+    run = world.create(pb.CreateRunRequest(agent="recorder", split="val_seen", language="en"))
+    with serving(Servicer(world)) as address, connect(address) as server:
+        played(server, run, Slipping(1, failing), parallel=1)
+    assert set(world.reasons) == {f"e{digit}" for digit in failing}
+
+
+def test_an_error_in_the_first_begin_stops_the_run(server: Server, world: World, run: pb.Run) -> None:
+    class Unready(Recorder):
+        def begin(self, episode: Any) -> None:
+            raise RuntimeError("no weights")
+
+    with pytest.raises(AgentStoppedError, match=NEVER) as stopped:
+        played(server, run, Unready())
+    assert 'raise RuntimeError("no weights")' in stopped.value.details
+    assert (world.reasons, FAILURES_IN_A_ROW) == ({}, 3)
+
+
 @pytest.mark.parametrize("answer", [
     [3, 2, 1, 0], (0, 0, 0, 0), np.array([0, 1, 2, 3]), np.array([0, 1, 2, 3], np.uint8), [np.int64(3)] * 4,
 ])  # fmt: skip
 def test_integers_of_every_kind_are_actions(server: Server, world: World, run: pb.Run, answer: Any) -> None:
-    outcome, _ = played(server, run, Answering(answer))
+    outcome, _ = played(server, run, ActionHandler(answer))
     assert outcome.failures == ()
     assert [world.actions[f"e{i}"][2] for i in range(4)] == [int(action) for action in answer]
 
 
-def test_an_agent_that_raises_in_begin_gives_that_episode_up_alone(server: Server, world: World, run: pb.Run) -> None:
+def test_an_error_in_begin_gives_up_only_that_episode(server: Server, world: World, run: pb.Run) -> None:
     class Picky(Recorder):
         def begin(self, episode: Any) -> None:
             if episode.episode_id == "e2":
@@ -275,7 +380,7 @@ def test_an_agent_that_raises_in_begin_gives_that_episode_up_alone(server: Serve
             super().begin(episode)
 
     agent = Picky()
-    outcome, _ = played(server, run, agent)
+    outcome, _ = played(server, run, agent, keep_going=True)
     assert world.reasons == {"e2": "begin() raised RuntimeError: not this one"}
     assert sorted(agent.asked) == [pair for pair in EVERYTHING if pair[0] != "e2"]
     assert [failure.episode_ids for failure in outcome.failures] == [("e2",)]
@@ -283,9 +388,7 @@ def test_an_agent_that_raises_in_begin_gives_that_episode_up_alone(server: Serve
     assert "arramon_client" not in outcome.failures[0].details
 
 
-def test_an_agent_that_fails_while_its_history_is_shown_gives_up_later(
-    server: Server, world: World, run: pb.Run
-) -> None:
+def test_a_failure_during_replay_gives_up_after_the_history(server: Server, world: World, run: pb.Run) -> None:
     half_played(world)
 
     class Forgetful(Recorder):
@@ -295,12 +398,13 @@ def test_an_agent_that_fails_while_its_history_is_shown_gives_up_later(
             return super().act(observations)
 
     outcome, _ = played(server, run, Forgetful(), resume=True)
+    assert not outcome.actions.get("e0"), "the agent was not shown all of it"
     assert world.reasons["e0"] == "act() raised RuntimeError: lost"
     assert world.actions["e0"] == [0, 1, 2]
     assert outcome.run.state == pb.RUN_STATE_COMPLETE
 
 
-def test_an_observation_is_what_the_contract_says(server: Server, run: pb.Run) -> None:
+def test_an_observation_follows_the_contract(server: Server, run: pb.Run) -> None:
     seen: list[Any] = []
 
     class Looking(Recorder):
@@ -334,15 +438,17 @@ def test_a_segmentation_comes_with_its_labels(server: Server, world: World) -> N
     assert (agent.seen.dtype, agent.seen.tolist()) == (np.uint16, [[1, 0]])
 
 
-def test_memory_that_is_not_to_be_had_is_done_without(server: Server, world: World, run: pb.Run) -> None:
+def test_unavailable_shared_memory_falls_back_to_raw_images(server: Server, world: World, run: pb.Run) -> None:
     outcome, notices = played(server, run, Recorder(), encoding=types_pb2.ENCODING_SHARED)
     assert [opening.encoding for opening in world.opens] == [types_pb2.ENCODING_SHARED, types_pb2.ENCODING_RAW]
     assert len({opening.player for opening in world.opens}) == 1
-    assert [notice.partition(":")[0] for notice in notices] == ["images travel in messages"]
+    assert [notice.partition(":")[0] for notice in notices] == [
+        "shared memory is not available, images are sent in messages"
+    ]
     assert (outcome.steps, world.actions) == (20, BY_RULE)
 
 
-def test_an_interrupt_is_not_taken_for_a_failure_of_the_agent(server: Server, world: World, run: pb.Run) -> None:
+def test_an_interrupt_is_not_a_failure_of_the_agent(server: Server, world: World, run: pb.Run) -> None:
     with pytest.raises(KeyboardInterrupt):
-        played(server, run, Answering(KeyboardInterrupt()))
+        played(server, run, ActionHandler(KeyboardInterrupt()))
     assert world.reasons == {}

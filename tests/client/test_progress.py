@@ -1,4 +1,4 @@
-"""What is shown while a run is played."""
+"""Display of a run's progress."""
 
 import io
 
@@ -6,11 +6,11 @@ import pytest
 from rich.console import Console
 
 from arramon_client.play import Progress
-from arramon_client.progress import Pace, lines, shown
+from arramon_client.progress import Pace, progress_display, progress_lines
 
 
 class Clock:
-    """Advances by hand."""
+    """Clock that is advanced manually."""
 
     def __init__(self) -> None:
         self.now = 100.0
@@ -26,7 +26,7 @@ class Clock:
     (10.0, Progress(100, 100, 500), "50 steps/s"),
     (8.0, Progress(12, 11, 4), "0 steps/s, 8 s left"),
 ])  # fmt: skip
-def test_pace_counts_from_where_it_began(seconds: float, state: Progress, text: str) -> None:
+def test_pace_counts_from_its_start(seconds: float, state: Progress, text: str) -> None:
     clock = Clock()
     pace = Pace(clock)
     pace.describe(Progress(state.episodes, 10, 0))
@@ -36,7 +36,7 @@ def test_pace_counts_from_where_it_began(seconds: float, state: Progress, text: 
 
 def test_without_a_terminal_a_line_every_ten_seconds() -> None:
     clock, output = Clock(), io.StringIO()
-    show = lines(Console(file=output, width=100), clock)
+    show = progress_lines(Console(file=output, width=100), clock)
     for step in range(51):
         clock.now = 100.0 + step / 2
         show(Progress(10, step // 10, step))
@@ -46,9 +46,9 @@ def test_without_a_terminal_a_line_every_ten_seconds() -> None:
     ]
 
 
-def test_a_terminal_has_a_bar_and_quiet_has_nothing() -> None:
+def test_a_terminal_shows_a_bar_and_quiet_shows_nothing() -> None:
     for quiet, seen in ((False, True), (True, False)):
         output = io.StringIO()
-        with shown(Console(file=output, force_terminal=True, width=100), quiet=quiet) as show:
+        with progress_display(Console(file=output, force_terminal=True, width=100), quiet=quiet) as show:
             show(Progress(10, 3, 7))
         assert ("3/10" in output.getvalue()) is seen

@@ -1,4 +1,4 @@
-"""The names that users may rely on."""
+"""The client's public names."""
 
 import arramon_client
 from arramon_client import agent
@@ -7,7 +7,8 @@ from arramon_client import agent
 def test_public_names() -> None:
     assert sorted(arramon_client.__all__) == [
         "Access",
-        "Action", "Agent", "AgentError", "AgentFailure", "AgentLoadError", "ArramonClientError", "EmbeddedServer",
+        "Action", "Agent", "AgentError", "AgentFailure", "AgentLoadError", "AgentStoppedError", "ArramonClientError",
+        "EmbeddedServer",
         "EmbeddedServerError", "EncryptionError", "Episode", "MessageTooLargeError", "NotArramonError", "Observation",
         "Outcome", "OutputError", "Progress", "ProtocolError", "RefusedError", "Server", "ServerUnreachableError",
         "Settings", "UsageError", "VersionMismatchError", "connect", "embedded_server", "load_agent", "play",

@@ -63,7 +63,7 @@ def test_the_widest_scores_fit_a_hundred_characters(report: pb.Report) -> None:
     assert rendered(report, 100).count("1.000-1.000") == 21
 
 
-def test_a_score_that_the_server_does_not_send_is_a_dash(report: pb.Report) -> None:
+def test_a_missing_score_is_a_dash(report: pb.Report) -> None:
     del report.rows[2].scores[:]
     total = next(line for line in rendered(report, 100).splitlines() if line.split()[:1] == ["total"])
     assert total.split() == ["total"] + ["-"] * 7
@@ -93,12 +93,12 @@ def test_the_file_holds_everything(report: pb.Report, tmp_path: Path) -> None:
     ]
 
 
-def test_an_older_file_is_replaced_whole(report: pb.Report, tmp_path: Path) -> None:
+def test_an_existing_file_is_replaced_atomically(report: pb.Report, tmp_path: Path) -> None:
     (tmp_path / "r7.json").write_text("x" * 100_000)
     json.loads(write_results(report, [], tmp_path).read_text())
 
 
-def test_an_output_folder_is_made(tmp_path: Path) -> None:
+def test_an_output_folder_is_created(tmp_path: Path) -> None:
     check_output(tmp_path / "a" / "b")
     assert list((tmp_path / "a" / "b").iterdir()) == []
 

@@ -1,4 +1,4 @@
-"""Receipts on the participant's side: each thing that can be wrong with one is said in a line, with status 1."""
+"""Verification of receipts: every defect is reported in one line, with status 1."""
 
 import json
 from collections.abc import Callable, Sequence
@@ -63,7 +63,7 @@ def results(**changes: Any) -> dict[str, Any]:
 
 
 class Verify:
-    """Writes a receipt's file, and verifies it."""
+    """Callable that writes a receipt's file and verifies it."""
 
     def __init__(self, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
         self.path = folder / "r7.receipt.json"
@@ -89,7 +89,7 @@ def verify(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Verify:
     return Verify(tmp_path, capsys)
 
 
-def test_a_receipt_that_the_host_signed(verify: Verify) -> None:
+def test_a_receipt_signed_by_the_host(verify: Verify) -> None:
     status, out, err = verify(signed(payload()), "--key", HOST_KEY)
     assert (status, err) == (0, "")
     assert "walker on tiny, en, 3 episodes" in out
@@ -97,16 +97,16 @@ def test_a_receipt_that_the_host_signed(verify: Verify) -> None:
     assert "split:tiny|lang:en|episodes:3\n" in out
     assert "run r7 of lab, complete\n" in out
     assert (
-        "5 steps; 60 s a step, 600 s for the first, 3600 s in the bank; episodes ended: 2 AGENT_FINISHED, "
+        "5 steps; 60 s per step, 600 s for the first, 3600 s in the bank; episodes ended: 2 AGENT_FINISHED, "
         "1 FORFEITED; offered again: 4\n"
     ) in out
     assert f"signed with the key given, {HOST_KEY}\n" in out
 
 
-def test_without_a_key_it_is_said_that_nobody_vouches_for_it(verify: Verify) -> None:
+def test_without_a_key_the_output_says_that_it_was_not_checked(verify: Verify) -> None:
     status, out, _ = verify(signed(payload(), ANOTHER))
     assert status == 3
-    assert f"signed with the key {ANOTHER_KEY}. Whether that is the host's was NOT checked" in out
+    assert f"signed with the key {ANOTHER_KEY}. It was NOT checked that this is the host's key" in out
 
 
 def pem(key: Ed25519PrivateKey) -> str:
@@ -130,17 +130,17 @@ def test_a_key_from_a_file(verify: Verify, tmp_path: Path, content: str) -> None
 def test_a_file_without_a_key(verify: Verify, tmp_path: Path, content: str) -> None:
     (tmp_path / "key").write_text(content)
     said = verify.refused(signed(payload()), "--key", str(tmp_path / "key"))
-    assert "holds no public key: expected 64 hexadecimal digits, or Ed25519 in PEM" in said
+    assert "contains no public key: expected 64 hexadecimal digits, or Ed25519 in PEM" in said
 
 
 def test_no_such_key_file(verify: Verify) -> None:
     said = verify.refused(signed(payload()), "--key", "nowhere")
-    assert said.startswith("error: nowhere is no key in hexadecimal, and no file that can be read")
+    assert said.startswith("error: nowhere is neither a hexadecimal key nor a readable file")
 
 
 def test_the_key_of_a_server(verify: Verify, world: World) -> None:
     with serving(Servicer(world)) as address:
-        assert "has no key, and signs nothing" in verify.refused(signed(payload()), "--server", address)
+        assert "has no key and does not sign receipts" in verify.refused(signed(payload()), "--server", address)
         world.info.public_key = bytes.fromhex(HOST_KEY)
         status, out, _ = verify(signed(payload()), "--server", address)
         assert (status, f"signed with the key of {address}, {HOST_KEY}\n" in out) == (0, True)
@@ -155,7 +155,9 @@ def without(name: str) -> dict[str, Any]:
 WHOLE = signed(payload())
 LATER = signed(payload(version=2))
 EPISODES = payload()["episodes"]
-ALTERED = "FILE was altered: its signature is not over these bytes, or not by this key"
+ALTERED = "FILE was altered: its signature does not match its content and key"
+NOT_RECEIPT = "is signed, but its content does not have the fields of a receipt"
+NOT_DIGITS = "is not a results file: its actions are not strings of the digits 0 to 3"
 
 
 @pytest.mark.parametrize(("content", "said"), [
@@ -165,30 +167,30 @@ ALTERED = "FILE was altered: its signature is not over these bytes, or not by th
     ({**WHOLE, "public_key": ANOTHER_KEY}, ALTERED),
     ({**WHOLE, "signature": signed(payload(), ANOTHER)["signature"]}, ALTERED),
     ({**WHOLE, "signature": "00" * 64}, ALTERED),
-    ({**WHOLE, "signature": "00"}, "FILE is no receipt: its signature is not 64 bytes in hexadecimal"),
-    ({**WHOLE, "public_key": "x" * 64}, "FILE is no receipt: its public_key is not 32 bytes in hexadecimal"),
-    ({**WHOLE, "public_key": None}, "FILE is no receipt: its public_key is not 32 bytes in hexadecimal"),
-    ({**WHOLE, "payload": {}}, "FILE is no receipt: it has no payload"),
-    ({**WHOLE, "version": 7}, "FILE has the arramon-receipt-file version 7, and this client reads 1"),
-    ({}, "FILE is no receipt: it has no format 'arramon-receipt-file'"),
-    ([], "FILE is no receipt: it has no format 'arramon-receipt-file'"),
-    (json.dumps(WHOLE).encode()[:-40], "FILE is no receipt: it is not JSON, or was cut"),
-    (b"", "FILE is no receipt: it is not JSON, or was cut"),
-    (b"\xff\xfe\x00", "FILE is no receipt: it is not JSON, or was cut"),
-    (LATER, "FILE has the arramon-receipt version 2, and this client reads 1"),
-    (signed("hello"), "FILE is no receipt: it has no format 'arramon-receipt'"),
-    (signed("[" * 100_000), "FILE is no receipt: it has no format 'arramon-receipt'"),
-    (signed(without("scores")), "FILE is signed, but does not hold what a receipt holds"),
-    (signed(payload(episodes=[{"episode_id": 7}])), "FILE is signed, but does not hold what a receipt holds"),
-    (signed(payload(run={})), "FILE is signed, but does not hold what a receipt holds"),
-    (signed(payload(digest="00" * 32)), "FILE contradicts itself: its digest is not that of its episodes"),
-    (signed(payload(episodes=EPISODES[::-1])), "FILE contradicts itself: its digest is not that of its episodes"),
+    ({**WHOLE, "signature": "00"}, "FILE is not a receipt: its signature is not 64 bytes in hexadecimal"),
+    ({**WHOLE, "public_key": "x" * 64}, "FILE is not a receipt: its public_key is not 32 bytes in hexadecimal"),
+    ({**WHOLE, "public_key": None}, "FILE is not a receipt: its public_key is not 32 bytes in hexadecimal"),
+    ({**WHOLE, "payload": {}}, "FILE is not a receipt: it has no payload"),
+    ({**WHOLE, "version": 7}, "FILE has arramon-receipt-file version 7, but this client reads version 1"),
+    ({}, "FILE is not a receipt: it does not have the format 'arramon-receipt-file'"),
+    ([], "FILE is not a receipt: it does not have the format 'arramon-receipt-file'"),
+    (json.dumps(WHOLE).encode()[:-40], "FILE is not a receipt: it is not JSON, or was truncated"),
+    (b"", "FILE is not a receipt: it is not JSON, or was truncated"),
+    (b"\xff\xfe\x00", "FILE is not a receipt: it is not JSON, or was truncated"),
+    (LATER, "FILE has arramon-receipt version 2, but this client reads version 1"),
+    (signed("hello"), "FILE is not a receipt: it does not have the format 'arramon-receipt'"),
+    (signed("[" * 100_000), "FILE is not a receipt: it does not have the format 'arramon-receipt'"),
+    (signed(without("scores")), f"FILE {NOT_RECEIPT}"),
+    (signed(payload(episodes=[{"episode_id": 7}])), f"FILE {NOT_RECEIPT}"),
+    (signed(payload(run={})), f"FILE {NOT_RECEIPT}"),
+    (signed(payload(digest="00" * 32)), "FILE is inconsistent: its digest does not match its episodes"),
+    (signed(payload(episodes=EPISODES[::-1])), "FILE is inconsistent: its digest does not match its episodes"),
 ])  # fmt: skip
-def test_a_receipt_that_is_not_right(verify: Verify, content: object, said: str) -> None:
+def test_invalid_receipts(verify: Verify, content: object, said: str) -> None:
     assert verify.refused(content, "--key", HOST_KEY) == f"error: {said}"
 
 
-def test_a_file_that_is_not_there(verify: Verify, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_missing_file(verify: Verify, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["verify", "nowhere.receipt.json"]) == 1
     assert capsys.readouterr().err == "error: nowhere.receipt.json cannot be read: No such file or directory\n"
 
@@ -203,36 +205,55 @@ def test_the_results_beside_it_are_checked(verify: Verify) -> None:
     path = verify.path.with_name("r7.json")
     path.write_text(json.dumps(results()))
     status, out, _ = verify(signed(payload()), "--key", HOST_KEY)
-    same = f"{path}: the same scores; in 3 of 3 episodes the actions are those that this client sent\n"
+    same = f"{path}: the scores match; in 3 of 3 episodes the actions match those that this client sent\n"
     assert (status, same in out) == (0, True)
     some = {"e1": "0030", "e9": "0"}  # one more was sent than was taken, and one episode is another's
     path.write_text(json.dumps(results(actions=some)))
     status, out, _ = verify(signed(payload()), "--key", HOST_KEY)
-    assert (status, "in 1 of 3 episodes the actions are those that this client sent, of the others" in out) == (0, True)
+    assert (status, "in 1 of 3 episodes the actions match those that this client sent, for the others" in out) == (
+        0,
+        True,
+    )
 
 
 OTHER_SCORES = {**SCORES, "total": {"nDTW": {"mean": 0.26, "low": 0.125, "high": 0.5}}}
 
 
 @pytest.mark.parametrize(("content", "said"), [
-    (results(actions={"e1": "010"}), "episode e1: the receipt is about other actions than this client sent"),
-    (results(actions={"e2": "1"}), "episode e2: the receipt has 2 steps, and this client sent 1"),
-    (results(actions={"e2": "14"}), "RESULTS is no results file: its actions are not texts of the digits 0 to 3"),
-    (results(actions={"e2": [1, 2]}), "RESULTS is no results file: its actions are not texts of the digits 0 to 3"),
-    (results(metrics=OTHER_SCORES), "RESULTS has other scores than the receipt"),
-    (results(run={"run_id": "r8"}), "RESULTS is of run r8, and the receipt of run r7"),
-    ({"run": {}}, "RESULTS is no results file: it has no run and no metrics"),
-    ("", "RESULTS is no results file: it has no run and no metrics"),
+    (results(actions={"e1": "010"}), "episode e1: the receipt's actions differ from those that this client sent"),
+    (results(actions={"e2": "1"}), "episode e2: the receipt has 2 steps, but this client sent 1"),
+    (results(actions={"e2": "14"}), f"RESULTS {NOT_DIGITS}"),
+    (results(actions={"e2": [1, 2]}), f"RESULTS {NOT_DIGITS}"),
+    (results(metrics=OTHER_SCORES), "RESULTS has different scores than the receipt"),
+    (results(run={"run_id": "r8"}), "RESULTS is for run r8, but the receipt is for run r7"),
+    ({"run": {}}, "RESULTS is not a results file: it has no run and no metrics"),
+    ("", "RESULTS is not a results file: it has no run and no metrics"),
 ])  # fmt: skip
-def test_results_that_do_not_fit(verify: Verify, tmp_path: Path, content: object, said: str) -> None:
+def test_results_that_do_not_match_the_receipt(verify: Verify, tmp_path: Path, content: object, said: str) -> None:
     path = tmp_path / "mine.json"
     path.write_text(json.dumps(content))
     found = verify.refused(signed(payload()), "--key", HOST_KEY, "--results", str(path))
     assert found.replace(str(path), "RESULTS") == f"error: {said}"
 
 
+def test_every_episode_that_differs_is_named(verify: Verify, tmp_path: Path) -> None:
+    path = tmp_path / "mine.json"
+    path.write_text(json.dumps(results(actions={"e1": "010", "e2": "", "e3": ""}, metrics=OTHER_SCORES)))
+    status, out, err = verify(signed(payload()), "--key", HOST_KEY, "--results", str(path))
+    assert (status, out) == (1, "")
+    assert err.splitlines() == [
+        f"error: {path} has different scores than the receipt",
+        "episode e1: the receipt's actions differ from those that this client sent",
+        "episode e2: the receipt has 2 steps, but this client sent 0",
+        f"{path}: in 1 of 3 episodes the actions match those that this client sent",
+    ]
+    path.write_text(json.dumps(results(actions={"e1": "010", "e2": ""})))
+    *_, last = verify(signed(payload()), "--key", HOST_KEY, "--results", str(path))[2].splitlines()
+    assert last == f"{path}: in 0 of 3 episodes the actions match those that this client sent, for 1 it has no actions"
+
+
 @pytest.mark.parametrize(("write", "said"), [
-    (lambda path: path.write_text("{"), "RESULTS is no results file: it is not JSON, or was cut"),
+    (lambda path: path.write_text("{"), "RESULTS is not a results file: it is not JSON, or was truncated"),
     (lambda path: None, "RESULTS cannot be read: No such file or directory"),
 ])  # fmt: skip
 def test_results_that_cannot_be_read(
@@ -277,7 +298,7 @@ class Signing(Servicer):
 
 
 @pytest.mark.parametrize("changed", [False, True])
-def test_a_run_leaves_a_receipt_that_the_actions_sent_are_checked_against(
+def test_a_runs_receipt_is_compared_with_the_actions_sent(
     world: World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], changed: bool
 ) -> None:
     (tmp_path / "verify_agent.py").write_text(AGENT)
@@ -291,17 +312,17 @@ def test_a_run_leaves_a_receipt_that_the_actions_sent_are_checked_against(
         assert main(["--agent", "verify_agent", "--lang", "en", "--server", address]) == 0
         said = capsys.readouterr()
         assert "receipt: arramon-results/run-1.receipt.json\n" in said.out
-        warning = "warning: episode e2: the receipt is about other actions than this client sent"
+        warning = "warning: episode e2: the receipt's actions differ from those that this client sent"
         assert (warning in said.err) == changed
         status = main(["verify", "arramon-results/run-1.receipt.json", "--server", address])
         assert status == int(changed)
-        # Asked for again, the file keeps what this client sent.
+        # ActionBatch for again, the file keeps what this client sent.
         assert main(["--agent", "verify_agent", "--server", address, "--resume", "run-1"]) == 0
     kept = json.loads(Path("arramon-results/run-1.json").read_text())["actions"]
     assert kept == {e: "".join(map(str, taken)) for e, taken in world.actions.items()}
 
 
-def test_a_server_that_gives_no_receipt_takes_nothing_else_away(
+def test_without_a_receipt_scores_and_results_are_still_written(
     world: World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "verify_agent.py").write_text(AGENT)
@@ -310,6 +331,6 @@ def test_a_server_that_gives_no_receipt_takes_nothing_else_away(
     with serving(Servicer(world)) as address:
         assert main(["--agent", "verify_agent", "--lang", "en", "--server", address]) == 0
     said = capsys.readouterr()
-    assert "there is no receipt: the fake server signs nothing (NOT_FOUND)" in said.err
+    assert "no receipt: the fake server signs nothing (NOT_FOUND)" in said.err
     assert "results: arramon-results/run-1.json" in said.out
     assert [path.name for path in Path("arramon-results").iterdir()] == ["run-1.json"]

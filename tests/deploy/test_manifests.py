@@ -1,5 +1,6 @@
 """The manifests: right by their schemas, confined, and of one mind with each other and with the server."""
 
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -11,9 +12,12 @@ import kubernetes_validate
 import pytest
 import yaml
 
-from server.config import Config
+from server.configuration.config import Config
+from server.configuration.sources import load_configuration
+from server.process.lifecycle import warnings
+from tests import ROOT, tiny
 
-DEPLOY = Path(__file__).parents[2] / "deploy"
+DEPLOY = ROOT / "deploy"
 FILES = sorted((DEPLOY / "kubernetes").glob("*.yaml"))
 MADE_BY_HAND = {"postgres", "arramon", "arramon-tls"}
 """The Secrets, as configuration.yaml and ingress.yaml say."""
@@ -87,9 +91,49 @@ def test_pods_are_confined(name: str) -> None:
         assert {mount["name"] for mount in container["volumeMounts"]} <= volumes
 
 
+@pytest.mark.parametrize("name", ["arramon", "episodes"])
+def test_no_mount_makes_what_is_hidden_readable_by_a_group(name: str) -> None:
+    security = pods()[name]["securityContext"]
+    assert (security["fsGroup"], security["fsGroupChangePolicy"]) == (10001, "OnRootMismatch")
+
+
 def test_compose_is_confined() -> None:
     services = yaml.safe_load((DEPLOY / "compose.yaml").read_text())["services"]
     assert all(service["read_only"] for service in services.values())
+
+
+def test_compose_mounts_nothing_that_its_users_cannot_write() -> None:
+    """A folder of the host's that is missing is made as root's; a new volume is as its folder in the image is."""
+    compose = yaml.safe_load((DEPLOY / "compose.yaml").read_text())
+    mounts = {
+        (service["image"], *mount.split(":"))
+        for service in compose["services"].values()
+        for mount in service["volumes"]
+    }
+    assert {volume for _, volume, _ in mounts} == set(compose["volumes"]) == {"data", "results"}
+    made = made_by_the_dockerfile()
+    for image, _, path in mounts:
+        target = image.removeprefix("arramon-")
+        assert path in made["runtime"] | made[target], f"{path} in {image}"
+
+
+def test_compose_leaves_results_where_its_first_lines_fetch_them() -> None:
+    text = (DEPLOY / "compose.yaml").read_text()
+    agent = yaml.safe_load(text)["services"]["agent"]
+    output = agent["command"][agent["command"].index("--output") + 1]
+    assert f" cp agent:{output}/. results " in text
+    assert output in [mount.partition(":")[2] for mount in agent["volumes"]]
+
+
+def made_by_the_dockerfile() -> dict[str, set[str]]:
+    """The folders that the Dockerfile makes for the images' user, by stage."""
+    made: dict[str, set[str]] = {}
+    for line in (DEPLOY.parent / "Dockerfile").read_text().splitlines():
+        if line.startswith("FROM "):
+            folders = made[line.split()[-1]] = set()
+        if match := re.search(r"install -d -o arramon -g arramon (\S+)$", line):
+            folders.add(match[1])
+    return made
 
 
 def test_every_setting_is_one_of_the_server() -> None:
@@ -99,6 +143,13 @@ def test_every_setting_is_one_of_the_server() -> None:
     given |= {each["name"] for each in server["env"] if each["name"].startswith("ARRAMON_")}
     assert given
     assert given <= known
+
+
+def test_the_settings_are_right_and_limit_runs_on_the_hidden_split(tmp_path: Path) -> None:
+    config = load_configuration({}, of_kind("ConfigMap")["arramon"]["data"]).config
+    splits = {split.name: split for split in (tiny.write(tmp_path), tiny.write(tmp_path, "test_unseen", hidden=True))}
+    assert (config.runs_per_day.of("test_unseen"), config.runs_per_day.of("tiny")) == (3, 0)
+    assert list(warnings(config, splits)) == []
 
 
 def test_what_is_referred_to_is_there() -> None:

@@ -73,7 +73,7 @@ def test_the_playing_order_is_fixed_and_not_the_file_s(folder: Path) -> None:
             lambda r: r["instructions"]["en"][1].update(assembly=" "),
             ":5: instructions.en[1]: the assembly instruction",
         ),
-        (6, lambda r: r.update(episode_id="1"), ":6: episode_id: episode '1' is there twice"),
+        (6, lambda r: r.update(episode_id="1"), ":6: episode_id: episode '1' occurs twice"),
         (7, lambda r: r.update(section="9"), ":7: section: is '9'; there are 1 in "),
     ],
 )
@@ -99,7 +99,7 @@ def test_a_line_that_is_not_an_episode(folder: Path, damage: bytes) -> None:
 def test_a_file_that_is_cut_off(folder: Path) -> None:
     path = folder / "episodes.jsonl"
     path.write_bytes(path.read_bytes()[:-10])
-    with pytest.raises(BadFile, match=r"episodes\.jsonl:7: the file is cut off"):
+    with pytest.raises(BadFile, match=r"episodes\.jsonl:7: the file is truncated"):
         read_episodes(path)
 
 

@@ -13,17 +13,17 @@ import lang
 from examples.sampling import english, hindi
 from examples.sampling.rooms import OFFSETS
 from examples.sampling.routes import Leg
-from server.episodes.chance import seeded
+from server.dataset.randomness import seeded
+from server.dataset.release.extras import read_references
+from server.dataset.release.files import read_release
+from server.dataset.release.importer import import_release
+from server.dataset.release.reconstruction import reconstruct
 from server.episodes.episode import Episode
-from server.episodes.extras import read_references
-from server.episodes.importing import import_release
-from server.episodes.reconstruct import reconstruct
-from server.episodes.release import read_release
 from server.sim.catalogue import ObjectType
 from server.sim.room import Square
 from server.sim.rules import moved
+from tests import ROOT
 
-ROOT = Path(__file__).parents[2]
 SAMPLE = ROOT / "examples" / "sample"
 FILES = ("sample.json", "sample_hindi.json")
 MUG = ObjectType("striped", "red", "mug")
@@ -98,7 +98,7 @@ def test_what_the_assembly_instructions_say_is_true(tmp_path: Path) -> None:
             cell = turn.target_cell
             for code, texts in episode.instructions.items():
                 for reference in read_references(texts[number].assembly, lang.load(code)):
-                    name = reference.named()
+                    name = reference.complete_type()
                     if reference.relation is not None and name is not None:
                         columns, rows = OFFSETS[reference.relation]
                         assert room[Square(cell.column + columns, cell.row + rows)] == name, texts[number].assembly

@@ -9,25 +9,32 @@ import sys
 import time
 from contextlib import closing
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+from weakref import WeakSet
 
-from server.runs.database import Database
-from server.runs.journal import Journal
+from server.runs.storage.database import Database
+from server.runs.storage.journal import Journal
 from tests.serving import Server
 
 EPISODES = 20
+
+
+STARTED: "WeakSet[subprocess.Popen[str]]" = WeakSet()
+"""The clients of this process, for whoever has to end those that are left."""
 
 
 def client(address: str, output: Path, *more: str) -> "subprocess.Popen[str]":
     """`arramon-client` with an agent whose actions are drawn by episode and step, all episodes at once, no images."""
     command = [sys.executable, "-m", "arramon_client", "--agent", "agents.random_walk", "--lang", "en"]
     command += ["--server", address, "--parallel", str(EPISODES), "--sensors", "none", "--output", str(output)]
-    return subprocess.Popen([*command, *more], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    process = subprocess.Popen([*command, *more], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    STARTED.add(process)
+    return process
 
 
 def finish(process: "subprocess.Popen[str]") -> str:
     """Waits until a client has played to the end; returns what it said."""
-    said, _ = process.communicate(timeout=240)
+    said, _ = process.communicate(timeout=900)
     assert process.returncode == 0, said
     return said
 
@@ -56,13 +63,13 @@ def played_on(url: str, run: str, recorded: int) -> int:
     """Waits until more than `recorded` steps of the run are in the journal; returns how many."""
     with closing(Database(url)) as database:
         journal = Journal(database)
-        for _ in range(3000):
+        for _ in range(10_000):
             progress = journal.progress(run)
             assert progress.ended < progress.episodes, "the run was over before the last fault"
             if progress.steps > recorded:
                 return progress.steps
             time.sleep(0.02)
-    raise AssertionError(f"no step after {recorded} in 60 seconds")
+    raise AssertionError(f"no step after {recorded} in 200 seconds")
 
 
 def pause(process_id: int, database: Path | None) -> None:
@@ -90,30 +97,46 @@ def is_locked(database: Path) -> bool:
         return False
 
 
-def undisturbed(server: Server, output: Path) -> Any:
+class Peace(NamedTuple):
+    """A run that nothing disturbed: what its client wrote down, and the journal that holds it."""
+
+    results: Any
+    url: str
+
+
+def undisturbed(server: Server, output: Path, *more: str) -> Any:
     """The results of a run in peace."""
-    finish(client(server.address, output))
+    finish(client(server.address, output, *more))
     return results(output)
 
 
-def check_same(url: str, once: Any, again: Any) -> None:
-    """Two runs have the same scores, causes and actions."""
-    assert differences(url, once, again) == []
+def check_same(url: str, once: Peace, again: Any) -> None:
+    """A run in the journal at `url` has the scores, causes and actions of the undisturbed one."""
+    assert differences(url, once.results, again, once_url=once.url) == []
 
 
-def differences(url: str, once: Any, again: Any) -> list[str]:
-    """What is not the same in two runs, by their results and in the journal, in words."""
+def played(url: str, run: Any) -> dict[str, list[int]]:
+    """The actions of a run by episode, from the journal."""
     with closing(Database(url)) as database:
         journal = Journal(database)
-        played = [
-            {e["episode_id"]: journal.actions(each["run"]["run_id"], e["episode_id"]) for e in each["episodes"]}
-            for each in (once, again)
-        ]
+        return {e["episode_id"]: journal.actions(run["run"]["run_id"], e["episode_id"]) for e in run["episodes"]}
+
+
+def differences(url: str, once: Any, again: Any, *, once_url: str = "") -> list[str]:
+    """What is not the same in two runs, by their results and in the journal, in words.
+
+    Args:
+        url: the journal that holds both.
+        once: the results of one.
+        again: the results of the other.
+        once_url: the first one's journal, where that is another.
+    """
+    first, second = played(once_url or url, once), played(url, again)
     lengths = {e["episode_id"]: e["steps"] for e in again["episodes"]}
     same = {
         "scores or causes of episodes": again["episodes"] == once["episodes"],
         "the table": again["table"] == once["table"],
-        "actions": played[0] == played[1],
-        "numbers of steps": lengths == {episode_id: len(actions) for episode_id, actions in played[1].items()},
+        "actions": first == second,
+        "numbers of steps": lengths == {episode_id: len(actions) for episode_id, actions in second.items()},
     }
     return [f"{what} differ" for what, is_same in same.items() if not is_same]

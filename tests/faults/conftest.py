@@ -6,8 +6,19 @@ from pathlib import Path
 import pytest
 
 from tests import tiny
-from tests.faults.clients import EPISODES
+from tests.faults.clients import EPISODES, STARTED
 from tests.serving import Server
+
+
+@pytest.fixture(autouse=True)
+def no_client_left() -> Iterator[None]:
+    """No client outlives the test that started it, however the test ends: its process would disturb the others."""
+    yield
+    for process in list(STARTED):
+        if process.poll() is None:
+            process.kill()
+            process.communicate()
+        STARTED.discard(process)
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ import pytest
 from tests import tiny
 from tests.faults.clients import (
     EPISODES,
+    Peace,
     check_same,
     client,
     finish,
@@ -14,7 +15,6 @@ from tests.faults.clients import (
     played_on,
     results,
     run_id,
-    undisturbed,
 )
 from tests.programs import program
 from tests.relay import Relay
@@ -43,29 +43,27 @@ class Clock:
 
 
 @pytest.mark.slow
-def test_the_clock_jumps_back_and_ahead(tmp_path: Path) -> None:
+def test_the_clock_jumps_back_and_ahead(tmp_path: Path, peace: Peace) -> None:
     clock = Clock(tmp_path)
     tiny.write(tmp_path / "data", count=EPISODES)
     server = Server(tmp_path / "data", log=tmp_path / "log", environment=clock.environment)
-    once = undisturbed(server, tmp_path / "once")
     process = client(server.address, tmp_path / "again")
     run, recorded = run_id(process), 0
     for offset in JUMPS:
         recorded = played_on(journal_url(server.data), run, recorded)
         clock.jump(offset)
     finish(process)
-    check_same(journal_url(server.data), once, results(tmp_path / "again"))
+    check_same(journal_url(server.data), peace, results(tmp_path / "again"))
     assert server.stop() == 0
 
 
 @pytest.mark.slow
-def test_a_run_moves_between_two_processes_that_do_not_agree_on_the_time(tmp_path: Path) -> None:
+def test_a_run_moves_between_two_processes_that_do_not_agree_on_the_time(tmp_path: Path, peace: Peace) -> None:
     """Whether an episode is still held by another process must not hang on whose clock is right."""
     clock = Clock(tmp_path)
     tiny.write(tmp_path / "data", count=EPISODES)
     right = Server(tmp_path / "data", log=tmp_path / "right")
     wrong = Server(tmp_path / "data", log=tmp_path / "wrong", environment=clock.environment)
-    once = undisturbed(right, tmp_path / "once")
     with Relay(right.address) as relay:
         process = client(relay.address, tmp_path / "again")
         run, recorded = run_id(process), 0
@@ -75,5 +73,5 @@ def test_a_run_moves_between_two_processes_that_do_not_agree_on_the_time(tmp_pat
             relay.target = (wrong, right)[number % 2].address
             relay.reset()
         finish(process)
-    check_same(journal_url(right.data), once, results(tmp_path / "again"))
+    check_same(journal_url(right.data), peace, results(tmp_path / "again"))
     assert (right.stop(), wrong.stop()) == (0, 0)

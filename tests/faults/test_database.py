@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests import tiny
-from tests.faults.clients import EPISODES, check_same, client, finish, played_on, results, run_id, undisturbed
+from tests.faults.clients import EPISODES, Peace, check_same, client, finish, played_on, results, run_id
 from tests.postgres import Cluster
 from tests.serving import Server
 
@@ -29,8 +29,9 @@ def server(request: pytest.FixtureRequest, postgres_url: str, tmp_path: Path) ->
 
 
 @pytest.mark.slow
-def test_postgresql_is_ended_three_times(server: Server, cluster: Cluster, postgres_url: str, tmp_path: Path) -> None:
-    once = undisturbed(server, tmp_path / "undisturbed")
+def test_postgresql_is_ended_three_times(
+    server: Server, cluster: Cluster, postgres_url: str, tmp_path: Path, peace: Peace
+) -> None:
     process = client(server.address, tmp_path / "disturbed")
     run, recorded = run_id(process), 0
     for crashed, seconds in ((True, 0.0), (True, 2.5), (False, 1.0)):
@@ -42,5 +43,5 @@ def test_postgresql_is_ended_three_times(server: Server, cluster: Cluster, postg
         time.sleep(seconds)
         cluster.start()
     said = finish(process)
-    assert "trying again" in said
-    check_same(postgres_url, once, results(tmp_path / "disturbed"))
+    assert "retrying" in said
+    check_same(postgres_url, peace, results(tmp_path / "disturbed"))

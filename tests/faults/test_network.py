@@ -6,14 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.faults.clients import check_same, client, finish, journal_url, played_on, results, run_id, undisturbed
+from tests.faults.clients import Peace, check_same, client, finish, journal_url, played_on, results, run_id
 from tests.relay import Relay
 from tests.serving import Server
 
 
 @pytest.mark.slow
-def test_connections_are_reset_again_and_again(server: Server, tmp_path: Path) -> None:
-    once = undisturbed(server, tmp_path / "once")
+def test_connections_are_reset_again_and_again(server: Server, tmp_path: Path, peace: Peace) -> None:
     chance = random.Random(3)
     with Relay(server.address) as relay:
         process = client(relay.address, tmp_path / "again")
@@ -25,13 +24,12 @@ def test_connections_are_reset_again_and_again(server: Server, tmp_path: Path) -
             relay.reset()
         finish(process)
         assert relay.resets > 6
-    check_same(journal_url(server.data), once, results(tmp_path / "again"))
+    check_same(journal_url(server.data), peace, results(tmp_path / "again"))
 
 
 @pytest.mark.slow
-def test_a_connection_falls_silent_and_another_client_goes_on(server: Server, tmp_path: Path) -> None:
+def test_a_connection_falls_silent_and_another_client_goes_on(server: Server, tmp_path: Path, peace: Peace) -> None:
     """Half-open: the server sees no end of the first stream. The same run, resumed, takes its episodes over."""
-    once = undisturbed(server, tmp_path / "once")
     with Relay(server.address) as relay:
         silent = client(relay.address, tmp_path / "silent")
         run = run_id(silent)
@@ -43,4 +41,4 @@ def test_a_connection_falls_silent_and_another_client_goes_on(server: Server, tm
         silent.communicate()
     again = results(tmp_path / "again")
     assert again["run"]["steps"] > recorded
-    check_same(journal_url(server.data), once, again)
+    check_same(journal_url(server.data), peace, again)

@@ -8,6 +8,7 @@ import pytest
 from tests import tiny
 from tests.faults.clients import (
     EPISODES,
+    Peace,
     check_same,
     client,
     finish,
@@ -15,18 +16,16 @@ from tests.faults.clients import (
     played_on,
     results,
     run_id,
-    undisturbed,
 )
 from tests.relay import Relay
 from tests.serving import Server
 
 
 @pytest.mark.slow
-def test_a_paused_process_cannot_write_what_another_plays(tmp_path: Path, database_url: str) -> None:
+def test_a_paused_process_cannot_write_what_another_plays(tmp_path: Path, database_url: str, peace: Peace) -> None:
     tiny.write(tmp_path / "data", count=EPISODES)
     url, file = database_url, tmp_path / "journal.db" if database_url.startswith("sqlite") else None
     servers = [Server(tmp_path / "data", "127.0.0.1:0", "--journal", url, log=tmp_path / n) for n in ("one", "other")]
-    once = undisturbed(servers[0], tmp_path / "once")
     with Relay(servers[0].address) as relay:
         process = client(relay.address, tmp_path / "again")
         run = run_id(process)
@@ -39,5 +38,5 @@ def test_a_paused_process_cannot_write_what_another_plays(tmp_path: Path, databa
             paused.process.send_signal(signal.SIGCONT)
             recorded = played_on(url, run, recorded)
         finish(process)
-    check_same(url, once, results(tmp_path / "again"))
+    check_same(url, peace, results(tmp_path / "again"))
     assert [server.stop() for server in servers] == [0, 0]

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from tests import ROOT
 from tests.postgres import binaries
 
-SOAK = Path(__file__).parents[2] / "benchmarks" / "soak.py"
+SOAK = ROOT / "benchmarks" / "soak.py"
 
 
 @pytest.mark.slow
@@ -17,7 +18,7 @@ SOAK = Path(__file__).parents[2] / "benchmarks" / "soak.py"
 def test_two_kills_and_what_chance_puts_between_them(database: str, workers: str, tmp_path: Path) -> None:
     if database == "postgresql":
         binaries()
-    command = [sys.executable, str(SOAK), "--kills", "2", "--clients", "2", "--minutes", "2", "--patience", "60"]
+    command = [sys.executable, str(SOAK), "--kills", "2", "--clients", "2", "--minutes", "2", "--patience", "300"]
     command += ["--database", database, "--workers", workers, "--json", str(tmp_path / "figures")]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -36,6 +36,10 @@ STRINGS = (
 NUMBERS = (0, 1, 2, 3, 4, 7, 149, 150, 1024, 1025, 2**31 - 1, 2**31, 2**32 - 1)
 
 
+PATIENCE = 120.0
+"""Seconds for an answer that usually takes milliseconds: tests ask whether there is one, not how soon."""
+
+
 class Attacker:
     """Calls a server with bytes, and counts the statuses of what it answers.
 
@@ -59,14 +63,14 @@ class Attacker:
         """Calls a method that takes one message; None where it is refused."""
         call: Any = self._channel.unary_unary(f"/{SERVICE.full_name}/{method}")
         try:
-            answer: bytes = call(data, metadata=metadata, timeout=20)
+            answer: bytes = call(data, metadata=metadata, timeout=PATIENCE)
         except grpc.RpcError as error:
             self.note(error)
             return None
         self.statuses[grpc.StatusCode.OK] += 1
         return answer
 
-    def stream(self, messages: Iterable[bytes], timeout: float = 20.0) -> Any:
+    def stream(self, messages: Iterable[bytes], timeout: float = PATIENCE) -> Any:
         """Opens a Play stream that sends these; an iterator over what comes back."""
         call: Any = self._channel.stream_stream(f"/{SERVICE.full_name}/Play")
         return call(iter(messages), metadata=METADATA, timeout=timeout)
@@ -145,7 +149,7 @@ def sockets(address: str, first_words: Iterable[bytes]) -> Iterator[socket.socke
     """Bare connections, each with its first words said."""
     host, _, port = address.rpartition(":")
     for words in first_words:
-        connection = socket.create_connection((host, int(port)), timeout=10)
+        connection = socket.create_connection((host, int(port)), timeout=PATIENCE)
         if words:
             connection.sendall(words)
         yield connection

@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import grpc
@@ -42,9 +43,16 @@ class Neighbour:
         self._thread = threading.Thread(target=self._live)
         self._thread.start()
 
+    def play_on(self, runs: int) -> None:
+        """Wait until so many more runs of it have ended."""
+        until = len(self.scores) + runs
+        while len(self.scores) < until:
+            assert self._thread.is_alive(), self.failures
+            self._thread.join(0.05)
+
     def leave(self) -> None:
         self._leave.set()
-        self._thread.join(60)
+        self._thread.join(240)
         assert not self._thread.is_alive()
 
     def _live(self) -> None:
@@ -70,13 +78,20 @@ def played(stub: EvaluationStub) -> pb.Report:
 
 
 @pytest.fixture
-def neighbour(server: Server) -> Iterator[Neighbour]:
-    """Beside each attack; afterwards every run of it is as it would have been without."""
+def undisturbed(server: Server) -> pb.Report:
+    """What a run along the ground truth is worth where nobody attacks."""
     with grpc.insecure_channel(server.address) as channel:
-        undisturbed = played(EvaluationStub(channel))
+        return played(EvaluationStub(channel))
+
+
+@contextmanager
+def beside(server: Server, undisturbed: pb.Report) -> Iterator[Neighbour]:
+    """A neighbour plays while the block attacks; every run of it, and one after the attack, is as without."""
     neighbour = Neighbour(server.address)
-    yield neighbour
-    neighbour.leave()
+    try:
+        yield neighbour
+    finally:
+        neighbour.leave()
     assert not neighbour.failures
     assert neighbour.scores
     assert all(report == undisturbed for report in neighbour.scores)

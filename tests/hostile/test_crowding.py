@@ -14,6 +14,7 @@ from arramon.v1 import evaluation_pb2 as pb
 from tests import tiny
 from tests.api.people import Person, token_of
 from tests.api.player import Player, create
+from tests.hostile.attacks import PATIENCE
 from tests.serving import METADATA, Server
 
 CALLS = 64
@@ -38,7 +39,7 @@ def silent() -> Iterator[Any]:
     done = threading.Event()
 
     def nothing() -> Iterator[Any]:
-        done.wait(60)
+        done.wait(240)
         yield from ()
 
     yield nothing
@@ -48,11 +49,11 @@ def silent() -> Iterator[Any]:
 def plays(server: Server, name: str) -> bool:
     """Whether a participant gets through: information, a run, its play and its report."""
     with Person(server.address, token_of(server.data, name)) as person:
-        person.stub.GetServerInfo(pb.GetServerInfoRequest(), metadata=METADATA, timeout=20)
+        person.stub.GetServerInfo(pb.GetServerInfoRequest(), metadata=METADATA, timeout=PATIENCE)
         run = create(person.stub, episodes=1)
         with Player(person.stub, run.run_id) as player:
             player.play(tiny.ACTIONS)
-        report = person.stub.GetReport(pb.GetReportRequest(run_id=run.run_id), metadata=METADATA, timeout=20)
+        report = person.stub.GetReport(pb.GetReportRequest(run_id=run.run_id), metadata=METADATA, timeout=PATIENCE)
     return {row.name for row in report.rows} == {"turn 1", "turn 2", "total"}
 
 
@@ -71,7 +72,7 @@ def test_strangers_who_hold_calls_shut_nobody_out(public: Server, silent: Any, k
         for _ in range(2 * CALLS):
             watching = health.Watch(health_pb2.HealthCheckRequest()) if kind == "watch" else None
             held(stack, watching or reflection.ServerReflectionInfo(silent()))
-        assert health.Check(health_pb2.HealthCheckRequest(), timeout=20).status == 1
+        assert health.Check(health_pb2.HealthCheckRequest(), timeout=PATIENCE).status == 1
         assert plays(public, f"beside {kind}")
 
 
@@ -83,11 +84,13 @@ def test_a_participant_who_holds_streams_shuts_nobody_out(public: Server, silent
             next(streams[-1])
         assert error.value.code() == grpc.StatusCode.RESOURCE_EXHAUSTED
         assert error.value.details() == (
-            "you, greedy, have 16 calls open, and no more are allowed: try again when one has ended"
+            "too many open calls from participant greedy: 16 are allowed; try again when one has ended"
         )
         assert plays(public, "modest")
     with Person(public.address, token_of(public.data, "greedy")) as greedy:
-        assert greedy.stub.GetAccount(pb.GetAccountRequest(), metadata=METADATA, timeout=20).participant == "greedy"
+        assert (
+            greedy.stub.GetAccount(pb.GetAccountRequest(), metadata=METADATA, timeout=PATIENCE).participant == "greedy"
+        )
 
 
 def test_one_participants_calls_are_answered_in_turn_beside_anothers(public: Server) -> None:

@@ -50,10 +50,14 @@ def test_classes_put_endings_behind_stems(data: dict[str, Any]) -> None:
 @pytest.mark.parametrize(
     ("path", "value", "message"),
     [
-        (("phrases", "steps", "face"), ["{look} at {thing} {slowly}"], "steps.face: no word, table or slot 'slowly'"),
+        (
+            ("phrases", "steps", "face"),
+            ["{look} at {thing} {slowly}"],
+            "steps.face: unknown word, table or slot 'slowly'",
+        ),
         (("phrases", "steps", "face"), ["{face} {thing:dative}"], "steps.face: .*'dative' is not a value of a feature"),
-        (("phrases", "steps", "face"), ["{face {thing}"], "brackets do not match"),
-        (("things", "colours", "red"), ["{rouge}"], "colours.red: no word, table or slot 'rouge'"),
+        (("phrases", "steps", "face"), ["{face {thing}"], "unbalanced brackets"),
+        (("things", "colours", "red"), ["{rouge}"], "colours.red: unknown word, table or slot 'rouge'"),
         (("grammar", "words", "turn"), {"gerund": "turning"}, "words.turn: 'gerund' is not a value of a feature"),
         (("grammar", "words", "turn"), {}, "words.turn: .* has no form"),
         (("phrases", "joins"), {"sentence": ["{a}"]}, "joins: assembly, first, later, .* missing"),

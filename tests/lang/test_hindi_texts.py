@@ -7,7 +7,7 @@ from random import Random
 import pytest
 
 from lang import load, sampling
-from lang.meaning import Assembly, Face, Meaning, Navigation, Step, Thing, Turn, Walk, Where
+from lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
 from lang.quality import BLOCKED, check
 
 REGISTERS = {
@@ -49,25 +49,26 @@ def what(thing: Thing, where: tuple[Where, ...]) -> Thing:
 BY_HAND: list[tuple[str, Meaning]] = [
     (
         "बाएँ मुड़ें और फ़ायर हाइड्रेंट तक सीधे चलें। बेंच के पास रखा धारीदार लाल मग उठा लें।",
-        Navigation((Turn("left"), Walk("to", (HYDRANT,))), what(MUG, near(BENCH))),
+        Navigation((Rotate("left"), Walk("to", (HYDRANT,))), what(MUG, near(BENCH))),
     ),
     (
         "पीछे मुड़िए, फ़ोन बूथ से आगे निकलकर चौराहे पर दाएँ मुड़िए। पेड़ के नीचे बिंदीदार नीली गेंद है, उसे उठा लीजिए।",
         Navigation(
-            (Turn("around"), Walk("past", (PHONE,)), Turn("right", "at", Thing("intersection"))), what(BALL, near(TREE))
+            (Rotate("around"), Walk("past", (PHONE,)), Rotate("right", "at", Thing("intersection"))),
+            what(BALL, near(TREE)),
         ),
     ),
     (
         "कूड़ेदान के आगे से सीधे निकलें, फिर भूरी इमारत के पास से बाएँ मुड़ें। लेटर बॉक्स के सामने रखी बिंदीदार बैंगनी रेतघड़ी उठा लें।",
         Navigation(
-            (Walk("past", (Thing("bin"),)), Turn("left", "at", Thing("building", look="brown"))),
+            (Walk("past", (Thing("bin"),)), Rotate("left", "at", Thing("building", look="brown"))),
             what(Thing("hourglass", "purple", "dotted"), near(Thing("mailbox"), relation="in_front_of")),
         ),
     ),
     (
         "थोड़ा दाएँ मुड़ो और दीवार के साथ-साथ चलते रहो। ड्रम के पीछे रखी धारीदार सफ़ेद किताब उठा लो।",
         Navigation(
-            (Turn("slightly right"), Walk("along", (Thing("wall"),))),
+            (Rotate("slightly right"), Walk("along", (Thing("wall"),))),
             what(BOOK, near(Thing("barrel"), relation="behind")),
         ),
     ),
@@ -75,7 +76,7 @@ BY_HAND: list[tuple[str, Meaning]] = [
         "ट्रैफ़िक लाइट तक जाइए, दाएँ मुड़िए और फ़ायर हाइड्रेंट तक चलते रहिए। "
         "हाइड्रेंट के बाईं ओर एक बिंदीदार भूरी बाल्टी रखी है। उसे उठाइए।",
         Navigation(
-            (Walk("to", (Thing("traffic_light"),)), Turn("right"), Walk("to", (HYDRANT,))),
+            (Walk("to", (Thing("traffic_light"),)), Rotate("right"), Walk("to", (HYDRANT,))),
             what(Thing("bucket", "brown", "dotted"), near(HYDRANT, relation="left_of")),
         ),
     ),
@@ -89,19 +90,19 @@ BY_HAND: list[tuple[str, Meaning]] = [
     (
         "नुक्कड़ पर बाएं मुड़ें और बेंच से आगे निकलें। फोन बूथ के पास रखा बिंदीदार लाल कटोरा उठाएं ।",
         Navigation(
-            (Turn("left", "at", Thing("corner")), Walk("past", (BENCH,))),
+            (Rotate("left", "at", Thing("corner")), Walk("past", (BENCH,))),
             what(Thing("bowl", "red", "dotted"), near(PHONE)),
         ),
     ),
     (
         "तब तक आगे चलें जब तक बेंच आपके बाईं ओर न आ जाए, फिर पीछे मुड़ें। सफेद धारीदार किताब उठा लें।",
-        Navigation((Walk("to", (BENCH,), "left"), Turn("around")), BOOK),
+        Navigation((Walk("to", (BENCH,), "left"), Rotate("around")), BOOK),
     ),
     (
         "पीले बैनर के बाद दाएँ मुड़िए, लैंप पोस्ट के पास से होते हुए ट्रैफ़िक कोन तक जाइए और रुकिए। बिंदीदार नीली गेंद ले लीजिए।",
         Navigation(
             (
-                Turn("right", "after", Thing("banner", "yellow")),
+                Rotate("right", "after", Thing("banner", "yellow")),
                 Walk("past", (Thing("lamp_post"),)),
                 Walk("to", (Thing("cone"),)),
             ),
@@ -198,7 +199,7 @@ def test_what_is_written_is_read_back() -> None:
     assert len(wrong) <= 0.01 * len(texts), wrong
 
 
-STEPS: list[Step] = [Turn("left"), Walk("ahead"), Walk("to", (HYDRANT,)), Face(TREE)]
+STEPS: list[Step] = [Rotate("left"), Walk("ahead"), Walk("to", (HYDRANT,)), Face(TREE)]
 
 
 def test_texts_vary() -> None:

@@ -19,7 +19,7 @@ def test_a_pattern_is_words_slots_and_choices() -> None:
 
 @pytest.mark.parametrize("text", ["{thing", "a (b", "a [b)", "a) b", "a | b", "thing}", "(a]"])
 def test_brackets_that_do_not_match_are_named(text: str) -> None:
-    with pytest.raises(ValueError, match="brackets do not match") as raised:
+    with pytest.raises(ValueError, match="unbalanced brackets") as raised:
         parse(text)
     assert repr(text) in str(raised.value)
 

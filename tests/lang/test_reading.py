@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lang import CannotRead, load, sampling
-from lang.meaning import Assembly, Face, Meaning, Navigation, Thing, Turn, Walk, Where
+from lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, Thing, Walk, Where
 
 BENCH, CONE, BOOTH = Thing("bench"), Thing("cone", "blue"), Thing("phone_booth")
 MUG, BALL = Thing("mug", "red", "striped"), Thing("ball", "blue", "dotted")
@@ -31,15 +31,15 @@ def test_what_is_written_is_read_back(seed: int) -> None:
 
 
 PEOPLES: list[tuple[str, Meaning]] = [
-    ("Turn left. Pick up the striped red mug.", Navigation((Turn("left"),), MUG)),
+    ("Turn left. Pick up the striped red mug.", Navigation((Rotate("left"),), MUG)),
     ("go foward and collect the dotted blue ball", Navigation((Walk("ahead"),), BALL)),
     (
         "Turn to face the metal bench. Walk to it and turn right. Grab the dottted blue ball behind it.",
-        Navigation((Face(BENCH), Walk("to", (BENCH,)), Turn("right")), near(BALL, BENCH, relation="behind")),
+        Navigation((Face(BENCH), Walk("to", (BENCH,)), Rotate("right")), near(BALL, BENCH, relation="behind")),
     ),
     (
         "Head past the bench and blue cone, then take the first left.",
-        Navigation((Walk("past", (BENCH,)), Walk("past", (CONE,)), Turn("left")), Thing("")),
+        Navigation((Walk("past", (BENCH,)), Walk("past", (CONE,)), Rotate("left")), Thing("")),
     ),
     (
         "Walk until you see a dotted blue ball. Pick up the ball.",

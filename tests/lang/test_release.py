@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 
 from lang import load
+from tests import ROOT
 
-RELEASE = Path(os.environ.get("ARRAMON_RELEASE", Path(__file__).parents[2].parent / "shared" / "release"))
+RELEASE = Path(os.environ.get("ARRAMON_RELEASE", ROOT.parent / "shared" / "release"))
 FILE = RELEASE / "val_seen.json"
 
 pytestmark = pytest.mark.skipif(

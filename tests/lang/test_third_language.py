@@ -7,7 +7,7 @@ from shutil import copytree
 import pytest
 
 from lang.language import ROOT, Language, available, identify, load
-from lang.meaning import Assembly, Meaning, Navigation, Thing, Turn, Walk, Where
+from lang.meaning import Assembly, Meaning, Navigation, Rotate, Thing, Walk, Where
 from lang.quality import check
 
 FILES = {
@@ -170,9 +170,9 @@ FILES = {
 BALL, MUG, BENCH = Thing("ball", "blue", "dotted"), Thing("mug", "red", "striped"), Thing("bench")
 
 MEANINGS: list[Meaning] = [
-    Navigation((Turn("left"), Walk("to", (BENCH,))), BALL),
+    Navigation((Rotate("left"), Walk("to", (BENCH,))), BALL),
     Navigation(
-        (Turn("right", "at", Thing("corner", which="second")), Walk("between", (BENCH, BENCH))),
+        (Rotate("right", "at", Thing("corner", which="second")), Walk("between", (BENCH, BENCH))),
         Thing("mug", "red", "striped", where=(Where("near", (BENCH,)),)),
     ),
     Assembly((), Thing("ball"), (Where("on_top_of", (MUG,)),)),
@@ -222,7 +222,7 @@ def test_its_own_grammar_is_followed(esperanto: Language) -> None:
 
 def test_what_people_write_is_read(esperanto: Language) -> None:
     text = "Turnu vin dekstren ĉe la dua stratangulo kaj iru ĝis la benko. Prenu la strian ruĝan tason ĉe la sidbenko."
-    steps = (Turn("right", "at", Thing("corner", which="second")), Walk("to", (BENCH,)))
+    steps = (Rotate("right", "at", Thing("corner", which="second")), Walk("to", (BENCH,)))
     assert esperanto.read(text, "navigation") == Navigation(
         steps, Thing("mug", "red", "striped", where=(Where("near", (BENCH,)),))
     )

@@ -6,7 +6,7 @@ from random import Random
 import pytest
 
 from lang import load, sampling
-from lang.meaning import Assembly, Face, Navigation, Thing, Turn, Walk, Where
+from lang.meaning import Assembly, Face, Navigation, Rotate, Thing, Walk, Where
 from lang.quality import BLOCKED, check
 
 MUG = Thing("mug", "red", "striped")
@@ -31,11 +31,11 @@ def test_a_text_depends_on_meaning_and_draw_alone() -> None:
 @pytest.mark.parametrize(
     ("step", "said"),
     [
-        (Turn("slightly left"), r"turn slightly left|bear slightly left|slight left"),
-        (Turn("around"), r"turn around"),
-        (Turn("right", "at", CROSSING), r"right at the second (intersection|junction|crossing|crossroads)"),
-        (Turn("left", "before", BENCH), r"before the (park |street )?bench"),
-        (Turn("left", "after", BENCH), r"after the (park |street )?bench"),
+        (Rotate("slightly left"), r"turn slightly left|bear slightly left|slight left"),
+        (Rotate("around"), r"turn around"),
+        (Rotate("right", "at", CROSSING), r"right at the second (intersection|junction|crossing|crossroads)"),
+        (Rotate("left", "before", BENCH), r"before the (park |street )?bench"),
+        (Rotate("left", "after", BENCH), r"after the (park |street )?bench"),
         (Face(BENCH), r"(face|toward|towards) the (park |street )?bench"),
         (Walk("ahead", count=7), r"\b(7|seven) paces"),
         (Walk("to", (BENCH,)), r"(to|reach|at|far as|come to) the (park |street )?bench"),
@@ -47,12 +47,12 @@ def test_a_text_depends_on_meaning_and_draw_alone() -> None:
         (Walk("towards", (BANNER,)), r"towards? (the|an) .*(star|orange)"),
     ],
 )
-def test_what_a_step_says(step: Turn | Face | Walk, said: str) -> None:
+def test_what_a_step_says(step: Rotate | Face | Walk, said: str) -> None:
     assert some(said, written(Navigation((step,), MUG)))
 
 
 def test_references() -> None:
-    texts = written(Navigation((Walk("to", (BENCH,)), Turn("left", "at", BENCH)), MUG))
+    texts = written(Navigation((Walk("to", (BENCH,)), Rotate("left", "at", BENCH)), MUG))
     assert some(r"left there", texts)
     assert some(r"(that|this|the same) (park |street )?bench", texts)
     near = Thing("mug", "red", "striped", where=(Where("behind", (BENCH,)),))
@@ -92,7 +92,7 @@ def test_texts_are_spelt_and_pass_the_checks() -> None:
 def test_what_has_no_words_is_an_error() -> None:
     english = load("en")
     for thing, message in (
-        (Thing("zeppelin"), "no noun for things of kind 'zeppelin'"),
+        (Thing("zeppelin"), "no noun for kind 'zeppelin'"),
         (Thing("mug", "mauve"), "no words for 'mauve'"),
         (Thing("banner", "red", "dotted"), "no words for the look 'dotted' of 'banner'"),
     ):

@@ -1,4 +1,4 @@
-"""An engine in this very process, on a time that a test moves, with streams that have no network."""
+"""Engines in the process of the test, with a clock that the test moves, and streams without a network."""
 
 from __future__ import annotations
 
@@ -12,22 +12,23 @@ import pytest
 
 from server.episodes.splits import Split
 from server.errors import ArraMonError
-from server.runs import engine as engines
-from server.runs.clocks import Clocks
-from server.runs.database import Database
-from server.runs.engine import Engine
-from server.runs.events import EpisodeEnded, Event, Observed, RunEnded
-from server.runs.journal import Journal
-from server.runs.ledger import Ledger
-from server.runs.records import RUNNING, Run
-from server.runs.stream import Act, Stream
+from server.runs.play import engine as engines
+from server.runs.play import upkeep
+from server.runs.play.clocks import Clocks
+from server.runs.play.engine import Engine
+from server.runs.play.events import EpisodeEnded, Event, Observed, RunEnded
+from server.runs.play.stream import Act, Stream
+from server.runs.storage.database import Database
+from server.runs.storage.journal import Journal
+from server.runs.storage.records import RUNNING, Run
+from server.runs.storage.run_activity import RunActivity
 from tests import tiny
 
 CLOCKS = Clocks(60.0, 600.0, 100.0)
 
 
 class House:
-    """A journal, a split, and as many engines as a test starts.
+    """A journal, a split, and any number of engines.
 
     Attributes:
         now: the time of the clocks; it stands still.
@@ -40,11 +41,11 @@ class House:
         self.url = url or f"sqlite:///{folder / 'journal.db'}"
         self.database = Database(self.url, clock=lambda: self.wall)
         self.journal = Journal(self.database)
-        self.ledger = Ledger(self.database)
+        self.activity = RunActivity(self.database)
         self.now = 1000.0
 
     def run(self, clocks: Clocks = CLOCKS, sensors: Sequence[str] = ()) -> Run:
-        """A new run of all episodes."""
+        """Create a run of all episodes."""
         run = Run(
             run_id="run",
             participant="p",
@@ -67,14 +68,15 @@ class House:
 
     @asynccontextmanager
     async def engine(self, *, idle_seconds: float = 0.0, database: Database | None = None) -> AsyncIterator[Engine]:
-        """An engine that plays while the block lasts, on a database of its own or the common one; it must not break."""
+        """Yield a running engine, on a database of its own or the common one; fail if it raises an error."""
         engine = Engine(
             {"tiny": self.split},
             Journal(database) if database else self.journal,
-            Ledger(database) if database else self.ledger,
+            RunActivity(database) if database else self.activity,
             grace=0.0,
             idle_seconds=idle_seconds,
             now=lambda: self.now,
+            monotonic=lambda: self.now,
         )
         engine.start()
         playing = asyncio.create_task(engine.run())
@@ -88,12 +90,12 @@ class House:
             engine.stop()
 
     def causes(self) -> dict[str, int]:
-        """Of the run's ended episodes."""
+        """Return the causes of the run's ended episodes."""
         return self.journal.progress("run").causes
 
 
 class Seat:
-    """A stream's place at an engine.
+    """A stream that has joined an engine, seen from the client.
 
     Attributes:
         events: that it was told.
@@ -136,7 +138,7 @@ class Seat:
             asyncio.get_running_loop().call_soon(self._engine.has_left, self.stream)
 
     async def next(self, kind: type[Event]) -> Event:
-        """The next event of a kind; others before it are passed over."""
+        """Return the next event of a kind, and drop those before it."""
         while True:
             while self._taken < len(self.events):
                 self._taken += 1
@@ -147,13 +149,13 @@ class Seat:
             await asyncio.sleep(0.001)
 
     async def observation(self) -> Observed:
-        """The next observation."""
+        """Return the next observation."""
         event = await self.next(Observed)
         assert isinstance(event, Observed)
         return event
 
     async def ended(self) -> EpisodeEnded:
-        """The next end of an episode."""
+        """Return the next end of an episode."""
         event = await self.next(EpisodeEnded)
         assert isinstance(event, EpisodeEnded)
         return event
@@ -162,7 +164,7 @@ class Seat:
         self._engine.ask(self.stream, [Act(episode_id, step, action)])
 
     async def play(self) -> None:
-        """Plays the ground truth of one episode after the other, until the run ends."""
+        """Play the ground truth of one episode after the other until the run ends."""
         while not any(isinstance(event, RunEnded) for event in self.events):
             event = await self.next(Event)  # type: ignore[arg-type]
             if isinstance(event, Observed) and event.taken is None:
@@ -170,14 +172,21 @@ class Seat:
                 self.act(event.episode.episode_id, step, tiny.ACTIONS[step])
 
 
+async def looks(engine: Engine, times: int = 5) -> None:
+    """Wait until an engine has looked so many times: what it would do by itself, it has done by then."""
+    for _ in range(times):
+        before = engine.turned_at
+        await until(lambda: engine.turned_at > before)  # noqa: B023 - awaited at once
+
+
 async def until(condition: Callable[[], bool]) -> None:
-    """Waits for what the engine does by itself; a test that waits in vain is ended from outside."""
+    """Wait for a condition that the engine fulfils by itself; the time limit of the test ends a wait in vain."""
     while not condition():
         await asyncio.sleep(0.002)
 
 
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The engine looks at what nobody asked for all the time, so that no test waits for it."""
+    """Set the intervals of the engine's periodic work to almost zero, so that no test waits for it."""
     monkeypatch.setattr(engines, "SWEEP_SECONDS", 0.002)
-    monkeypatch.setattr(engines, "ACTIVE_SECONDS", 0.002)
+    monkeypatch.setattr(upkeep, "ACTIVE_SECONDS", 0.002)

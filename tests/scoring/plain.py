@@ -1,4 +1,4 @@
-"""The formulas again, as plainly as they can be written, to hold the quick implementation against."""
+"""Plain implementations of the formulas, to compare the fast ones with."""
 
 import math
 from functools import cache

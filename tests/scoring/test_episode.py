@@ -1,4 +1,4 @@
-"""Scores of a turn: gates, forced ends, and what was not played."""
+"""Scores of a turn: gates, forced ends, and phases that were not played."""
 
 import dataclasses
 import math
@@ -26,7 +26,7 @@ def scores(**changes: Any) -> dict[str, float]:
     return dict(score_turn(dataclasses.replace(PERFECT, **changes)))
 
 
-def test_the_metrics_stand_in_the_papers_order() -> None:
+def test_the_metrics_are_in_the_papers_order() -> None:
     assert METRICS == (
         "nDTW", "CTC-0", "CTC-3", "CTC-5", "CTC-7", "rPOD", "PTC",
         "rPOD@CTC-0", "PTC@CTC-0", "rPOD@CTC-3", "PTC@CTC-3", "rPOD@CTC-5", "PTC@CTC-5", "rPOD@CTC-7", "PTC@CTC-7",

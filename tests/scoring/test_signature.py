@@ -1,12 +1,13 @@
-"""A signature is one line that can be read back."""
+"""Signatures: one line that can be parsed again."""
 
 import dataclasses
+from urllib.parse import unquote
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.scoring.signature import Signature
+from server.scoring.signature import Signature, argument
 
 SIGNATURE = Signature("0.1.0", 1, "val_seen", "en", 1065, 150, "60/600/3600", frozenset({"rgb", "depth"}),
                       frozenset({"lossless-224"}), "ab12")  # fmt: skip
@@ -27,12 +28,27 @@ def test_an_agent_without_sensors() -> None:
     assert Signature.parse(str(blind)) == blind
 
 
+def test_arguments_and_chosen_episodes() -> None:
+    written = {argument("beam", "4"), argument("checkpoint", "my w+|%.pt")}
+    full = dataclasses.replace(SIGNATURE, arguments=frozenset(written), chosen="ab12cd")
+    assert str(full) == LINE + "|args:beam=4+checkpoint=my%20w%2B%7C%25.pt|chosen:ab12cd"
+    assert Signature.parse(str(full)) == full
+
+
+@given(st.text())
+def test_every_argument_can_be_written_and_parsed(value: str) -> None:
+    written = argument("a", value)
+    signature = dataclasses.replace(SIGNATURE, arguments=frozenset({written}))
+    assert Signature.parse(str(signature)).arguments == {written}
+    assert unquote(written) == f"a={value}"
+
+
 words = st.text("abnoe019_.:-", min_size=1, max_size=8)
 some = st.frozensets(words.filter(lambda word: word != "none"))
 
 
 @given(st.builds(Signature, words, st.integers(), words, words, st.integers(), st.integers(),
-                 words, some, some, words))  # fmt: skip
+                 words, some, some, words, some, st.just("") | words))  # fmt: skip
 def test_it_can_be_read_back(signature: Signature) -> None:
     assert Signature.parse(str(signature)) == signature
 
@@ -55,7 +71,7 @@ def test_another_line_is_an_error(line: str, message: str) -> None:
 
 @pytest.mark.parametrize("word", ["", "val|seen", "val seen", "a\nb", "a+b"])
 def test_a_word_that_cannot_be_read_back_is_refused(word: str) -> None:
-    with pytest.raises(ValueError, match="cannot stand in a signature"):
+    with pytest.raises(ValueError, match="is not allowed in a signature"):
         dataclasses.replace(SIGNATURE, split=word)
 
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from server.sim.assets.facades import BAYS, STOREYS
 from server.sim.bullet import World
 from server.sim.cameras import Viewpoint
 from server.sim.city import building_mesh, city_scene
-from server.sim.facades import BAYS, STOREYS
 from server.sim.labels import LABELS
 from server.sim.section import FACADES, PROP_KINDS, Building, Prop, Section
 

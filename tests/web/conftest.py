@@ -16,8 +16,10 @@ from tests.web.made import WebHouse
 def house_in(folder: Path) -> Iterator[WebHouse]:
     made = WebHouse(folder)
     with closing(made.database):
-        yield made
-        made.site.close()
+        try:
+            yield made
+        finally:
+            made.site.close()  # the present one: a test may have started another
 
 
 @pytest.fixture
@@ -41,6 +43,6 @@ def browser() -> Iterator[Browser]:
     chromium = next((path for path in installed if path), None) or program("chromium", "chromium")
     with sync_playwright() as playwright:
         # Its own sandbox needs privileges that containers and root do not have; the pages are this project's own.
-        launched = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        launched = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox", "--disable-gpu"])
         yield launched
         launched.close()

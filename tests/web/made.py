@@ -6,11 +6,11 @@ from pathlib import Path
 from server.board.board import Board
 from server.episodes.episode import Episode, Instructions
 from server.episodes.splits import Split, write_split
-from server.runs.callers import HOST
-from server.runs.receipts import Receipts
-from server.runs.records import COMPLETE, RUNNING, Batch, Ending, Run
-from server.runs.session import Session
-from server.runs.signing import SigningKey
+from server.runs.accounts.callers import HOST
+from server.runs.play.session import Session
+from server.runs.results.receipts import Receipts
+from server.runs.results.signing import SigningKey
+from server.runs.storage.records import COMPLETE, RUNNING, Batch, Ending, Run
 from server.scoring.episode import METRICS
 from server.sim.bullet import Obstacles
 from server.sim.catalogue import ObjectType
@@ -62,7 +62,7 @@ class WebHouse(House):
         run = Run(
             run_id=run_id, participant="lab", agent="truth", split=split, language=language, sensors=sensors,
             steps_per_phase=STEPS, data_hash=self.splits[split].data_hash, server_version="9", state=RUNNING,
-            created_at=NOON, **asdict(CLOCKS),
+            created_at=NOON, **asdict(CLOCKS), agent_arguments=(("beam", "4"), ("checkpoint", "my w.pt")),
         )  # fmt: skip
         self.journal.create(run, [episode.episode_id for episode in order])
         with Obstacles(city_scene(tiny.SECTION)) as ground:

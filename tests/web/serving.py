@@ -36,7 +36,7 @@ class Site:
         self._runner = web.AppRunner(application)
         self._thread = threading.Thread(target=self._loop.run_forever)
         self._thread.start()
-        self.port: int = asyncio.run_coroutine_threadsafe(self._start(), self._loop).result(30)
+        self.port: int = asyncio.run_coroutine_threadsafe(self._start(), self._loop).result(120)
         self.address = f"http://127.0.0.1:{self.port}"
 
     async def _start(self) -> int:
@@ -46,14 +46,14 @@ class Site:
         return int(self._runner.addresses[0][1])
 
     def close(self) -> None:
-        asyncio.run_coroutine_threadsafe(self._runner.cleanup(), self._loop).result(30)
+        asyncio.run_coroutine_threadsafe(self._runner.cleanup(), self._loop).result(120)
         self._loop.call_soon_threadsafe(self._loop.stop)
-        self._thread.join(30)
+        self._thread.join(120)
         self._loop.close()
         self._pages.close()
 
     def get(self, path: str, headers: dict[str, str] | None = None, method: str = "GET") -> Got:
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=120)
         try:
             connection.request(method, path, headers=headers or {})
             response = connection.getresponse()

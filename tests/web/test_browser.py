@@ -1,11 +1,14 @@
 """The pages in Chromium: by keyboard alone, on a phone, in the dark, without scripts, and for all to read."""
 
-from collections.abc import Iterator
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, expect
+from playwright.sync_api import Browser, BrowserContext, CDPSession, Page, Route, expect
 
 from tests.web.made import HIDDEN_RUN, OPEN_RUN, PRIVILEGED_RUN, WebHouse
 
@@ -38,6 +41,16 @@ CONTRASTS = """() => {
 }"""
 
 
+FONTS = {
+    "as installed": "",
+    "wide": """* { font-family: "DejaVu Sans", Verdana, monospace !important; }""",
+    "spaced": "* { letter-spacing: .12em !important; word-spacing: .16em !important; }",
+}
+"""What the layout is tried in. The first is what a browser finds for the page's own list; the second stands in for
+machines with wider fonts, the third for readers who need more space (WCAG 1.4.12), and is wide whatever is installed.
+Which of the named fonts are there depends on the machine, so every test says what it was shown in."""
+
+
 @dataclass
 class Reader:
     """A browser's window on the site, and what went wrong in it.
@@ -45,16 +58,41 @@ class Reader:
     Attributes:
         problems: what its console said.
         asked: the addresses that it asked for.
+        note: writes down what a page was shown in, for the summary.
     """
 
     page: Page
     site: str
+    note: Callable[[str, object], None] = lambda name, value: None
     problems: list[str] = field(default_factory=list)
     asked: list[str] = field(default_factory=list)
 
     def open(self, path: str) -> Page:
         self.page.goto(self.site + path)
         return self.page
+
+    def open_in_fonts(self, path: str) -> Iterator[tuple[Page, str]]:
+        """Open a page in one font after the other; each with what it is drawn in, in words, for messages."""
+        for name, style in FONTS.items():
+            add = partial(_add_style, style)
+            self.page.route(STYLESHEET, add)
+            page = self.open(path)
+            self.page.unroute(STYLESHEET, add)
+            font = f"{name} ({', '.join(self.drawn())})"
+            self.note("fonts", font)
+            yield page, font
+
+    def drawn(self) -> list[str]:
+        """The families that the browser draws the open page in, as it says itself."""
+        with closing_session(self.page) as session:
+            session.send("DOM.enable")
+            session.send("CSS.enable")
+            root = session.send("DOM.getDocument")["root"]["nodeId"]
+            body = session.send("DOM.querySelector", {"nodeId": root, "selector": "body"})["nodeId"]
+            found = session.send("CSS.getPlatformFontsForNode", {"nodeId": body})["fonts"]
+        families = sorted({font["familyName"] for font in found})
+        assert families
+        return families
 
     def press_until(self, selector: str, key: str = "Tab") -> None:
         """Presses a key until an element has the focus, as somebody does who has no mouse."""
@@ -65,9 +103,29 @@ class Reader:
         raise AssertionError(f"{key} never came to {selector}")
 
 
+STYLESHEET = re.compile(r"/static/style\..*css$")
+
+
+def _add_style(style: str, route: Route) -> None:
+    """Let the page's own stylesheet end with more."""
+    response = route.fetch()
+    route.fulfill(response=response, body=response.text() + style)
+
+
+@contextmanager
+def closing_session(page: Page) -> Iterator[CDPSession]:
+    session = page.context.new_cdp_session(page)
+    try:
+        yield session
+    finally:
+        session.detach()
+
+
 @pytest.fixture
-def reader(shown: WebHouse, browser: Browser) -> Iterator[Reader]:
-    yield from read_by(shown, browser)
+def reader(shown: WebHouse, browser: Browser, record_property: Callable[[str, object], None]) -> Iterator[Reader]:
+    for reader in read_by(shown, browser):
+        reader.note = record_property
+        yield reader
 
 
 @pytest.fixture
@@ -186,40 +244,61 @@ def test_the_signature_is_copied(shown: WebHouse, reader: Reader) -> None:
 @pytest.mark.parametrize("address", ADDRESSES)
 def test_a_phone_never_scrolls_sideways(reader: Reader, address: str) -> None:
     reader.page.set_viewport_size({"width": PHONE["width"], "height": PHONE["height"]})
-    page = reader.open(address)
-    for details in page.locator("summary").all():
-        details.click()
-    assert page.evaluate("document.documentElement.scrollWidth") == PHONE["width"]
-    boxes = page.locator(".scroll").evaluate_all("boxes => boxes.map(box => box.getBoundingClientRect().right)")
-    assert all(right <= PHONE["width"] for right in boxes)
+    for page, font in reader.open_in_fonts(address):
+        for details in page.locator("summary").all():
+            details.click()
+        assert page.evaluate("document.documentElement.scrollWidth") == PHONE["width"], font
+        boxes = page.locator(".scroll").evaluate_all("boxes => boxes.map(box => box.getBoundingClientRect().right)")
+        assert all(right <= PHONE["width"] for right in boxes), font
 
 
 def test_a_phone_shows_rank_name_and_the_column_that_sorts(reader: Reader) -> None:
     reader.page.set_viewport_size({"width": PHONE["width"], "height": PHONE["height"]})
-    page = reader.open(f"/hi/{OPEN}")
-    box = page.locator(".board").bounding_box()
-    assert box is not None
-    for selector in ("tbody .rank", "tbody .name", "th[aria-sort]"):
-        found = page.locator(selector).first.bounding_box()
-        assert found is not None
-        assert box["x"] <= found["x"], selector
-        assert found["x"] + found["width"] <= box["x"] + box["width"], selector
-    assert page.evaluate("document.querySelector('.board').scrollLeft") > 0
+    for page, font in reader.open_in_fonts(f"/hi/{OPEN}"):
+        box = page.locator(".board").bounding_box()
+        assert box is not None
+        for selector in ("tbody .rank", "tbody .name", "th[aria-sort]"):
+            found = page.locator(selector).first.bounding_box()
+            assert found is not None
+            assert box["x"] <= found["x"], (selector, font)
+            assert found["x"] + found["width"] <= box["x"] + box["width"], (selector, font)
+        assert page.evaluate("document.querySelector('.board').scrollLeft") > 0, font
+
+
+COVERED = """() => {
+    const one = document.activeElement, box = one.getBoundingClientRect();
+    return one.contains(document.elementFromPoint(box.left + 8, box.top + 8)) ? "" : one.outerHTML;
+}"""
 
 
 @pytest.mark.parametrize("size", [(360, 740), (720, 400), (1440, 800)])  # the second is a desktop at 200%
 def test_what_has_the_focus_is_not_covered(reader: Reader, size: tuple[int, int]) -> None:
     reader.page.set_viewport_size({"width": size[0], "height": size[1]})
-    page = reader.open(f"/en/{OPEN}")
-    reader.press_until('a[data-swap="published"]')
-    for key, last in (("Shift+Tab", 'a[data-swap="agent"]'), ("Tab", "#standings tbody tr:last-child a")):
-        while not page.evaluate("last => document.activeElement.matches(last)", last):
-            page.keyboard.press(key)
-            covered = page.evaluate("""() => {
-                const one = document.activeElement, box = one.getBoundingClientRect();
-                return one.contains(document.elementFromPoint(box.left + 8, box.top + 8)) ? "" : one.outerHTML;
-            }""")
-            assert covered == ""
+    for page, font in reader.open_in_fonts(f"/en/{OPEN}"):
+        page.locator('a[data-swap="published"]').focus()
+        for key, last in (("Shift+Tab", 'a[data-swap="agent"]'), ("Tab", "#standings tbody tr:last-child a")):
+            while not page.evaluate("last => document.activeElement.matches(last)", last):
+                page.keyboard.press(key)
+                assert page.evaluate(COVERED) == "", font
+
+
+def test_wherever_the_table_was_scrolled_what_gets_the_focus_comes_out_from_under_its_columns(reader: Reader) -> None:
+    reader.page.set_viewport_size({"width": PHONE["width"], "height": PHONE["height"]})
+    for page, font in reader.open_in_fonts(f"/en/{OPEN}"):
+        for name in ("ctc-3", "rpod", "published"):
+            for covered in (2, 20, 45):  # pixels of it that are under the pinned columns
+                page.locator(".board").focus()
+                page.evaluate(
+                    """([name, covered]) => {
+                        const box = document.querySelector(".board");
+                        const edge = box.querySelector("tbody .name").getBoundingClientRect().right;
+                        const one = box.querySelector(`a[data-swap="${name}"]`);
+                        box.scrollLeft += one.getBoundingClientRect().left - edge + covered;
+                    }""",
+                    [name, covered],
+                )
+                page.locator(f'a[data-swap="{name}"]').focus()
+                assert page.evaluate(COVERED) == "", (font, name, covered)
 
 
 def test_names_from_right_to_left_stand_where_others_do(web: WebHouse, browser: Browser) -> None:

@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 
 from arramon_client.receipts import read_receipt
-from server.runs import causes
-from server.runs.clocks import Clocks
-from server.runs.records import COMPLETE, Batch, Ending
+from server.runs.play.clocks import Clocks
+from server.runs.storage import causes
+from server.runs.storage.records import COMPLETE, Batch, Ending
 from server.scoring.episode import METRICS
 from server.web import pages, texts
 from tests import tiny
@@ -318,6 +318,8 @@ def test_downloads(shown: WebHouse) -> None:
 def test_a_run_that_was_played_by_the_ground_truth(shown: WebHouse) -> None:
     text = shown.site.get(f"/en/runs/{OPEN_RUN}").text
     assert shown.board.entry(OPEN_RUN).signature in text
+    assert shown.board.entry(OPEN_RUN).signature.endswith("|args:beam=4+checkpoint=my%20w.pt")
+    assert "<dt>Agent&#39;s arguments</dt><dd>beam=4, checkpoint=my w.pt</dd>" in text
     assert f"{shown.splits['open'].data_hash}" in text
     assert f"arramon-client verify {OPEN_RUN}.receipt.json --key " in text
     assert "The server never had to offer an episode anew." in text
@@ -403,14 +405,14 @@ def test_a_slow_drawing_holds_up_no_other_page(shown: WebHouse, monkeypatch: pyt
 
     def slow(*_: object) -> None:
         begun.set()
-        go_on.wait(30)
+        go_on.wait(120)
 
-    monkeypatch.setattr("server.web.mapping.ground", slow)
+    monkeypatch.setattr("server.web.section_map.ground", slow)
     drawing = threading.Thread(target=shown.site.get, args=(f"/en/runs/{OPEN_RUN}/episodes/quokka-1",))
     drawing.start()
     try:
-        assert begun.wait(30)
+        assert begun.wait(120)
         assert shown.site.get("/en/").status == 200
     finally:
         go_on.set()
-        drawing.join(30)
+        drawing.join(120)

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from server.board.standings import Mark
-from server.runs import causes
+from server.runs.storage import causes
 from server.scoring.episode import METRICS
 from server.web import texts
-from server.web.choices import COVERAGES, SENSORS, TURNS
+from server.web.filters import COVERAGES, SENSORS, TURNS
 
 EN, HI = texts.all_texts()["en"], texts.all_texts()["hi"]
 WEB = Path(texts.__file__).parent

@@ -1,16 +1,14 @@
-"""Play ArraMon: connect an agent to an evaluation server, local or remote.
+"""ArraMon client: connect an agent to an evaluation server, local or remote.
 
-An agent's author needs `arramon_client.agent` and the command `arramon-client`; what else is public here lets a program
-do what the command does.
+An agent's author needs `arramon_client.agent` and the command `arramon-client`. The other public names let a program do
+what the command does.
 """
 
-from arramon_client.access import Access
 from arramon_client.agent import Action, Agent, Episode, Observation
-from arramon_client.connection import Server, connect
-from arramon_client.embedded import EmbeddedServer, embedded_server
 from arramon_client.errors import (
     AgentError,
     AgentLoadError,
+    AgentStoppedError,
     ArramonClientError,
     EmbeddedServerError,
     EncryptionError,
@@ -23,9 +21,12 @@ from arramon_client.errors import (
     UsageError,
     VersionMismatchError,
 )
-from arramon_client.loading import load_agent
+from arramon_client.local.embedded import EmbeddedServer, embedded_server
 from arramon_client.play import Outcome, Progress, Settings, play
+from arramon_client.plugin.loader import load_agent
 from arramon_client.session import AgentFailure
+from arramon_client.transport.access import Access
+from arramon_client.transport.connection import Server, connect
 
 __all__ = [
     "Access",
@@ -34,6 +35,7 @@ __all__ = [
     "AgentError",
     "AgentFailure",
     "AgentLoadError",
+    "AgentStoppedError",
     "ArramonClientError",
     "EmbeddedServer",
     "EmbeddedServerError",

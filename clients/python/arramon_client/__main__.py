@@ -1,4 +1,4 @@
-"""`python -m arramon_client` is the command `arramon-client`."""
+"""Entry point of `python -m arramon_client`, the same as the command `arramon-client`."""
 
 import sys
 

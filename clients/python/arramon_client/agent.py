@@ -1,4 +1,4 @@
-"""The agent contract: what a participant writes against. It is this file, whole."""
+"""The agent contract: everything that a participant's agent receives and must provide."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -12,7 +12,7 @@ from arramon.v1 import evaluation_pb2
 
 
 class Action(IntEnum):
-    """What an agent can do in one step; the official release's numbers."""
+    """The actions of one step, numbered as in the official release."""
 
     FORWARD = 0
     LEFT = 1
@@ -22,13 +22,15 @@ class Action(IntEnum):
 
 @dataclass(frozen=True)
 class Label:
-    """What a pixel of a segmentation shows, as far as it can be told by looking.
+    """What a pixel of a segmentation shows, limited to what is visible.
 
     Attributes:
         kind: "nothing" (the sky), "road", "pavement", "building", "roof", "cone", "phone_booth", ... "mug", "wall",
             "floor", "start_tile".
-        colour: a collectible's, a banner's ground colour, or furniture's where its kind comes in several; otherwise "".
-        look: a collectible's pattern, a banner's shape, a building's facade, a wall's look; otherwise "".
+        colour: the colour of a collectible, of a banner's background, or of furniture whose kind has several colours;
+            otherwise "".
+        look: the pattern of a collectible, the shape of a banner, the facade of a building, the look of a wall;
+            otherwise "".
     """
 
     kind: str
@@ -38,14 +40,14 @@ class Label:
 
 @dataclass(frozen=True)
 class Episode:
-    """What an agent is told when an episode begins.
+    """The information that an agent gets when an episode begins.
 
     Attributes:
-        episode_id: unique in the split.
+        episode_id: unique within the split.
         language: "en", "hi", ...
         split: "val_seen", ...
-        oracle: ground truth, for privileged agents only (the sensor "oracle", which hidden splits never offer).
-        labels: what the numbers of a segmentation mean; empty without the sensor "segmentation".
+        oracle: ground truth for privileged agents (the sensor "oracle", never offered by hidden splits); else None.
+        labels: meaning of a segmentation's values, by index; empty without the sensor "segmentation".
     """
 
     episode_id: str
@@ -57,23 +59,24 @@ class Episode:
 
 @dataclass(frozen=True)
 class Observation:
-    """What an agent is given before each step.
+    """What an agent perceives before a step.
 
     Attributes:
-        episode_id: the episode that this belongs to.
+        episode_id: the episode that the observation belongs to.
         turn: 1 or 2.
         phase: "navigation" or "assembly".
         step: steps taken in this episode so far, over all phases; from 0.
-        instruction: of this turn and phase, exactly as it was written.
+        instruction: instruction of this turn and phase, exactly as written.
         phase_step: steps taken in this phase so far; from 0.
-        steps_left: steps left in this phase, this one included.
-        rgb: (size, size, 3) uint8; None without the sensor "rgb".
-        depth: (size, size) float32, metres along the viewing direction, 0 where nothing was hit; None without "depth".
+        steps_left: steps left in this phase, including this one.
+        rgb: (size, size, 3) uint8; None without the sensor "rgb". All arrays are read-only.
+        depth: (size, size) float32, metres along the viewing direction; 0 where nothing was hit, 65.535 at that
+            distance and beyond; None without "depth".
         pose: (x, z, heading in degrees clockwise from +z); in the room x and z are column and row; None without "pose".
-        segmentation: (size, size) uint16, each pixel's place in `Episode.labels`; None without "segmentation".
-        step_seconds_left: until the action was due, when this left the server; None where there are no clocks. What it
-            takes longer is taken from the run's bank; with that empty, the episode's time is over.
-        bank_seconds_left: in the run's bank; None where there are no clocks.
+        segmentation: (size, size) uint16, each pixel's index in `Episode.labels`; None without "segmentation".
+        step_seconds_left: seconds until the action is due, as of when the server sent this; None without clocks. Time
+            beyond that is taken from the run's bank; once the bank is empty, the episode times out.
+        bank_seconds_left: seconds left in the run's bank; None without clocks.
     """
 
     episode_id: str
@@ -92,17 +95,17 @@ class Observation:
 
 
 class Agent(Protocol):
-    """Plays episodes, many at a time.
+    """An agent that plays many episodes at a time.
 
-    An agent may have an attribute `sensors`, the sensors that it needs, such as `("rgb", "depth")`, which is the
-    default; and an attribute `name`, shown on the leaderboard. To be resumable it must act the same when it is shown
-    the same observations again: seed what is random by `Episode.episode_id`.
+    An agent may have two attributes: `sensors`, the sensors that it needs (default: `("rgb", "depth")`), and `name`,
+    shown on the leaderboard. To be resumable, it must choose the same actions when it gets the same observations
+    again: seed random numbers by `Episode.episode_id`.
     """
 
     def begin(self, episode: Episode) -> None:
-        """A new episode starts; forget what is remembered of one with the same id."""
+        """Start a new episode; discard any state of an earlier attempt with the same id."""
         ...
 
     def act(self, observations: Sequence[Observation]) -> Sequence[int]:
-        """One action for each observation, in order; each observation belongs to another open episode."""
+        """Return one action for each observation, in order; each observation belongs to a different open episode."""
         ...

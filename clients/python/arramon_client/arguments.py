@@ -1,72 +1,155 @@
-"""The command line's arguments."""
+"""Command-line options of `arramon-client`, and the command that resumes a run."""
 
 import argparse
 import shlex
 from collections.abc import Sequence
+from importlib.metadata import version
 from pathlib import Path
 
-from arramon_client.access import add_access
-from arramon_client.choices import ENCODINGS
+from arramon_client.errors import UsageError
+from arramon_client.plugin.arguments import parse_arguments
+from arramon_client.run_settings import ENCODINGS
+from arramon_client.transport.access import add_access
 
 SENSORS = ("rgb", "depth", "segmentation", "pose", "oracle")
 
+COMMANDS = {
+    "account": "show your account on a server: name, role, limits and current usage",
+    "runs": "list your runs",
+    "cancel": "cancel runs; their unfinished episodes are given up",
+    "leaderboard": "show the ranking of a split's published runs",
+    "publish": "put a run on the leaderboard",
+    "withdraw": "take a run off the leaderboard",
+    "conformance": "check that a server implements the protocol correctly",
+    "verify": "check a receipt: its signature, the host's key and the actions that were sent",
+}
+"""One-line descriptions of the subcommands, by name."""
+
+EPILOG = """\
+other commands, each with a --help of its own:
+{commands}
+
+exit status: 0 success; 1 error; 2 wrong usage, or the agent cannot be loaded;
+3 the agent failed in some episodes, or the run was stopped because it failed; 130 interrupted"""
+
 
 def parser() -> argparse.ArgumentParser:
-    """The parser of `arramon-client`."""
+    """Return the argument parser of `arramon-client`."""
     made = argparse.ArgumentParser(
         prog="arramon-client",
         allow_abbrev=False,
-        description="Plays ArraMon's episodes with an agent, on a server or an embedded one, and shows the scores.",
-        epilog="exit status: 0 played; 1 error; 2 wrong usage, or the agent cannot be imported; "
-        "3 played, but the agent failed in some episodes; 130 interrupted",
+        description="Play ArraMon episodes with an agent, on a remote or an embedded server, and show the scores.",
+        usage="arramon-client --agent A --lang L [options]\n       arramon-client COMMAND [options]",
+        epilog=EPILOG.format(commands="\n".join(f"  {word:<12} {does}" for word, does in COMMANDS.items())),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    made.add_argument("--version", action="version", version=f"arramon-client {version('arramon-client')}")
     add = made.add_argument
-    add("--agent", required=True, metavar="A", help="a module (agents.random_walk), module:Class, or an installed name")
-    add("--lang", metavar="L", help="language of the instructions: en, hi, ... (needed unless --resume)")
-    add("--split", metavar="S", help="episodes to play (default: the server's only split with that language)")
-    add("--server", metavar="ADDR", help="host:port or unix:/path (default: a server of its own, embedded)")
-    add("--data", type=Path, metavar="DIR", help="the embedded server's data ($ARRAMON_DATA, or ./arramon-data)")
-    add("--workers", type=_positive, metavar="N", help="processes of the embedded server (default: 1)")
-    add("--episodes", type=_positive, metavar="N", help="play the first N of the split's fixed order (default: all)")
-    add("--parallel", type=_positive, metavar="K", help="episodes open at once (default: 8)")
+    add("--agent", required=True, metavar="A", help="module (agents.random_walk), module:Class or entry point")
+    add(
+        "--agent-arg",
+        action="append",
+        default=[],
+        dest="agent_arguments",
+        metavar="NAME=VALUE",
+        help="argument for the agent's constructor, e.g. beam=4; repeatable. Published with the run",
+    )
+    add("--lang", metavar="L", help="language of the instructions: en, hi, ... (required unless --resume)")
+    add("--split", metavar="S", help="split to play (default: the server's only split with that language)")
+    add("--server", metavar="ADDR", help="host:port or unix:/path (default: start an embedded server)")
+    add(
+        "--data",
+        type=Path,
+        metavar="DIR",
+        help="data folder of the embedded server (default: $ARRAMON_DATA, or ./arramon-data)",
+    )
+    add("--workers", type=positive, metavar="N", help="worker processes of the embedded server (default: 1)")
+    add(
+        "--episodes",
+        type=positive,
+        metavar="N",
+        help="play the first N episodes in the split's fixed order (default: all)",
+    )
+    add(
+        "--episode",
+        action="append",
+        default=[],
+        metavar="ID",
+        help="play this episode; repeatable (open splits only)",
+    )
+    add("--parallel", type=positive, metavar="K", help="episodes played in parallel (default: 8)")
     listed = ",".join(SENSORS)
-    add("--sensors", type=_sensors, metavar="LIST", help=f"of {listed}, or none (default: the agent's)")
-    add("--image-size", type=_positive, metavar="N", help="side of the images in pixels (default: the server's)")
+    add("--sensors", type=_sensors, metavar="LIST", help=f"comma-separated: {listed}; or none (default: the agent's)")
+    add("--image-size", type=positive, metavar="N", help="side length of the images in pixels (default: the server's)")
     add(
         "--encoding",
         choices=tuple(ENCODINGS),
-        help="of images (default: shared or else raw on this machine; zstd, lossless too, elsewhere)",
+        help="encoding of images (default: shared, else raw, on this machine; zstd, also lossless, elsewhere)",
     )
-    add("--quality", type=_quality, metavar="Q", help="of JPEG images, 1 to 100 (default: the server's)")
-    add("--output", type=Path, default=Path("arramon-results"), metavar="DIR", help="results (default: %(default)s)")
-    add("--resume", metavar="RUN", help="go on with a run; its language, split, sensors and length are its own")
-    add("--participant", default="", metavar="NAME", help="who plays (default: anonymous)")
+    add("--quality", type=_quality, metavar="Q", help="quality of JPEG images, 1 to 100 (default: the server's)")
+    add(
+        "--output",
+        type=Path,
+        default=Path("arramon-results"),
+        metavar="DIR",
+        help="folder for results (default: %(default)s)",
+    )
+    add(
+        "--record",
+        type=Path,
+        metavar="DIR",
+        help="record frames, actions and maps to this folder, as files and as web pages",
+    )
+    add(
+        "--resume",
+        metavar="RUN",
+        help="resume a run, with the language, split, sensors and episodes it was created with",
+    )
+    add("--dry-run", action="store_true", help="test the setup: play two episodes of an open split instead")
+    add("--keep-going", action="store_true", help="do not stop when the agent fails: give up the episode and go on")
+    add(
+        "--participant",
+        default="",
+        metavar="NAME",
+        help="participant's name to record with the run (default: anonymous)",
+    )
     add("--quiet", action="store_true", help="show no progress")
     add_access(made)
     return made
 
 
 def parse(argv: Sequence[str]) -> argparse.Namespace:
-    """The arguments.
+    """Return the parsed and checked arguments.
 
     Raises:
-        SystemExit: if they are wrong, with status 2, after saying what is.
+        SystemExit: if they are wrong, with status 2, after printing the reason.
     """
     made = parser()
     arguments = made.parse_args(argv)
     if arguments.resume is None and arguments.lang is None:
-        made.error("--lang is needed: the language of the instructions, such as --lang en")
+        made.error("--lang is required: the language of the instructions, e.g. --lang en")
+    if arguments.episodes is not None and arguments.episode:
+        made.error("--episodes and --episode cannot be used together: one gives a number, the other names episodes")
+    twice = next((each for each in arguments.episode if arguments.episode.count(each) > 1), None)
+    if twice is not None:
+        made.error(f"--episode {twice} is given twice; a run plays an episode only once")
+    try:
+        arguments.agent_arguments = parse_arguments(arguments.agent_arguments)
+    except UsageError as error:
+        made.error(str(error))
+    if arguments.resume is not None and arguments.dry_run:
+        made.error("--dry-run tests the setup of a new run, and cannot be used together with --resume")
     for option, value in (("--data", arguments.data), ("--workers", arguments.workers)):
         if arguments.server is not None and value is not None:
-            made.error(f"{option} is for the embedded server, and cannot be used together with --server")
+            made.error(f"{option} applies to the embedded server, and cannot be used together with --server")
     for option in ("token", "token_file", "tls", "tls_ca"):
         if arguments.server is None and getattr(arguments, option) is not None:
-            made.error(f"--{option.replace('_', '-')} is for a server of others: name it with --server")
+            made.error(f"--{option.replace('_', '-')} requires --server: the embedded server does not use it")
     return arguments
 
 
 def resume_command(argv: Sequence[str], run_id: str) -> str:
-    """The command that goes on with a run that this one began. It is shown, so that it leaves a token out."""
+    """Return the command that resumes a run started with these arguments, without the token, as it is printed."""
     kept = []
     skip = False
     for argument in argv:
@@ -79,7 +162,12 @@ def resume_command(argv: Sequence[str], run_id: str) -> str:
     return shlex.join(["arramon-client", *kept, "--resume", run_id])
 
 
-def _positive(text: str) -> int:
+def positive(text: str) -> int:
+    """Parse a whole number above 0.
+
+    Raises:
+        argparse.ArgumentTypeError: if the text is not one.
+    """
     number = int(text) if text.isdecimal() else 0
     if number < 1:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number above 0")
@@ -99,5 +187,7 @@ def _sensors(text: str) -> tuple[str, ...]:
     names = tuple(text.split(","))
     unknown = [name for name in names if name not in SENSORS]
     if unknown:
-        raise argparse.ArgumentTypeError(f"no sensor {', '.join(map(repr, unknown))}: of {', '.join(SENSORS)}, or none")
+        raise argparse.ArgumentTypeError(
+            f"unknown sensor {', '.join(map(repr, unknown))}, expected some of {', '.join(SENSORS)}, or none"
+        )
     return names

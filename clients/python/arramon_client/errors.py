@@ -1,58 +1,59 @@
-"""The error tree: everything that can go wrong for a participant, in words that say what to do about it.
+"""Error tree of the client; every message can be shown to a participant as it is.
 
 ArramonClientError
-├── UsageError            an argument names what does not exist, or contradicts another
+├── UsageError            an argument names something that does not exist, or contradicts another argument
 ├── OutputError           the results cannot be written
-├── ReceiptError          a receipt was altered, is signed with another key, or is not about what was played
-├── ServerUnreachableError    no server answers there, or it was lost for too long
-│   ├── EncryptionError       what answers there does not encrypt as was expected
-│   └── EmbeddedServerError   the server that this client started itself
-├── NotArramonError       something answers there, but it is not an ArraMon server
+├── ReceiptError          a receipt was altered, is signed with another key, or does not match the run that was played
+├── ServerUnreachableError    no server answers, or the connection was lost for too long
+│   ├── EncryptionError       encryption failed, or the server's certificate is not trusted
+│   └── EmbeddedServerError   the embedded server is not installed, did not start, or died
+├── NotArramonError       the program that answers is not an ArraMon server
 ├── VersionMismatchError  client and server speak different protocols
-├── RefusedError          the server said no; carries its status code
+├── RefusedError          the server refused a request; carries its status code
 │   └── MessageTooLargeError
-├── ProtocolError         the server reported a fault of this client's own, or said what this client cannot understand
+├── ProtocolError         client and server violate the protocol: a defect of one of them
 └── AgentError            the agent's code failed; carries the tail of its own traceback
-    └── AgentLoadError    it cannot be imported or made
+    ├── AgentLoadError    the agent cannot be imported or constructed
+    └── AgentStoppedError the agent failed early or often, and its run was stopped; the run can be resumed
 """
 
 import grpc
 
 
 class ArramonClientError(Exception):
-    """Base of all errors whose message may be shown to a user as it is."""
+    """Base class of all errors; the message can be shown to a user as it is."""
 
 
 class UsageError(ArramonClientError):
-    """An argument names something that does not exist, or contradicts another; the message names what does exist."""
+    """An argument names something that does not exist, or contradicts another; the message lists the alternatives."""
 
 
 class OutputError(ArramonClientError):
-    """The results cannot be written where they should go."""
+    """The results cannot be written to the output folder."""
 
 
 class ReceiptError(ArramonClientError):
-    """A receipt cannot be read, was altered, is signed with another key, or is not about what this client played."""
+    """A receipt cannot be read, was altered, is signed with another key, or does not match what this client played."""
 
 
 class ServerUnreachableError(ArramonClientError):
-    """No server answers at the address, or the connection was lost and did not come back in time."""
+    """No server answers at the address, or a lost connection could not be restored in time."""
 
 
 class EncryptionError(ServerUnreachableError):
-    """What answers at the address does not encrypt, or not with a certificate to trust: waiting does not help."""
+    """The server does not use TLS, or its certificate is not trusted; a retry does not help."""
 
 
 class EmbeddedServerError(ServerUnreachableError):
-    """The server that this client started itself is not installed, did not start, or died."""
+    """The embedded server is not installed, did not start, or died."""
 
 
 class NotArramonError(ArramonClientError):
-    """Something answers at the address, but it does not know the ArraMon protocol."""
+    """The program that answers at the address does not implement the ArraMon protocol."""
 
 
 class VersionMismatchError(ArramonClientError):
-    """Client and server speak different protocols; the message says which to upgrade."""
+    """Client and server speak different protocols; the message says which one to upgrade."""
 
 
 class RefusedError(ArramonClientError):
@@ -68,18 +69,18 @@ class RefusedError(ArramonClientError):
 
 
 class MessageTooLargeError(RefusedError):
-    """A message is larger than one of the two sides accepts."""
+    """A message is larger than the client or the server accepts."""
 
 
 class ProtocolError(ArramonClientError):
-    """Server and client misunderstand each other: a defect of one of the two, to be reported to its authors."""
+    """Client and server violate the protocol: a defect of one of them, to be reported to its authors."""
 
 
 class AgentError(ArramonClientError):
     """The agent's code failed.
 
     Attributes:
-        details: the tail of the agent's own traceback, without the frames of this client; empty where there is none.
+        details: the tail of the agent's traceback, without the frames of this client; empty if there is none.
     """
 
     def __init__(self, message: str, details: str = "") -> None:
@@ -88,4 +89,8 @@ class AgentError(ArramonClientError):
 
 
 class AgentLoadError(AgentError):
-    """The agent cannot be imported or made."""
+    """The agent cannot be imported or constructed."""
+
+
+class AgentStoppedError(AgentError):
+    """The agent failed before its first valid action, or in several episodes in a row, and its run was stopped."""

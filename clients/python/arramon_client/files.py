@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all."""
+"""Atomic writing of text files."""
 
 import os
 from pathlib import Path
@@ -6,8 +6,8 @@ from pathlib import Path
 from arramon_client.errors import OutputError
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Writes a text in UTF-8; a file that was there before is replaced only by the whole of it.
+def write_whole(path: Path, *texts: str) -> None:
+    """Write the concatenated texts to a file in UTF-8, atomically: an existing file is replaced by the complete one.
 
     Raises:
         OutputError: if it cannot be written.
@@ -15,7 +15,7 @@ def write_whole(path: Path, text: str) -> None:
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         with part.open("w", encoding="utf-8") as file:
-            file.write(text)
+            file.writelines(texts)
             file.flush()
             os.fsync(file.fileno())
         part.replace(path)

@@ -1,19 +1,19 @@
-"""Turns the protocol's messages into what an agent is given."""
+"""Conversion of protocol messages to the agent contract's episodes and observations."""
 
 from arramon.v1 import evaluation_pb2, types_pb2
 from arramon_client.agent import Episode, Label, Observation
-from arramon_client.images import decode_depth, decode_rgb, decode_segmentation
+from arramon_client.transport.images import decode_depth, decode_rgb, decode_segmentation
 
 PHASES = {types_pb2.PHASE_NAVIGATION: "navigation", types_pb2.PHASE_ASSEMBLY: "assembly"}
 
 
 def labels_of(opened: evaluation_pb2.Opened) -> tuple[Label, ...]:
-    """What the numbers of a stream's segmentations mean; empty where it brings none."""
+    """Return the labels of a stream's segmentations, by value; empty without segmentations."""
     return tuple(Label(label.kind, label.colour, label.look) for label in opened.labels)
 
 
 def episode_of(started: evaluation_pb2.EpisodeStarted, labels: tuple[Label, ...] = ()) -> Episode:
-    """The episode that a message announces, with the labels of its stream."""
+    """Return the episode that a message announces, with the labels of its stream."""
     return Episode(
         episode_id=started.episode_id,
         language=started.language,
@@ -24,7 +24,7 @@ def episode_of(started: evaluation_pb2.EpisodeStarted, labels: tuple[Label, ...]
 
 
 def observation_of(message: evaluation_pb2.Observation, shared: memoryview | None = None) -> Observation:
-    """The observation that a message carries, its images decoded, from the memory shared where they lie there.
+    """Return a message's observation with its images decoded, from shared memory if they are there.
 
     Raises:
         ProtocolError: if an image cannot be decoded.

@@ -1,4 +1,4 @@
-"""The play loop: opens a stream, carries batches between the server and the agent, and opens another when it breaks."""
+"""The play loop: pass batches between the server's stream and the agent, and reconnect when the stream breaks."""
 
 import uuid
 from collections.abc import Callable, Mapping, Sequence
@@ -8,25 +8,27 @@ import grpc
 
 from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc, types_pb2
 from arramon_client.agent import Agent
-from arramon_client.connection import BROKEN, explain
 from arramon_client.errors import ProtocolError
-from arramon_client.retry import PATIENCE, Retry
+from arramon_client.plugin.failures import FailureCounter
+from arramon_client.recording.recorder import Recording
 from arramon_client.session import AgentFailure, Session
-from arramon_client.sharing import NotSharedError
-from arramon_client.stream import PlayStream, StreamEnded
+from arramon_client.transport.connection import CONNECTION_LOST, explain
+from arramon_client.transport.retry import PATIENCE, Retry
+from arramon_client.transport.shared_memory import NotSharedError
+from arramon_client.transport.stream import PlayStream, StreamEnded
 
 BACKLOG = 256
-"""Observations that wait for the agent before more are taken from the stream."""
+"""Observations that may wait for the agent; with more, nothing is read from the stream."""
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How far the run is.
+    """Progress of a run.
 
     Attributes:
-        episodes: of the run.
-        ended: of these, whoever played them.
-        steps: that this player's agent has taken.
+        episodes: episodes of the run.
+        ended: how many of them have ended, including those that other players played.
+        steps: steps taken by this player's agent.
     """
 
     episodes: int
@@ -36,15 +38,17 @@ class Progress:
 
 @dataclass(frozen=True)
 class Settings:
-    """How a run is played.
+    """Settings of a play session.
 
     Attributes:
-        parallel: episodes to have open at once.
-        encoding: of images.
+        parallel: episodes to play in parallel.
+        encoding: encoding of images.
         jpeg_quality: 1 to 100, with JPEG only; 0 for the server's default.
-        image_size: side length in pixels; 0 for the server's first.
-        resume: the agent is new to the run: take over its open episodes, and rebuild the agent's memory of each.
-        patience: seconds without anything new from the server, while connections break, before it is given up.
+        image_size: side length of images in pixels; 0 for the server's first size.
+        resume: take over the run's open episodes, and replay each one's history to the agent, which is new to the run.
+        patience: seconds to keep reconnecting without receiving anything new from the server.
+        keep_going: give up every episode in which the agent fails, however many. Otherwise the run stops if the agent
+            fails before its first valid action, or in `failures.FAILURES_IN_A_ROW` episodes in a row.
     """
 
     parallel: int
@@ -53,19 +57,20 @@ class Settings:
     image_size: int = 0
     resume: bool = False
     patience: float = PATIENCE
+    keep_going: bool = False
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a run.
+    """The result of playing a run to its end.
 
     Attributes:
-        run: complete.
-        steps: that this player's agent took.
-        failures: each time that the agent failed.
-        problems: what the server reported, in words.
-        reconnections: how often the stream was opened again.
-        actions: that were sent, by episode, as in `Session.actions`.
+        run: the complete run.
+        steps: steps taken by this player's agent.
+        failures: the agent's failures.
+        problems: descriptions of the problems that the server reported.
+        reconnections: number of times that the stream was reopened.
+        actions: actions sent, by episode, as in `Session.actions`.
     """
 
     run: evaluation_pb2.Run
@@ -86,25 +91,31 @@ def play(
     notify: Callable[[str], None] = lambda _: None,
     progress: Callable[[Progress], None] = lambda _: None,
     revive: Callable[[], None] = lambda: None,
+    recording: Recording | None = None,
+    failure_counter: FailureCounter | None = None,
 ) -> Outcome:
-    """Plays a run to its end.
+    """Play a run to its end.
 
     Args:
-        stub: the server.
-        run: as it was created.
-        agent: what plays. Between two `begin`s of an episode it is shown each of its steps once, and in order.
-        settings: how.
-        address: of the server, for messages.
-        notify: is told what a participant should read at once.
-        progress: is told how far the run is, after each batch.
-        revive: is called before each attempt to reconnect, such as to start an embedded server again.
+        stub: stub of the server.
+        run: the run as created.
+        agent: the agent. Between two `begin` calls for an episode, it gets each of its steps once and in order.
+        settings: settings of the session.
+        address: address of the server, for messages.
+        notify: called with messages for the participant.
+        progress: called with the run's progress after each batch.
+        revive: called before each attempt to reconnect, for example to restart an embedded server.
+        recording: records what the agent perceives and does.
+        failure_counter: counter of the agent's failures, shared with the run's other streams.
 
     Raises:
-        ServerUnreachableError: if the server stays away for longer than `settings.patience`; the run can be resumed.
-        RefusedError, VersionMismatchError, MessageTooLargeError: if the server will not have the stream.
-        ProtocolError: if client and server misunderstand each other.
+        AgentStoppedError: if the agent fails early or often enough to stop the run; the run can be resumed.
+        ServerUnreachableError: if the server is away for longer than `settings.patience`; the run can be resumed.
+        RefusedError, VersionMismatchError, MessageTooLargeError: if the server refuses the stream.
+        ProtocolError: if client or server violates the protocol.
     """
-    session = Session(run, agent, notify)
+    failure_counter = failure_counter or FailureCounter(keep_going=settings.keep_going)
+    session = Session(run, agent, notify, failure_counter, recording)
     retry = Retry(run.run_id, settings.patience, notify)
     player, reconnections, adopt = uuid.uuid4().hex, 0, settings.resume
     while True:
@@ -126,13 +137,13 @@ def play(
             _play_stream(stream, session, progress, retry)
         except NotSharedError as error:
             if settings.encoding != types_pb2.ENCODING_SHARED:
-                raise ProtocolError(f"the server shares memory that was not asked for: {error}") from error
-            notify(f"images travel in messages: {error}")
+                raise ProtocolError(f"the server shares memory that was not requested: {error}") from error
+            notify(f"shared memory is not available, images are sent in messages: {error}")
             settings = replace(settings, encoding=types_pb2.ENCODING_RAW)
         except StreamEnded:
             broken, moved = "the server closed the stream", True
         except grpc.RpcError as error:
-            if error.code() not in BROKEN:
+            if error.code() not in CONNECTION_LOST:
                 raise explain(error, address) from error
             broken = f"{error.code().name}: {error.details()}"
         finally:
@@ -148,7 +159,7 @@ def play(
 
 
 def _play_stream(stream: PlayStream, session: Session, progress: Callable[[Progress], None], retry: Retry) -> None:
-    """Carries batches until the run ends, or until the stream is of no more use.
+    """Pass batches between stream and agent until the run ends or a new stream is needed.
 
     Raises:
         grpc.RpcError, StreamEnded: when the stream breaks or ends.

@@ -1,4 +1,4 @@
-"""Shows how far a run is: a bar on a terminal, a line now and then elsewhere."""
+"""Display of a run's progress: a bar on a terminal, a line from time to time elsewhere."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -11,13 +11,13 @@ from rich.progress import Progress as Bar
 from arramon_client.play import Progress
 
 LINE_EVERY = 10.0
-"""Seconds between two lines where there is no terminal."""
+"""Minimum seconds between two lines, without a terminal."""
 
 Show = Callable[[Progress], None]
 
 
 class Pace:
-    """Turns counts into steps a second and time left, measured from when it was made."""
+    """Estimator of steps per second and remaining time, measured from its creation."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
@@ -25,7 +25,7 @@ class Pace:
         self._ended_before: int | None = None
 
     def describe(self, state: Progress) -> str:
-        """Such as "152 steps/s, 3 min 20 s left"."""
+        """Describe the pace, for example "152 steps/s, 3 min 20 s left"."""
         if self._ended_before is None:
             self._ended_before = state.ended
         seconds = max(self._clock() - self._started, 1e-9)
@@ -37,15 +37,15 @@ class Pace:
 
 
 @contextmanager
-def shown(console: Console, *, quiet: bool = False) -> Iterator[Show]:
-    """A function that shows the progress it is given, for as long as the context lasts."""
+def progress_display(console: Console, *, quiet: bool = False) -> Iterator[Show]:
+    """Yield a callback that displays progress until the end of the context."""
     if quiet:
         yield lambda _: None
     elif console.is_terminal:
         with _bar(console) as show:
             yield show
     else:
-        yield lines(console)
+        yield progress_lines(console)
 
 
 @contextmanager
@@ -61,8 +61,8 @@ def _bar(console: Console) -> Iterator[Show]:
         yield show
 
 
-def lines(console: Console, clock: Callable[[], float] = time.monotonic) -> Show:
-    """A function that writes a line, no more often than every ten seconds."""
+def progress_lines(console: Console, clock: Callable[[], float] = time.monotonic) -> Show:
+    """Return a callback that prints a progress line at most every ten seconds."""
     pace, last = Pace(clock), clock()
 
     def show(state: Progress) -> None:

@@ -1,4 +1,4 @@
-"""Receipts on the participant's side: kept in a file, read back, and checked against the host's key and own actions."""
+"""Receipt files: write, read and verify a receipt, and check it against the host's key and the actions sent."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -19,7 +19,7 @@ FILE_FORMAT, FILE_VERSION = "arramon-receipt-file", 1
 FORMAT, VERSION = "arramon-receipt", 1
 
 SUFFIX = ".receipt.json"
-"""Of a receipt's file, which lies beside the results' file of its run."""
+"""Suffix of a receipt's file, which is beside the results file of its run."""
 
 KEY_BYTES, SIGNATURE_BYTES = 32, 64
 
@@ -41,16 +41,16 @@ SHAPE = {
     "episodes": [{"episode_id": str, "cause": str, "steps": int, "head": str}],
     "digest": str,
 }
-"""What a receipt's content has at least: anybody can sign anything."""
+"""Fields and types that a receipt must have at least; a valid signature does not guarantee them."""
 
 
 @dataclass(frozen=True)
 class Receipt:
-    """A receipt whose signature is right, by the key that it names itself.
+    """A receipt with a valid signature by the public key that it contains.
 
     Attributes:
-        public_key: 32 bytes; to be trusted only if it is the host's.
-        content: what was signed, as plain data; `docs/receipts.md` describes it.
+        public_key: 32 bytes; trust it only if it is the host's key.
+        content: the signed content as plain data, described in `docs/receipts.md`.
     """
 
     public_key: bytes
@@ -58,7 +58,7 @@ class Receipt:
 
     @property
     def run(self) -> Mapping[str, Any]:
-        """The run, and what it was played under."""
+        """The run's id, participant, agent, split, language, state and times."""
         run: Mapping[str, Any] = self.content["run"]
         return run
 
@@ -70,10 +70,10 @@ class Receipt:
 
 
 def write_receipt(receipt: evaluation_pb2.Receipt, run_id: str, folder: Path) -> Path:
-    """Writes `<folder>/<run id>.receipt.json`, whole or not at all.
+    """Write `<folder>/<run id>.receipt.json` atomically.
 
     Returns:
-        The file.
+        The path of the file.
 
     Raises:
         OutputError: if it cannot be written.
@@ -91,7 +91,11 @@ def write_receipt(receipt: evaluation_pb2.Receipt, run_id: str, folder: Path) ->
 
 
 def read_json(path: Path, kind: str) -> Any:
-    """What a file holds that is to be a "receipt", or of another such kind.
+    """Return the JSON content of a file.
+
+    Args:
+        path: the file.
+        kind: the kind of file expected, for the message, for example "receipt".
 
     Raises:
         ReceiptError: if it cannot be read, or is not JSON.
@@ -101,30 +105,30 @@ def read_json(path: Path, kind: str) -> Any:
     except OSError as error:
         raise ReceiptError(f"{path} cannot be read: {error.strerror or error}") from error
     except ValueError as error:
-        raise ReceiptError(f"{path} is no {kind}: it is not JSON, or was cut") from error
+        raise ReceiptError(f"{path} is not a {kind}: it is not JSON, or was truncated") from error
 
 
 def read_receipt(path: Path) -> Receipt:
-    """A receipt from its file.
+    """Read a receipt from its file, and verify its signature and digest.
 
     Raises:
-        ReceiptError: if it cannot be read, or was not signed as it stands.
+        ReceiptError: if it cannot be read, or was altered.
     """
     content = read_json(path, "receipt")
     _check_format(path, content, FILE_FORMAT, FILE_VERSION)
     payload = content.get("payload")
     if not isinstance(payload, str):
-        raise ReceiptError(f"{path} is no receipt: it has no payload")
+        raise ReceiptError(f"{path} is not a receipt: it has no payload")
     signature = _bytes(path, content, "signature", SIGNATURE_BYTES)
     key = _bytes(path, content, "public_key", KEY_BYTES)
     return _checked(path, payload, signature, key)
 
 
 def read_key(text: str) -> bytes:
-    """A host's public key, 32 bytes.
+    """Return a host's public key, 32 bytes.
 
     Args:
-        text: the key in hexadecimal, or a file that holds it so, or as PEM.
+        text: the key in hexadecimal, or the path of a file that contains it in hexadecimal or PEM.
 
     Raises:
         ReceiptError: if it is none of these.
@@ -134,7 +138,7 @@ def read_key(text: str) -> bytes:
         try:
             content = Path(text).read_text().strip()
         except (OSError, UnicodeDecodeError) as error:
-            raise ReceiptError(f"{text} is no key in hexadecimal, and no file that can be read: {error}") from error
+            raise ReceiptError(f"{text} is neither a hexadecimal key nor a readable file: {error}") from error
     if _is_hexadecimal(content):
         return bytes.fromhex(content)
     try:
@@ -143,79 +147,94 @@ def read_key(text: str) -> bytes:
         key = None
     if not isinstance(key, Ed25519PublicKey):
         raise ReceiptError(
-            f"{text} holds no public key: expected {2 * KEY_BYTES} hexadecimal digits, or Ed25519 in PEM"
+            f"{text} contains no public key: expected {2 * KEY_BYTES} hexadecimal digits, or Ed25519 in PEM"
         )
     return key.public_bytes_raw()
 
 
 def check_key(receipt: Receipt, key: bytes, whose: str) -> None:
-    """Makes sure that a receipt was signed with a key.
+    """Check that a receipt was signed with the expected key.
 
     Args:
-        key: 32 bytes.
-        whose: it is, in words.
+        receipt: the receipt.
+        key: the expected public key, 32 bytes.
+        whose: description of the expected key, for the message.
 
     Raises:
-        ReceiptError: if it was another.
+        ReceiptError: if it was signed with another key.
     """
     if receipt.public_key != key:
         raise ReceiptError(
             f"the receipt is signed with the key {receipt.public_key.hex()}, not with {whose}, {key.hex()}. "
-            "A host that has changed its key can tell which it had before"
+            "If the host has changed its key, ask the host for the previous one"
         )
 
 
-def check_actions(receipt: Receipt, actions: Mapping[str, Sequence[int]]) -> int:
-    """Makes sure that a receipt is about the very actions that a client sent; returns in how many episodes it is.
+@dataclass(frozen=True)
+class Comparison:
+    """Comparison of a receipt's actions with those that a client sent.
+
+    Attributes:
+        same: number of episodes with the same actions.
+        differences: a sentence for each episode with different actions, in the receipt's order.
+    """
+
+    same: int
+    differences: tuple[str, ...]
+
+
+def compare_actions(receipt: Receipt, actions: Mapping[str, Sequence[int]]) -> Comparison:
+    """Compare the episodes of a receipt with the actions that a client sent.
 
     Args:
-        actions: by episode, from its first step on; what was sent behind its end is no matter.
-
-    Raises:
-        ReceiptError: if it is about others.
+        receipt: the run's receipt.
+        actions: actions by episode id, from the first step on; actions beyond the episode's end are ignored, and
+            episodes that are not contained are not compared.
     """
-    checked = 0
-    for episode in receipt.episodes:
-        sent, steps = actions.get(episode["episode_id"]), episode["steps"]
-        if sent is None:
-            continue
-        if len(sent) < steps:
-            raise ReceiptError(
-                f"episode {episode['episode_id']}: the receipt has {steps} steps, and this client sent {len(sent)}"
-            )
-        head = episode_head(receipt.run["run_id"], episode["episode_id"], receipt.content["data_hash"], sent[:steps])
-        if head.hex() != episode["head"]:
-            raise ReceiptError(
-                f"episode {episode['episode_id']}: the receipt is about other actions than this client sent"
-            )
-        checked += 1
-    return checked
+    found = [
+        (episode["episode_id"], _difference(receipt, episode, actions[episode["episode_id"]]))
+        for episode in receipt.episodes
+        if episode["episode_id"] in actions
+    ]
+    differences = tuple(f"episode {episode_id}: {said}" for episode_id, said in found if said)
+    return Comparison(len(found) - len(differences), differences)
+
+
+def _difference(receipt: Receipt, episode: Mapping[str, Any], sent: Sequence[int]) -> str:
+    """Describe the difference in one episode; empty if there is none."""
+    steps = episode["steps"]
+    if len(sent) < steps:
+        return f"the receipt has {steps} steps, but this client sent {len(sent)}"
+    head = episode_head(receipt.run["run_id"], episode["episode_id"], receipt.content["data_hash"], sent[:steps])
+    return "" if head.hex() == episode["head"] else "the receipt's actions differ from those that this client sent"
 
 
 def _checked(path: Path, payload: str, signature: bytes, key: bytes) -> Receipt:
     try:
         Ed25519PublicKey.from_public_bytes(key).verify(signature, payload.encode())
-    except (InvalidSignature, ValueError) as error:  # the latter for what UTF-8 cannot hold
-        raise ReceiptError(f"{path} was altered: its signature is not over these bytes, or not by this key") from error
+    except (InvalidSignature, ValueError) as error:  # ValueError: the payload cannot be encoded in UTF-8
+        raise ReceiptError(f"{path} was altered: its signature does not match its content and key") from error
     try:
         content = json.loads(payload)
     except (ValueError, RecursionError):
         content = None
     _check_format(path, content, FORMAT, VERSION)
     if not _fits(SHAPE, content):
-        raise ReceiptError(f"{path} is signed, but does not hold what a receipt holds")
+        raise ReceiptError(f"{path} is signed, but its content does not have the fields of a receipt")
     receipt = Receipt(key, content)
     heads = [(episode["episode_id"], _bytes(path, episode, "head", 32)) for episode in receipt.episodes]
     if run_digest(receipt.run["run_id"], heads).hex() != content["digest"]:
-        raise ReceiptError(f"{path} contradicts itself: its digest is not that of its episodes")
+        raise ReceiptError(f"{path} is inconsistent: its digest does not match its episodes")
     return receipt
 
 
 def _check_format(path: Path, content: Any, name: str, version: int) -> None:
     if not isinstance(content, dict) or content.get("format") != name:
-        raise ReceiptError(f"{path} is no receipt: it has no format {name!r}")
+        raise ReceiptError(f"{path} is not a receipt: it does not have the format {name!r}")
     if content.get("version") != version:
-        raise ReceiptError(f"{path} has the {name} version {content.get('version')!r}, and this client reads {version}")
+        raise ReceiptError(
+            f"{path} has {name} version {content.get('version')!r}, but this client reads version {version}"
+        )
 
 
 def _fits(shape: Any, value: Any) -> bool:
@@ -237,7 +256,7 @@ def _bytes(path: Path, content: Mapping[str, Any], name: str, length: int) -> by
     except ValueError:
         found = b""
     if len(found) != length:
-        raise ReceiptError(f"{path} is no receipt: its {name} is not {length} bytes in hexadecimal")
+        raise ReceiptError(f"{path} is not a receipt: its {name} is not {length} bytes in hexadecimal")
     return found
 
 

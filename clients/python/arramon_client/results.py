@@ -1,4 +1,4 @@
-"""What a run came to: the score table, laid out as the paper's, and the file that holds everything."""
+"""Results of a run: the score table, in the layout of the paper's, and the results file."""
 
 import json
 import tempfile
@@ -25,21 +25,21 @@ COLUMNS = (
     ("rPOD", "rPOD@CTC-3"),
     ("PTC", "PTC@CTC-3"),
 )
-"""Heading and metric of each column of the paper's table 2, whose assembly columns are gated by CTC-3."""
+"""Heading and metric of each column of the paper's table 2; its assembly columns are gated by CTC-3."""
 
 TABLE_WIDTH = 100
-"""Characters that the score table is given at least: a line that is broken says more than one that is cut."""
+"""Minimum width of the score table in characters: on a narrower terminal its lines wrap instead of being cut off."""
 
 FORMAT = 1
-"""The results file's version."""
+"""Version of the results file's format."""
 
 
 def score_table(report: evaluation_pb2.Report) -> Table:
-    """The score table: a row for turn 1, turn 2 and the total, and under each score its 95% interval."""
+    """Return the score table: rows for turn 1, turn 2 and the total, with each score's 95% interval below it."""
     run = report.run
     table = Table(
         title=f"{run.agent} on {run.split}, {run.language}, {run.episodes} episodes",
-        caption="under each score its 95% interval; rPOD and PTC count where CTC-3 is 1",
+        caption="below each score: its 95% interval; rPOD and PTC count where CTC-3 is 1",
         box=box.SIMPLE_HEAD,
         padding=0,
         show_edge=False,
@@ -54,18 +54,22 @@ def score_table(report: evaluation_pb2.Report) -> Table:
     return table
 
 
-def check_output(folder: Path) -> None:
-    """Makes sure, before anything is played, that results can be written there.
+def check_output(folder: Path, what: str = "results") -> None:
+    """Check that files can be written to a folder, before anything is played; create the folder if necessary.
+
+    Args:
+        folder: the folder.
+        what: what will be written, for the message.
 
     Raises:
-        OutputError: if not.
+        OutputError: if the folder cannot be created or written to.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        raise OutputError(f"results cannot be written to {folder}: {error.strerror or error}") from error
+        raise OutputError(f"{what} cannot be written to {folder}: {error.strerror or error}") from error
 
 
 def write_results(
@@ -74,16 +78,16 @@ def write_results(
     folder: Path,
     actions: Mapping[str, Sequence[int]] = MappingProxyType({}),
 ) -> Path:
-    """Writes `<folder>/<run id>.json`, whole or not at all. Actions that an earlier file of the run has are kept.
+    """Write `<folder>/<run id>.json` atomically. Actions in an existing file of the run are kept.
 
     Args:
-        report: of a complete run.
-        failures: of the agent, in this player.
-        folder: where to.
-        actions: that this player sent, by episode.
+        report: the report of a complete run.
+        failures: the agent's failures in this client.
+        folder: the folder for results.
+        actions: actions sent by this client, by episode id.
 
     Returns:
-        The file.
+        The path of the file.
 
     Raises:
         OutputError: if it cannot be written.
@@ -105,7 +109,7 @@ def _earlier_actions(path: Path) -> dict[str, str]:
 
 
 def results(report: evaluation_pb2.Report, failures: Sequence[AgentFailure]) -> dict[str, Any]:
-    """The content of the results file but for the actions, as plain data."""
+    """Return the content of the results file as plain data, without the actions."""
     run = MessageToDict(report.run, preserving_proto_field_name=True, always_print_fields_with_no_presence=True)
     run["steps"] = report.run.steps  # The protocol's own JSON writes 64-bit numbers as text.
     metrics = {row.name: {score.metric: _numbers(score) for score in row.scores} for row in report.rows}
@@ -140,7 +144,7 @@ def _numbers(score: evaluation_pb2.Score) -> dict[str, float]:
 
 
 def score_cell(score: evaluation_pb2.Score | None) -> str:
-    """The mean, and under it the interval, without leading zeros so that the table fits 80 columns."""
+    """Format the mean, with the interval on the next line, without leading zeros so that the table fits 80 columns."""
     if score is None:
         return "-"
     low, high = (f"{value:.3f}".removeprefix("0") for value in (score.low, score.high))

@@ -1,7 +1,7 @@
-"""What a player knows of its open episodes, and what follows from each of the server's events. Knows no connection.
+"""State of a player's open episodes, and handling of the server's events, independent of the connection.
 
-The promise it keeps: between two `begin`s of an episode the agent is shown every step of it once and in order, however
-often the stream breaks. What was answered is remembered, and answered again where the server asks again.
+Guarantee: between two `begin` calls for an episode, the agent gets each of its steps once and in order, however often
+the stream breaks. Actions are remembered, and sent again when the server repeats an observation.
 """
 
 from collections import deque
@@ -9,23 +9,25 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from arramon.v1 import evaluation_pb2, types_pb2
-from arramon_client import checked
 from arramon_client.agent import Agent, Episode, Label
 from arramon_client.errors import AgentError, ProtocolError
 from arramon_client.observations import episode_of, labels_of, observation_of
-from arramon_client.sharing import shared_memory
+from arramon_client.plugin import agent_calls
+from arramon_client.plugin.failures import FailureCounter
+from arramon_client.recording.recorder import Recording
+from arramon_client.transport.shared_memory import shared_memory
 
 Problem = evaluation_pb2.Problem
 
 
 @dataclass(frozen=True)
 class AgentFailure:
-    """One time that the agent failed.
+    """One failure of the agent.
 
     Attributes:
-        episode_ids: the episodes that were given up for it.
-        message: what was wrong.
-        details: the tail of the agent's traceback; empty where it raised nothing.
+        episode_ids: the episodes that were given up because of it.
+        message: description of the failure.
+        details: the tail of the agent's traceback; empty if it raised no exception.
     """
 
     episode_ids: tuple[str, ...]
@@ -35,7 +37,7 @@ class AgentFailure:
 
 @dataclass
 class _Open:
-    """An open episode: what was answered by step, what is still to be answered, and why it is given up, if it is."""
+    """An open episode: acts sent by step, pending observations, and why it is given up (empty if it is not)."""
 
     episode: Episode
     answers: dict[int, evaluation_pb2.Act] = field(default_factory=dict)
@@ -47,21 +49,36 @@ class _Open:
 
 
 class Session:
-    """The player's memory over all of its streams.
+    """State of one player, kept over all of its streams.
+
+    Args:
+        run: the run as created.
+        agent: the agent.
+        notify: called with messages for the participant.
+        failure_counter: counter of the agent's failures in the whole run.
+        recording: records what the agent perceives and does.
 
     Attributes:
-        run: as the server last described it.
+        run: the run as last described by the server.
         ended: whether every episode of the run has ended.
-        steps: actions that the agent has taken, history not counted.
-        advances: grows with everything new that the server said; a stream on which it does not grow got nowhere.
-        failures: each time that the agent failed.
-        problems: what the server reported, in words.
-        actions: of episodes that ended here, as they were sent, from the first step on. What came last may have been
-            taken by nobody, as an episode may end while an action is on its way.
+        steps: actions taken by the agent, not counting replayed history.
+        advances: number of new observations and episode ends received; if it does not grow, a stream made no progress.
+        failures: the agent's failures.
+        problems: descriptions of the problems that the server reported.
+        actions: actions sent in episodes that ended here, by episode id, from the first step on. The last one may not
+            have been applied, as an episode can end while an action is in transit.
     """
 
-    def __init__(self, run: evaluation_pb2.Run, agent: Agent, notify: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        run: evaluation_pb2.Run,
+        agent: Agent,
+        notify: Callable[[str], None],
+        failure_counter: FailureCounter,
+        recording: Recording | None = None,
+    ) -> None:
         self.run = run
+        self._recording = recording
         self.ended = False
         self.episodes_ended = run.episodes_ended
         self.steps = 0
@@ -71,42 +88,44 @@ class Session:
         self.actions: dict[str, tuple[int, ...]] = {}
         self._agent = agent
         self._notify = notify
+        self._failure_counter = failure_counter
         self._open: dict[str, _Open] = {}
         self._resend: list[evaluation_pb2.Act] = []
-        self._rebuilding: set[str] = set()  # Episodes that were played before this player knew them.
-        self._history = False  # Whether the present stream tells the history of its episodes.
-        self._labels: tuple[Label, ...] = ()  # Of the present stream's segmentations.
-        self._shared: memoryview | None = None  # Where the present stream's images lie, if they do.
+        self._rebuilding: set[str] = set()  # Episodes whose history is being replayed to the agent.
+        self._history = False  # Whether the current stream replays the history of its episodes.
+        self._labels: tuple[Label, ...] = ()  # Labels of the current stream's segmentations.
+        self._shared: memoryview | None = None  # The current stream's shared memory for images, if any.
         self._warned = False
 
     @property
     def backlog(self) -> int:
-        """Observations and repeated answers that wait for `answer`."""
+        """Number of observations and repeated acts that are pending for `answer`."""
         return len(self._resend) + sum(len(episode.inbox) for episode in self._open.values())
 
     @property
     def needs_history(self) -> bool:
-        """Whether the next stream has to tell the history of its episodes."""
+        """Whether the next stream must replay the history of its episodes."""
         return bool(self._rebuilding)
 
     @property
     def must_reopen(self) -> bool:
-        """Whether the present stream is of no use: it brought an episode in mid-play, and does not tell its history."""
+        """Whether a new stream is needed: an episode arrived in mid-play on a stream that does not replay history."""
         return self.needs_history and not self._history
 
     def start_stream(self, *, history: bool) -> None:
-        """A new stream was opened: what was not yet answered will come again on it."""
+        """Prepare for a new stream, on which the server repeats the observations that were not answered."""
         self._history = history
         self._resend.clear()
         for episode in self._open.values():
             episode.inbox.clear()
 
     def take(self, event: evaluation_pb2.Event) -> None:
-        """Notes an event.
+        """Handle one event from the server.
 
         Raises:
-            ProtocolError: if it reports a fault that this client must not make.
-            NotSharedError: if it shares memory with this client that is not to be had.
+            AgentStoppedError: if the agent fails and the run must stop; no episode is given up for that failure.
+            ProtocolError: if the event reports a protocol violation by this client.
+            NotSharedError: if the event offers shared memory that this client cannot open.
         """
         match event.WhichOneof("event"):
             case "opened":
@@ -116,22 +135,20 @@ class Session:
             case "observation":
                 self._take_observation(event.observation)
             case "episode_ended":
-                self._remember(event.episode_ended.episode_id)
-                self._forget(event.episode_ended.episode_id)
-                self.episodes_ended = max(self.episodes_ended, event.episode_ended.episodes_ended)
-                self.advances += 1
+                self._take_ended(event.episode_ended)
             case "run_ended":
                 self.run, self.ended = event.run_ended.run, True
                 self.episodes_ended = self.run.episodes_ended
             case "problem":
                 self._take_problem(event.problem)
-            case _:  # The end of a phase shows in the next observation; what a later server says besides is not needed.
+            case _:  # The next observation shows the end of a phase; unknown events of newer servers are ignored.
                 pass
 
     def answer(self) -> list[evaluation_pb2.Act]:
-        """Gives the agent one batch, at most one observation of each open episode, and returns what is to be sent.
+        """Pass the agent one batch, with at most one observation per open episode, and return the acts to send.
 
         Raises:
+            AgentStoppedError: as for `take`.
             ProtocolError: if an image cannot be decoded.
         """
         acts, self._resend = self._resend, []
@@ -151,15 +168,21 @@ class Session:
     def _ask_agent(self, batch: list[tuple[_Open, evaluation_pb2.Observation]]) -> list[evaluation_pb2.Act]:
         observations = [observation_of(message, self._shared) for _, message in batch]
         try:
-            actions = checked.act(self._agent, observations)
+            actions = agent_calls.act(self._agent, observations)
         except AgentError as error:
+            if self._recording is not None:
+                for observation in observations:
+                    self._recording.step(observation, None)
             self._fail([episode for episode, _ in batch], error)
             return [self._forfeit(episode, message) for episode, message in batch if not message.HasField("taken")]
+        self._failure_counter.record_actions()
         acts = []
-        for (episode, message), action in zip(batch, actions, strict=True):
+        for (episode, message), observation, action in zip(batch, observations, actions, strict=True):
             if message.HasField("taken"):
                 self._compare(message, action)
                 action = message.taken
+            if self._recording is not None:
+                self._recording.step(observation, action)
             act = evaluation_pb2.Act(
                 episode_id=message.episode_id, step=message.step, action=types_pb2.Action.ValueType(action)
             )
@@ -175,7 +198,7 @@ class Session:
             self._warned = True
             self._notify(
                 f"the agent is not deterministic: at step {message.step} of episode {message.episode_id} it took "
-                f"{message.taken} before and takes {action} now; its state may differ from what it was"
+                f"{message.taken} before, but now {action}; its state may differ from the original one"
             )
 
     def _forfeit(self, episode: _Open, message: evaluation_pb2.Observation) -> evaluation_pb2.Act:
@@ -186,8 +209,9 @@ class Session:
         return act
 
     def _fail(self, episodes: list[_Open], error: AgentError) -> None:
+        self._failure_counter.record_failure(len(episodes), error)
         if not self.failures:
-            self._notify(f"the agent failed, and gives up {len(episodes)} episode(s): {error}")
+            self._notify(f"the agent failed, {len(episodes)} episode(s) are given up: {error}")
         for episode in episodes:
             episode.failure = str(error)
         ids = tuple(episode.episode.episode_id for episode in episodes)
@@ -206,7 +230,7 @@ class Session:
         known = self._open.get(started.episode_id)
         rebuilding = started.episode_id in self._rebuilding
         if known is not None and not rebuilding and started.step > max(known.answers, default=-1) + 1:
-            self._forget(started.episode_id)  # Another player went on with it in between.
+            self._forget(started.episode_id)  # Another player has continued it in the meantime.
             known = None
         if known is not None:
             return
@@ -216,8 +240,10 @@ class Session:
                 return
         episode = _Open(episode_of(started, self._labels))
         self._open[started.episode_id] = episode
+        if self._recording is not None:
+            self._recording.begin(episode.episode)
         try:
-            checked.begin(self._agent, episode.episode)
+            agent_calls.begin(self._agent, episode.episode)
         except AgentError as error:
             self._fail([episode], error)
 
@@ -238,14 +264,25 @@ class Session:
         self.problems.append(text)
         self._notify(f"the server reports {text}")
         if problem.code != Problem.CODE_NOT_YOUR_EPISODE:
-            raise ProtocolError(f"the server reports {text}: a defect of this client or of the server")
+            raise ProtocolError(f"the server reports {text}: this is a defect of this client or of the server")
         self._forget(problem.episode_id)
 
-    def _remember(self, episode_id: str) -> None:
-        answers = self._open[episode_id].answers if episode_id in self._open else {}
-        acts = [answers[step] for step in sorted(answers) if answers[step].HasField("action")]
-        if [act.step for act in acts] == list(range(len(acts))):  # or somebody else has played a part of it
-            self.actions[episode_id] = tuple(act.action for act in acts)
+    def _take_ended(self, ended: evaluation_pb2.EpisodeEnded) -> None:
+        self.episodes_ended = max(self.episodes_ended, ended.episodes_ended)
+        episode = self._open.get(ended.episode_id)
+        if episode is not None:  # Otherwise a repeated event, or another player's episode.
+            self.advances += 1
+            if self._recording is not None:
+                self._recording.end(ended.episode_id, ended.cause)
+            if not episode.failure:
+                self._failure_counter.record_end()
+            answers = [episode.answers[step] for step in sorted(episode.answers)]
+            # Missing steps were taken by another player, so this one does not know all of the actions.
+            gapless = [answer.step for answer in answers] == list(range(len(answers)))
+            if gapless and ended.episode_id not in self._rebuilding:
+                taken = tuple(answer.action for answer in answers if answer.HasField("action"))
+                self.actions[ended.episode_id] = taken
+        self._forget(ended.episode_id)
 
     def _forget(self, episode_id: str) -> None:
         self._open.pop(episode_id, None)

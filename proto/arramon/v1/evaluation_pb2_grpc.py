@@ -85,54 +85,56 @@ class EvaluationServicer:
     """Missing associated documentation comment in .proto file."""
 
     def GetServerInfo(self, request, context):
-        """What this server is, serves, offers and limits. Call it first.
+        """Returns the server's version, splits, encodings and limits. Call it first.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def CreateRun(self, request, context):
-        """A run is one agent's passage through the episodes of one split in one language.
+        """Creates a run: one agent playing the episodes of one split in one language.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def GetRun(self, request, context):
-        """Missing associated documentation comment in .proto file."""
+        """Returns one run.
+        """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def ListRuns(self, request, context):
-        """Missing associated documentation comment in .proto file."""
+        """Returns the runs that the caller may see, in pages.
+        """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def CancelRun(self, request, context):
-        """Forfeits what is not finished. The run then counts as complete, with those episodes in its denominator.
+        """Ends a run by forfeiting its unfinished episodes, which stay in the denominator of its scores.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def GetReport(self, request, context):
-        """The scores of a run that is complete; FAILED_PRECONDITION before.
+        """Returns the scores of a run that is over; FAILED_PRECONDITION before.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def GetReceipt(self, request, context):
-        """The signed receipt of a run that is over; FAILED_PRECONDITION before.
+        """Returns the signed receipt of a run that is over; FAILED_PRECONDITION before.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def GetAccount(self, request, context):
-        """Who the server takes the caller for, and what it grants them.
+        """Returns the authenticated caller, with role and quotas.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -140,11 +142,11 @@ class EvaluationServicer:
 
     def Play(self, request_iterator, context):
         """Plays a run. The client's first message is `open`; the server answers `opened`, and then offers episodes until
-        `max_episodes` of them are open, a new one for each that ends. Both directions carry batches. A run may be played over
-        several streams at once; an episode is claimed by one stream at a time.
+        `max_episodes` of them are open, and a new one for each that ends. Both directions carry batches. A run may be played
+        over several streams at once; an episode is claimed by one stream at a time.
 
-        A step that was answered is recorded. A stream that breaks costs nothing: open another with the same `player`, and the
-        episodes that were open come back, each with its latest observation.
+        A step is recorded before it is answered. A broken stream loses nothing: open another one with the same `player`, and
+        the open episodes come back, each with its latest observation.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')

@@ -26,7 +26,7 @@ if _version_not_supported:
 
 
 class LeaderboardStub:
-    """Everybody may read it, also without a token. Nothing in it is of a single episode.
+    """List, GetEntry and Export need no token. They return no data of single episodes.
     """
 
     def __init__(self, channel):
@@ -63,40 +63,40 @@ class LeaderboardStub:
 
 
 class LeaderboardServicer:
-    """Everybody may read it, also without a token. Nothing in it is of a single episode.
+    """List, GetEntry and Export need no token. They return no data of single episodes.
     """
 
     def Publish(self, request, context):
-        """Puts a run that is over on the leaderboard, for its participant or a host. Where it is listed already, its note is
-        renewed. On a hidden split only runs of all its episodes can be published.
+        """Publishes a run that is over; allowed for its participant and hosts. If it is published already, its note is replaced.
+        On a hidden split only runs of all its episodes can be published.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def Withdraw(self, request, context):
-        """Takes a run off the leaderboard. It can be published again; what a host has withdrawn, by a host alone.
+        """Removes a run from the leaderboard. It can be published again; if a host withdrew it, only by a host.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def List(self, request, context):
-        """How the published runs of a split stand, the best first.
+        """Returns the standings of a split's published runs, the best first.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def GetEntry(self, request, context):
-        """One published run.
+        """Returns one published run.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def Export(self, request, context):
-        """A whole list as a file, described in docs/leaderboard.md.
+        """Returns a whole list as a file, described in docs/leaderboard.md.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -139,7 +139,7 @@ def add_LeaderboardServicer_to_server(servicer, server):
 
  # This class is part of an EXPERIMENTAL API.
 class Leaderboard:
-    """Everybody may read it, also without a token. Nothing in it is of a single episode.
+    """List, GetEntry and Export need no token. They return no data of single episodes.
     """
 
     @staticmethod

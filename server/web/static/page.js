@@ -54,6 +54,19 @@
     if (beyond > 0) box.scrollLeft += beyond + 14; // clear of the shade
   }
 
+  // Whatever the font: what has the focus is not under the headings or the pinned columns.
+  document.addEventListener("focusin", (event) => {
+    const box = event.target.closest(".board"), cell = event.target.closest("th, td");
+    if (!box || !cell) return;
+    const seen = event.target.getBoundingClientRect();
+    const pinned = [...box.querySelectorAll("thead .pin")].map((one) => one.getBoundingClientRect().right);
+    const under = Math.max(...pinned) - seen.left;
+    if (under > 0 && !cell.matches(".pin")) box.scrollLeft -= under + 14;
+    if (box.querySelector("thead").getBoundingClientRect().bottom > seen.top && !cell.closest("thead")) {
+      event.target.scrollIntoView({ block: "center", inline: "nearest" });
+    }
+  });
+
   function prepare() {
     for (const line of document.querySelectorAll("[data-copy]")) {
       if (!navigator.clipboard) return;

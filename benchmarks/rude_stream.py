@@ -1,0 +1,77 @@
+"""Streams that end without a proper close: each is a process that joins a run, reads some messages, and leaves.
+
+    python benchmarks/rude_stream.py ADDRESS RUN WAY [TOKEN_FILE CA_FILE]
+
+It never answers an observation, so the episodes that it claims are played by others without a difference.
+"""
+
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+from queue import SimpleQueue
+
+import grpc
+
+from arramon.v1 import evaluation_pb2 as pb
+from arramon.v1.evaluation_pb2_grpc import EvaluationStub
+from arramon_client.transport.access import Access, open_channel
+from arramon_client.transport.connection import METADATA
+
+WAYS = ("cancelled", "deadline", "connection closed", "half-closed", "killed", "not read")
+"""Ways in which a stream ends."""
+
+SEEN = 3
+"""Messages of the server that it reads before that, or as many as arrive within `PATIENCE`."""
+
+PATIENCE = 30.0
+"""Time limit of a stream, in seconds."""
+
+
+def end_rudely(address: str, run: str, way: str, access: Access) -> None:
+    """Join a run with a stream, and end the stream in the given way.
+
+    Raises:
+        grpc.RpcError: if the server ends the stream first.
+    """
+    requests = SimpleQueue[pb.PlayRequest | None]()
+    opening = pb.Open(run_id=run, max_episodes=2)
+    requests.put(pb.PlayRequest(open=opening))
+    channel = open_channel(address, access, ())
+    seconds = 0.5 if way == "deadline" else PATIENCE
+    responses = EvaluationStub(channel).Play(iter(requests.get, None), timeout=seconds, metadata=METADATA)
+    if way == "not read":
+        time.sleep(1.0)
+        os._exit(0)
+    for _, _response in zip(range(1 if way == "half-closed" else SEEN), responses, strict=False):
+        pass
+    if way == "killed":
+        os.kill(os.getpid(), signal.SIGKILL)
+    elif way == "cancelled":
+        responses.cancel()
+    elif way == "half-closed":
+        requests.put(None)
+        for _response in responses:
+            pass
+    elif way == "deadline":
+        for _response in responses:
+            pass
+    channel.close()
+
+
+def main(address: str, run: str, way: str, token: str = "", authority: str = "") -> int:
+    """Open and end one stream; return the exit status."""
+    access = Access(Path(token).read_text().strip(), authority=Path(authority).read_bytes()) if token else Access()
+    try:
+        end_rudely(address, run, way, access)
+    except grpc.RpcError as error:
+        if way == "deadline" and error.code() == grpc.StatusCode.DEADLINE_EXCEEDED:
+            return 0
+        sys.stderr.write(f"{error.code().name}: {error.details()}\n")
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))

@@ -1,0 +1,186 @@
+"""The commands `arramon-client leaderboard`, `publish` and `withdraw`."""
+
+import argparse
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from arramon.v1 import evaluation_pb2, leaderboard_pb2_grpc
+from arramon.v1 import leaderboard_pb2 as pb
+from arramon_client.commands.base import run
+from arramon_client.commands.server_options import add_server, server_of
+from arramon_client.errors import UsageError
+from arramon_client.results import COLUMNS, score_cell
+from arramon_client.transport.connection import Server, call
+
+BOTH = "both"
+"""Value of `--lang` for all languages of a split together."""
+
+TOTAL = "total"
+
+SORTS = {metric.removesuffix("@CTC-3"): metric for _, metric in COLUMNS}
+"""Values of `--sort`, and the metric that each one selects."""
+
+WIDTH = 110
+"""Minimum width of the table in characters."""
+
+
+@dataclass
+class Listing:
+    """All pages of a split's leaderboard.
+
+    Attributes:
+        sort: the metric by which the runs are sorted and ranked.
+        standings: the published runs.
+        references: the paper's results.
+    """
+
+    sort: str = ""
+    standings: list[pb.Standing] = field(default_factory=list)
+    references: list[pb.Reference] = field(default_factory=list)
+
+
+def show(argv: Sequence[str]) -> int:
+    """Run `arramon-client leaderboard` and return its exit status."""
+    parser = _parser("leaderboard", "Show the ranking of a split's published runs.")
+    parser.add_argument("--split", metavar="S", help="the split's name (default: the server's only one)")
+    parser.add_argument("--lang", default=BOTH, metavar="L", help="en, hi, ... or both (default: %(default)s)")
+    parser.add_argument(
+        "--sort", choices=tuple(SORTS), default="PTC", help="metric to sort and rank by (default: %(default)s)"
+    )
+    form = parser.add_mutually_exclusive_group()
+    form.add_argument("--csv", action="store_true", help="print the list as CSV")
+    form.add_argument("--json", action="store_true", help="print the list with all details as JSON")
+    return run(parser, argv, _show)
+
+
+def publish(argv: Sequence[str]) -> int:
+    """Run `arramon-client publish` and return its exit status."""
+    parser = _parser("publish", "Put a finished run on the leaderboard.")
+    parser.add_argument("run", metavar="RUN", help="the run's id")
+    parser.add_argument(
+        "--note", default="", metavar="TEXT", help="a note shown with the run, one line of at most 500 characters"
+    )
+    return run(parser, argv, _publish)
+
+
+def withdraw(argv: Sequence[str]) -> int:
+    """Run `arramon-client withdraw` and return its exit status."""
+    parser = _parser("withdraw", "Take a run off the leaderboard; it can be published again.")
+    parser.add_argument("run", metavar="RUN", help="the run's id")
+    return run(parser, argv, _withdraw)
+
+
+def _parser(word: str, description: str) -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog=f"arramon-client {word}", allow_abbrev=False, description=description)
+    add_server(parser)
+    return parser
+
+
+def _show(options: argparse.Namespace) -> None:
+    with server_of(options) as server:
+        split, stub = _choose_split(server, options.split), leaderboard_pb2_grpc.LeaderboardStub(server.channel)
+        if options.csv or options.json:
+            form = pb.ExportRequest.FORMAT_CSV if options.csv else pb.ExportRequest.FORMAT_JSON
+            export = pb.ExportRequest(split=split, language=options.lang, sort=SORTS[options.sort], format=form)
+            sys.stdout.write(call(stub.Export, export, server.address).content)
+            return
+        request = pb.ListRequest(split=split, language=options.lang, sort=SORTS[options.sort])
+        listing = _collect(stub, request, server.address)
+    console = Console()
+    console.width = max(console.width, WIDTH)
+    console.print(table(listing, split, options.lang))
+    if not listing.standings:
+        hint = "; each language has a separate list, see --lang" if options.lang == BOTH else ""
+        console.print(f"no published runs yet{hint}", markup=False, highlight=False, soft_wrap=True)
+
+
+def _publish(options: argparse.Namespace) -> None:
+    with server_of(options) as server:
+        stub = leaderboard_pb2_grpc.LeaderboardStub(server.channel)
+        entry = call(stub.Publish, pb.PublishRequest(run_id=options.run, note=options.note), server.address)
+    marks = _marks(entry.marks, entry.coverage if entry.HasField("coverage") else None)
+    name = f"{entry.run.agent} by {entry.run.participant}"
+    sys.stdout.write(f"published: {name} on {entry.run.split}, {entry.run.language}{f'; {marks}' if marks else ''}\n")
+
+
+def _withdraw(options: argparse.Namespace) -> None:
+    with server_of(options) as server:
+        stub = leaderboard_pb2_grpc.LeaderboardStub(server.channel)
+        call(stub.Withdraw, pb.WithdrawRequest(run_id=options.run), server.address)
+    sys.stdout.write(f"withdrawn: {options.run}\n")
+
+
+def _choose_split(server: Server, asked: str | None) -> str:
+    names = [split.name for split in server.info.splits]
+    if asked is not None:
+        return asked
+    if len(names) != 1:
+        raise UsageError(f"select a split with --split: {', '.join(names)}")
+    return names[0]
+
+
+def _collect(stub: leaderboard_pb2_grpc.LeaderboardStub, request: pb.ListRequest, address: str) -> Listing:
+    """Request all pages of a list."""
+    listing = Listing()
+    while True:
+        page = call(stub.List, request, address)
+        listing.sort = page.sort
+        listing.standings += page.standings
+        listing.references += page.references
+        if not page.next_page_token:
+            return listing
+        request.page_token = page.next_page_token
+
+
+def table(listing: Listing, split: str, language: str) -> Table:
+    """Return the table of published runs, and below a line the paper's results: totals with 95% intervals."""
+    languages = "all languages together" if language == BOTH else language
+    made = Table(
+        title=f"{split}, {languages}",
+        caption="sorted and ranked by the column with *; = shares a rank: its interval overlaps with that of the best "
+        "at this rank; under each score its 95% interval; rPOD and PTC count where CTC-3 is 1",
+        box=box.SIMPLE_HEAD,
+        padding=0,
+        show_edge=False,
+        pad_edge=False,
+    )
+    made.add_column("", justify="right", no_wrap=True)
+    made.add_column("agent", overflow="fold", min_width=24)
+    for heading, metric in COLUMNS:
+        made.add_column(f"{heading} *" if metric == listing.sort else heading, justify="right", no_wrap=True)
+    for standing in listing.standings:
+        rank = f"{standing.rank}{'=' if standing.tied else ''}" if standing.rank else "-"
+        made.add_row(rank, _system(standing), *_cells(standing.rows))
+    if listing.references:
+        made.add_section()
+    for reference in listing.references:
+        who = Text(f"{reference.short} {reference.name}\npaper, {reference.source}: other data")
+        made.add_row("", who, *(cell.partition("\n")[0] for cell in _cells(reference.rows)))
+    return made
+
+
+def _system(standing: pb.Standing) -> Text:
+    lines = [standing.agent, f"{standing.participant}: {' '.join(standing.sensors) or 'no sensors'}"]
+    marks = _marks(standing.marks, standing.coverage if standing.HasField("coverage") else None)
+    return Text("\n".join([*lines, marks] if marks else lines))
+
+
+def _marks(marks: Iterable[pb.Mark.ValueType], coverage: float | None) -> str:
+    def words() -> Iterator[str]:
+        for mark in marks:
+            word = pb.Mark.Name(mark).removeprefix("MARK_").lower().replace("_", " ")
+            partly = mark == pb.MARK_PARTIAL and coverage is not None
+            yield f"{word} ({coverage:.0%})" if partly else word
+
+    return ", ".join(words())
+
+
+def _cells(rows: Iterable[evaluation_pb2.Row]) -> list[str]:
+    total = {score.metric: score for row in rows if row.name == TOTAL for score in row.scores}
+    return [score_cell(total.get(metric)) for _, metric in COLUMNS]

@@ -1,0 +1,123 @@
+"""The commands `arramon-client runs` and `cancel`: list one's runs, and cancel them."""
+
+import argparse
+import json
+import sys
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from arramon.v1 import evaluation_pb2 as pb
+from arramon_client.arguments import positive
+from arramon_client.commands.base import run
+from arramon_client.commands.server_options import add_server, server_of
+from arramon_client.transport.connection import Server, call
+
+STATES = ("running", "complete", "cancelled")
+
+PAGE = 100
+"""Number of runs requested per page."""
+
+HEADER = ("run", "state", "agent", "split", "language", "episodes", "created", "ended", "")
+
+
+def show(argv: Sequence[str]) -> int:
+    """Run `arramon-client runs` and return its exit status."""
+    parser = _parser("runs", "List your runs, latest first.")
+    parser.add_argument("--split", metavar="S", help="list only runs on this split")
+    parser.add_argument("--lang", metavar="L", help="list only runs in this language")
+    parser.add_argument("--state", choices=STATES, help="list only runs in this state")
+    parser.add_argument("--agent", metavar="A", help="list only runs of the agent with this name")
+    parser.add_argument("--limit", type=positive, metavar="N", default=50, help="list at most N (default: %(default)s)")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    return run(parser, argv, _show)
+
+
+def cancel(argv: Sequence[str]) -> int:
+    """Run `arramon-client cancel` and return its exit status."""
+    parser = _parser("cancel", "Cancel your runs: every episode that is not finished is given up.")
+    parser.add_argument("runs", nargs="+", metavar="RUN", help="a run's id, as shown by `arramon-client runs`")
+    return run(parser, argv, _cancel)
+
+
+def _parser(word: str, description: str) -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog=f"arramon-client {word}", allow_abbrev=False, description=description)
+    add_server(parser)
+    return parser
+
+
+def _show(options: argparse.Namespace) -> None:
+    listed: list[pb.Run] = []
+    more = False
+    with server_of(options) as server:
+        for each in _listed(server):
+            if _is_wanted(each, options):
+                more = len(listed) == options.limit
+                if more:
+                    break
+                listed.append(each)
+    if options.json:
+        text = json.dumps([*map(_as_json, listed)], ensure_ascii=False, indent=1)
+    else:
+        text = _table([HEADER, *map(_row, listed)]) if listed else "no matching runs"
+    sys.stdout.write(f"{text}\n")
+    if more:
+        sys.stderr.write(f"only the latest {options.limit} runs are listed: see --limit\n")
+
+
+def _cancel(options: argparse.Namespace) -> None:
+    with server_of(options) as server:
+        for run_id in options.runs:
+            ended = call(server.stub.CancelRun, pb.CancelRunRequest(run_id=run_id), server.address)
+            sys.stdout.write(f"{_state(ended)}: {ended.run_id}, {ended.agent} on {ended.split}, {ended.language}\n")
+            sys.stdout.flush()
+
+
+def _listed(server: Server) -> Iterator[pb.Run]:
+    """Yield all runs that the caller may see, page by page."""
+    request = pb.ListRunsRequest(page_size=PAGE)
+    while True:
+        page = call(server.stub.ListRuns, request, server.address)
+        yield from page.runs
+        if not page.next_page_token:
+            return
+        request.page_token = page.next_page_token
+
+
+def _is_wanted(each: pb.Run, options: argparse.Namespace) -> bool:
+    found = {"split": each.split, "lang": each.language, "state": _state(each), "agent": each.agent}
+    return all(getattr(options, name) in (None, value) for name, value in found.items())
+
+
+def _state(each: pb.Run) -> str:
+    return pb.RunState.Name(each.state).removeprefix("RUN_STATE_").lower()
+
+
+def _row(each: pb.Run) -> tuple[str, ...]:
+    played = f"{each.episodes_ended} of {each.episodes}"
+    published = "published" if each.published else ""
+    times = (each.created_at, each.ended_at or "-")
+    return (each.run_id, _state(each), each.agent, each.split, each.language, played, *times, published)
+
+
+def _table(rows: Sequence[Sequence[str]]) -> str:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    cells = [[cell.ljust(width) for cell, width in zip(row, widths, strict=True)] for row in rows]
+    return "\n".join("  ".join(row).rstrip() for row in cells)
+
+
+def _as_json(each: pb.Run) -> dict[str, Any]:
+    return {
+        "run_id": each.run_id,
+        "participant": each.participant,
+        "agent": each.agent,
+        "split": each.split,
+        "language": each.language,
+        "sensors": [*each.sensors],
+        "state": _state(each),
+        "episodes": each.episodes,
+        "episodes_ended": each.episodes_ended,
+        "steps": each.steps,
+        "created_at": each.created_at,
+        "ended_at": each.ended_at or None,
+        "published": each.published,
+    }

@@ -1,0 +1,156 @@
+"""The command `arramon-client verify`: check a receipt's signature, the host's key and the actions that were sent."""
+
+import argparse
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from arramon.v1 import evaluation_pb2
+from arramon_client import receipts
+from arramon_client.commands.base import SUCCESS, run
+from arramon_client.errors import ReceiptError
+from arramon_client.receipts import Receipt
+from arramon_client.results import TABLE_WIDTH, score_table
+from arramon_client.transport.access import access_of, add_access
+from arramon_client.transport.connection import connect
+
+KEY_NOT_CHECKED = 3
+"""Exit status: the receipt is intact, but its key was not compared with the host's."""
+
+
+def main(argv: Sequence[str]) -> int:
+    """Run the command and return its exit status: 0 valid, 1 not valid, 2 usage, 3 the key was not checked."""
+    parser = argparse.ArgumentParser(
+        prog="arramon-client verify",
+        allow_abbrev=False,
+        description="Check a receipt: its signature, the host's key and the actions that this client sent.",
+        epilog="exit status: 0 the receipt is valid; 1 it is not, for the reasons printed; 2 wrong usage; "
+        "3 the receipt is intact, but no host's key was given to compare its key with",
+    )
+    parser.add_argument("receipt", type=Path, metavar="RECEIPT", help="the file RUN.receipt.json")
+    key = parser.add_mutually_exclusive_group()
+    key.add_argument(
+        "--key",
+        metavar="FILE|HEX",
+        help="the host's public key in hexadecimal, or a file with it in hexadecimal or PEM",
+    )
+    key.add_argument("--server", metavar="ADDR", help="get the key from the host's server: host:port or unix:/path")
+    parser.add_argument(
+        "--results", type=Path, metavar="FILE", help="results file of the run (default: RUN.json beside the receipt)"
+    )
+    add_access(parser)
+    return run(parser, argv, _verify)
+
+
+def _verify(options: argparse.Namespace) -> int:
+    receipt = receipts.read_receipt(options.receipt)
+    key, whose = _host_key(options)
+    if key is not None:
+        receipts.check_key(receipt, key, whose)
+    console = Console()
+    console.width = max(console.width, TABLE_WIDTH)
+
+    def say(text: str) -> None:
+        console.print(text, markup=False, highlight=False, soft_wrap=True)
+
+    results = _results(options)
+    checked = _check_results(receipt, results) if results is not None else ""
+    _show(receipt, console)
+    if checked:
+        say(checked)
+    if key is not None:
+        say(f"signed with {whose}, {key.hex()}")
+        return SUCCESS
+    say(
+        f"signed with the key {receipt.public_key.hex()}. It was NOT checked that this is the host's key: anyone can "
+        "sign with a key of their own. Give the host's key with --key, or get it from its server with --server"
+    )
+    return KEY_NOT_CHECKED
+
+
+def _host_key(options: argparse.Namespace) -> tuple[bytes | None, str]:
+    """Return the host's key, or None if none was given, and a description of it."""
+    if options.key is not None:
+        return receipts.read_key(options.key), "the key given"
+    if options.server is None:
+        return None, ""
+    with connect(options.server, access_of(options)) as server:
+        if not server.info.public_key:
+            raise ReceiptError(f"the server at {options.server} has no key and does not sign receipts")
+        return server.info.public_key, f"the key of {options.server}"
+
+
+def _results(options: argparse.Namespace) -> Mapping[str, Any] | None:
+    """Return the results file's content; None if none was named and none is beside the receipt."""
+    path: Path = options.results or options.receipt.with_name(
+        options.receipt.name.removesuffix(receipts.SUFFIX) + ".json"
+    )
+    if options.results is None and (path == options.receipt or not path.exists()):
+        return None
+    content = receipts.read_json(path, "results file")
+    if not (isinstance(content, dict) and {"run", "metrics"} <= content.keys()):
+        raise ReceiptError(f"{path} is not a results file: it has no run and no metrics")
+    return {**content, "path": path}
+
+
+def _check_results(receipt: Receipt, results: Mapping[str, Any]) -> str:
+    """Compare this client's results file with the receipt; return a description of what was checked.
+
+    Raises:
+        ReceiptError: if anything differs; the message lists every difference.
+    """
+    path, run_id = results["path"], results["run"].get("run_id")
+    if run_id != receipt.run["run_id"]:
+        raise ReceiptError(f"{path} is for run {run_id}, but the receipt is for run {receipt.run['run_id']}")
+    actions = {episode_id: _digits(path, sent) for episode_id, sent in results.get("actions", {}).items()}
+    compared = receipts.compare_actions(receipt, actions)
+    differences = list(compared.differences)
+    if results["metrics"] != receipt.content["scores"]:
+        differences.insert(0, f"{path} has different scores than the receipt")
+    episodes = len(receipt.episodes)
+    same = f"in {compared.same} of {episodes} episodes the actions match those that this client sent"
+    unknown = episodes - compared.same - len(compared.differences)
+    if unknown:
+        same += f", for {unknown if compared.differences else 'the others'} it has no actions"
+    if len(differences) > 1:
+        differences.append(f"{path}: {same}")
+    if differences:
+        raise ReceiptError("\n".join(differences))
+    return f"{path}: the scores match; {same}"
+
+
+def _digits(path: Path, sent: object) -> list[int]:
+    if not (isinstance(sent, str) and set(sent) <= set("0123")):
+        raise ReceiptError(f"{path} is not a results file: its actions are not strings of the digits 0 to 3")
+    return [int(digit) for digit in sent]
+
+
+def _show(receipt: Receipt, console: Console) -> None:
+    run, content = receipt.run, receipt.content
+    rows = [
+        evaluation_pb2.Row(
+            name=name, scores=[evaluation_pb2.Score(metric=metric, **values) for metric, values in scores.items()]
+        )
+        for name, scores in content["scores"].items()
+    ]
+    shown = evaluation_pb2.Run(
+        agent=run["agent"], split=run["split"], language=run["language"], episodes=len(receipt.episodes)
+    )
+    console.print(score_table(evaluation_pb2.Report(run=shown, rows=rows)))
+    causes = ", ".join(f"{number} {cause}" for cause, number in sorted(content["causes"].items()))
+    limits = content["limits"]
+    clocks = (
+        f"{limits['step_seconds']:g} s per step, {limits['first_step_seconds']:g} s for the first, "
+        f"{limits['bank_seconds']:g} s in the bank"
+        if limits["step_seconds"] or limits["bank_seconds"]
+        else "no clocks"
+    )
+    for line in (
+        content["score_signature"],
+        f"run {run['run_id']} of {run['participant']}, {run['state'].lower()}",
+        f"from {run['created_at']} to {run['ended_at'] or 'an unknown time'}",
+        f"{content['steps']} steps; {clocks}; episodes ended: {causes}; offered again: {content['reoffers']}",
+    ):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)

@@ -1,0 +1,18 @@
+"""All checks, in the order in which they run."""
+
+from arramon_client.conformance import (
+    claims,
+    images,
+    information,
+    limits,
+    refusals,
+    results,
+    resumption,
+    runs,
+    sensors,
+    steps,
+)
+
+GROUPS = (information, runs, steps, claims, resumption, limits, sensors, images, refusals, results)
+
+CHECKS = tuple(check for group in GROUPS for check in group.CHECKS)

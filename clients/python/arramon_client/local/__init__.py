@@ -1,0 +1,1 @@
+"""The embedded server on this machine, and its first episodes."""

@@ -1,0 +1,167 @@
+"""Multi-stream play: one stream to each of the server's processes, all served by the same agent."""
+
+import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from contextlib import ExitStack
+from dataclasses import replace
+from itertools import cycle
+from typing import Any, cast
+
+import grpc
+
+from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc
+from arramon_client.agent import Agent, Episode, Observation
+from arramon_client.errors import ServerUnreachableError
+from arramon_client.play import Outcome, Progress, Settings, play
+from arramon_client.plugin.failures import FailureCounter
+from arramon_client.recording.recorder import Recording
+from arramon_client.transport.access import host_of, open_channel
+from arramon_client.transport.connection import CHANNEL_OPTIONS, Server
+
+
+def play_streams(
+    server: Server,
+    run: evaluation_pb2.Run,
+    agent: Agent,
+    settings: Settings,
+    *,
+    notify: Callable[[str], None] = lambda _: None,
+    progress: Callable[[Progress], None] = lambda _: None,
+    revive: Callable[[], None] = lambda: None,
+    recording: Recording | None = None,
+) -> Outcome:
+    """Play a run to its end, over one stream to each server process that has an address of its own.
+
+    The parallel episodes are divided among the streams. The agent is called for one stream at a time, with a batch of
+    that stream's observations. A stream whose process is gone reconnects at the common address.
+
+    Args:
+        server: the connected server.
+        run, agent, settings, notify, progress, revive, recording: as for `play`.
+
+    Raises:
+        ArramonClientError: the error of the first stream that failed; the others are closed.
+    """
+    addresses = list(server.info.addresses)[: settings.parallel]
+    if len(addresses) < 2:
+        return play(
+            server.stub,
+            run,
+            agent,
+            settings,
+            address=server.address,
+            notify=notify,
+            progress=progress,
+            revive=revive,
+            recording=recording,
+        )
+    shared, progress_sum = _SharedAgent(agent), _ProgressSum(progress)
+    failure_counter = FailureCounter(keep_going=settings.keep_going)
+    # All processes have the certificate of the common address.
+    access = replace(server.access, name=host_of(server.address))
+    over = threading.Event()
+
+    def tell(text: str) -> None:
+        if not over.is_set():  # The participant need not know how the remaining streams end.
+            notify(text)
+
+    with ExitStack() as stack:
+        pool = stack.enter_context(ThreadPoolExecutor(len(addresses), "stream"))
+
+        def start(number: int, address: str) -> Future[Outcome]:
+            # Closed before the pool is joined, so that no stream goes on after an error.
+            channel = stack.enter_context(open_channel(address, access, CHANNEL_OPTIONS))
+            fallback = _FallbackStub(channel, server)
+            stack.callback(fallback.close)
+            stub = cast(evaluation_pb2_grpc.EvaluationStub, fallback)
+            own, told = _share(settings, number, len(addresses)), progress_sum.callback(number)
+            return pool.submit(
+                play,
+                stub,
+                run,
+                shared,
+                own,
+                address=address,
+                notify=tell,
+                progress=told,
+                revive=revive,
+                recording=recording,
+                failure_counter=failure_counter,
+            )
+
+        streams = [start(number, address) for number, address in enumerate(addresses)]
+        stack.callback(over.set)
+        outcomes = [stream.result() for stream in as_completed(streams)]
+    return Outcome(
+        run=outcomes[-1].run,
+        steps=sum(outcome.steps for outcome in outcomes),
+        failures=tuple(failure for outcome in outcomes for failure in outcome.failures),
+        problems=tuple(problem for outcome in outcomes for problem in outcome.problems),
+        reconnections=sum(outcome.reconnections for outcome in outcomes),
+        actions={episode_id: sent for outcome in outcomes for episode_id, sent in outcome.actions.items()},
+    )
+
+
+def _share(settings: Settings, number: int, streams: int) -> Settings:
+    """Return the settings of one stream, with its share of the parallel episodes."""
+    return replace(settings, parallel=settings.parallel // streams + (number < settings.parallel % streams))
+
+
+class _SharedAgent:
+    """An agent whose methods are called by one stream at a time."""
+
+    def __init__(self, agent: Agent) -> None:
+        self._agent = agent
+        self._lock = threading.Lock()
+
+    def begin(self, episode: Episode) -> None:
+        with self._lock:
+            self._agent.begin(episode)
+
+    def act(self, observations: Sequence[Observation]) -> Sequence[int]:
+        with self._lock:
+            return self._agent.act(observations)
+
+
+class _FallbackStub:
+    """Stub that opens streams alternately at one server process and at the common address, starting at the process."""
+
+    def __init__(self, channel: grpc.Channel, server: Server) -> None:
+        self._stubs = cycle((evaluation_pb2_grpc.EvaluationStub(channel), server.stub))
+        self._lock = threading.Lock()
+        self._call: Any = None
+        self._closed = False
+
+    def Play(self, *arguments: Any, **named: Any) -> Any:  # noqa: N802 - gRPC's name
+        with self._lock:
+            if self._closed:
+                raise ServerUnreachableError("this stream is closed, as another one ended the run")
+            self._call = next(self._stubs).Play(*arguments, **named)
+            return self._call
+
+    def close(self) -> None:
+        """Cancel the current stream, and refuse to open another one."""
+        with self._lock:
+            self._closed = True
+            if self._call is not None:
+                self._call.cancel()
+
+
+class _ProgressSum:
+    """Sum of the steps taken over all streams."""
+
+    def __init__(self, progress: Callable[[Progress], None]) -> None:
+        self._progress = progress
+        self._steps: dict[int, int] = {}
+        self._lock = threading.Lock()
+
+    def callback(self, number: int) -> Callable[[Progress], None]:
+        """Return the progress callback of one stream."""
+
+        def tell(state: Progress) -> None:
+            with self._lock:
+                self._steps[number] = state.steps
+                self._progress(replace(state, steps=sum(self._steps.values())))
+
+        return tell

@@ -1,0 +1,1 @@
+"""Loading of agents, and checked calls of their methods."""

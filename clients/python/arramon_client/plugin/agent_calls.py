@@ -1,0 +1,73 @@
+"""Checked calls of an agent's two methods, which turn every failure into an AgentError for the agent's author."""
+
+from collections.abc import Sequence
+from operator import index
+
+import numpy as np
+
+from arramon_client.agent import Action, Agent, Episode, Observation
+from arramon_client.errors import AgentError
+from arramon_client.plugin.tracebacks import own_frames
+
+ACTIONS = "0 (forward), 1 (left), 2 (right) or 3 (interact)"
+
+
+def begin(agent: Agent, episode: Episode) -> None:
+    """Call the agent's `begin`.
+
+    Raises:
+        AgentError: if the agent raises any exception.
+    """
+    try:
+        agent.begin(episode)
+    except (Exception, SystemExit) as error:
+        raise AgentError(f"begin() raised {_named(error)}", own_frames(error)) from error
+
+
+def act(agent: Agent, observations: Sequence[Observation]) -> list[int]:
+    """Call the agent's `act` on a batch, and return its actions, each from 0 to 3.
+
+    Raises:
+        AgentError: if the agent raises any exception, or does not return one valid action for each observation.
+    """
+    try:
+        answer: object = agent.act(observations)
+    except (Exception, SystemExit) as error:
+        raise AgentError(f"act() raised {_named(error)}", own_frames(error)) from error
+    return _actions(answer, observations)
+
+
+def _actions(answer: object, observations: Sequence[Observation]) -> list[int]:
+    expected = f"act() must return a sequence with one action for each of the {len(observations)} observations"
+    if isinstance(answer, str | bytes | dict | set):
+        raise AgentError(f"{expected}; it returned {_shown(answer)}")
+    try:
+        length = len(answer)  # type: ignore[arg-type]
+        items = list(answer)  # type: ignore[call-overload]
+    except TypeError as error:
+        raise AgentError(f"{expected}; it returned {_shown(answer)}") from error
+    if length != len(observations):
+        raise AgentError(f"{expected}; it returned {length}: {_shown(answer)}")
+    return [_action(item, observation) for item, observation in zip(items, observations, strict=True)]
+
+
+def _action(item: object, observation: Observation) -> int:
+    where = f"for episode {observation.episode_id}, step {observation.step}, act() returned {_shown(item)}"
+    if isinstance(item, bool | np.bool_):
+        raise AgentError(f"{where}; an action is {ACTIONS}")
+    try:
+        number = index(item)  # type: ignore[arg-type]
+    except (TypeError, ValueError) as error:
+        raise AgentError(f"{where}; an action is an integer: {ACTIONS}") from error
+    if not 0 <= number < len(Action):
+        raise AgentError(f"{where}; an action is {ACTIONS}")
+    return number
+
+
+def _named(error: BaseException) -> str:
+    return f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+
+
+def _shown(value: object) -> str:
+    text = f"{type(value).__name__} {value!r}" if value is not None else "None"
+    return text if len(text) <= 120 else text[:117] + "..."

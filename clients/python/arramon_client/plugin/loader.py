@@ -1,0 +1,219 @@
+"""Loading of the agent that `--agent` names, with error messages for the agent's author."""
+
+import contextlib
+import difflib
+import importlib
+import importlib.util
+import pkgutil
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from types import MappingProxyType, ModuleType
+from typing import cast
+
+from arramon_client import agent as contract
+from arramon_client.agent import Agent
+from arramon_client.errors import AgentLoadError
+from arramon_client.plugin.arguments import check_signature
+from arramon_client.plugin.tracebacks import own_frames
+
+OWN_AGENTS = "agents"
+"""Package of the project's agents, which is installed with the server."""
+
+ENTRY_POINTS = "arramon.agents"
+"""Entry-point group in which installed packages register agents by name."""
+
+
+def load_agent(spec: str, arguments: Mapping[str, object] = MappingProxyType({})) -> Agent:
+    """Load and construct the agent that `spec` names.
+
+    Args:
+        spec: one of
+
+            - the name of an entry point in the group `arramon.agents`;
+            - `package.module`, whose class `Agent` or function `make_agent()` is called;
+            - `package.module:Name`, a class or function to call, or an agent itself.
+
+            A module that an entry point names (`agents.follower`) is loaded from where it is installed, even if the
+            working directory has a package of the same name. Other modules are searched for in the working directory
+            first, as with `python -m`; their folders need no `__init__.py`.
+        arguments: keyword arguments for the class or function.
+
+    Raises:
+        AgentLoadError: if nothing has that name, or it cannot be imported or constructed, does not accept these
+            arguments or requires others, or is not an agent. `details` holds the agent's own traceback if there is one.
+    """
+    _make_working_directory_importable()
+    entry = _entry_points().get(spec)
+    if entry is not None:
+        name, attribute = entry.module, entry.attr
+    else:
+        name, _, attribute = spec.partition(":")
+        _check_spelling(spec, name, attribute)
+    if _is_registered(name):
+        module = _import_installed(name, spec)
+    else:
+        _add_own_folder(name, spec)
+        module = _import(name, spec)
+    found = _member(module, attribute) if attribute else _default_member(module)
+    made = _make(found, spec, arguments)
+    _check_is_agent(made, spec)
+    return cast(Agent, made)
+
+
+def _make_working_directory_importable() -> None:
+    here = str(Path.cwd())
+    if "" not in sys.path and here not in sys.path:
+        sys.path.insert(0, here)
+
+
+def _entry_points() -> dict[str, EntryPoint]:
+    return {entry.name: entry for entry in entry_points(group=ENTRY_POINTS)}
+
+
+def _is_registered(name: str) -> bool:
+    """Tell whether an entry point names this module or a package that contains it."""
+    return any(f"{name}.".startswith(f"{entry.module}.") for entry in _entry_points().values())
+
+
+def _import_installed(name: str, spec: str) -> ModuleType:
+    """Import a module and what it imports from where they are installed, whatever the working directory contains."""
+    importlib.invalidate_caches()
+    with _working_directory_hidden():
+        top = name.partition(".")[0]
+        if top in sys.modules or importlib.util.find_spec(top) is not None:
+            return _import(name, spec)
+    return _import(name, spec)  # Installed in the working directory itself.
+
+
+def _add_own_folder(name: str, spec: str) -> None:
+    """Let the working directory's folder contribute modules to a package of the same name that is installed.
+
+    Python ignores a folder without `__init__.py` where a package with one exists anywhere on its path.
+    """
+    top, *parts = name.split(".")
+    folder = Path.cwd() / top
+    module = folder.joinpath(*parts)
+    if (folder / "__init__.py").exists() or not (module.is_dir() or module.with_name(f"{module.name}.py").is_file()):
+        return
+    with _working_directory_hidden():
+        if importlib.util.find_spec(top) is None:
+            return
+        package = _import(top, spec)
+    path = getattr(package, "__path__", None)
+    if path is not None and str(folder) not in path:
+        package.__path__ = [str(folder), *path]
+
+
+@contextlib.contextmanager
+def _working_directory_hidden() -> Iterator[None]:
+    """Take the working directory off the module search path for a while."""
+    here, path = Path.cwd(), sys.path[:]
+    sys.path[:] = [entry for entry in path if Path(entry).absolute() != here]
+    try:
+        yield
+    finally:
+        sys.path[:] = path
+
+
+def _check_spelling(spec: str, name: str, attribute: str) -> None:
+    is_path = name.endswith(".py") or "/" in name or "\\" in name
+    if is_path or not all(part.isidentifier() for part in name.split(".")) or (":" in spec and not attribute):
+        hint = ""
+        if is_path:
+            dotted = name.removesuffix(".py").replace("\\", "/").strip("./").replace("/", ".")
+            hint = f" Name it as a module, e.g. --agent {dotted}, in the folder that contains it."
+        raise AgentLoadError(f"--agent {spec!r} is neither a module, a module:Class nor an entry point.{hint}")
+
+
+def _import(name: str, spec: str) -> ModuleType:
+    """Import a module, with different errors for a missing module and for one that fails to import."""
+    importlib.invalidate_caches()
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError as error:
+        # If the missing module is not a part of this dotted name, the module itself exists and imports a missing one.
+        if error.name is not None and (name == error.name or name.startswith(error.name + ".")):
+            raise AgentLoadError(_no_such_module(error.name, spec)) from error
+        raise AgentLoadError(
+            f"agent {spec}: it imports {error.name}, which is not installed", own_frames(error)
+        ) from error
+    except (Exception, SystemExit) as error:
+        raise AgentLoadError(f"agent {spec}: its module {name} cannot be imported", own_frames(error)) from error
+
+
+def _no_such_module(missing: str, spec: str) -> str:
+    parent, _, _ = missing.rpartition(".")
+    known: Iterable[str] = (info.name for info in pkgutil.iter_modules())
+    if parent:
+        prefix = parent + "."
+        known = (info.name for info in pkgutil.iter_modules(sys.modules[parent].__path__, prefix))
+    registered = _entry_points()
+    candidates = [*registered, *(entry.module for entry in registered.values()), *sorted(known)]
+    # Top-level names need a closer match: an environment has so many modules that a weak match means nothing.
+    close = difflib.get_close_matches(missing, candidates, n=1, cutoff=0.6 if parent else 0.8)
+    suggestion = f" Did you mean {close[0]}?" if close else ""
+    if missing == OWN_AGENTS or (parent == OWN_AGENTS and not registered):
+        suggestion = (
+            " ArraMon's agents are installed with the server: run `pip install .` in a clone of its repository."
+        )
+    where = f"in the package {parent}" if parent else f"installed or in the working directory {Path.cwd()}"
+    return f"no agent {spec!r}: there is no module {missing} {where}.{suggestion}"
+
+
+def _member(module: ModuleType, attribute: str) -> object:
+    found: object = module
+    for part in attribute.split("."):
+        if not hasattr(found, part):
+            close = difflib.get_close_matches(part, dir(found), n=1)
+            suggestion = f" Did you mean {close[0]}?" if close else ""
+            raise AgentLoadError(f"the module {module.__name__} has no {attribute}.{suggestion}")
+        found = getattr(found, part)
+    return found
+
+
+def _default_member(module: ModuleType) -> object:
+    """Return the module's `Agent` or `make_agent`, ignoring the contract's `Agent` imported as a type."""
+    for name in ("Agent", "make_agent"):
+        found = getattr(module, name, None)
+        if found is not None and found is not contract.Agent:
+            return found
+    classes = [
+        name for name, value in vars(module).items() if isinstance(value, type) and value.__module__ == module.__name__
+    ]
+    hint = f" Name one of its classes: {', '.join(f'{module.__name__}:{name}' for name in classes)}." if classes else ""
+    raise AgentLoadError(f"the module {module.__name__} has neither a class Agent nor a function make_agent().{hint}")
+
+
+def _make(found: object, spec: str, arguments: Mapping[str, object]) -> object:
+    if not isinstance(found, type) and hasattr(found, "begin") and hasattr(found, "act"):
+        if arguments:
+            raise AgentLoadError(
+                f"agent {spec}: it is an instance, and accepts no --agent-arg; name its class, or a function"
+            )
+        return found
+    if not callable(found):
+        raise AgentLoadError(f"agent {spec}: {found!r} is neither an agent nor a class or function that returns one")
+    check_signature(found, arguments, spec)
+    try:
+        return cast(Callable[..., object], found)(**arguments)
+    except (Exception, SystemExit) as error:
+        name = getattr(found, "__name__", repr(found))
+        given = ", ".join(f"{each}={value!r}" for each, value in arguments.items())
+        raise AgentLoadError(
+            f"agent {spec}: {name}({given}) raised {type(error).__name__}: {error}", own_frames(error)
+        ) from error
+
+
+def _check_is_agent(made: object, spec: str) -> None:
+    missing = [
+        signature
+        for name, signature in (("begin", "begin(episode)"), ("act", "act(observations)"))
+        if not callable(getattr(made, name, None))
+    ]
+    if missing:
+        raise AgentLoadError(
+            f"agent {spec}: {type(made).__name__} has no method {' and no method '.join(missing)}; "
+            "see arramon_client.agent for an agent's two methods"
+        )

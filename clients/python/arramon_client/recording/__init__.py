@@ -1,0 +1,1 @@
+"""Recording of a run: frames, actions and maps, as files and as pages for a browser."""

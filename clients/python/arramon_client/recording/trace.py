@@ -1,0 +1,83 @@
+"""An agent's poses, step by step: from its pose sensor, or by dead reckoning from its actions."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from arramon_client.agent import Action, Observation
+
+Pose = tuple[float, float, float]
+"""x, z and heading in degrees clockwise from +z; in the room x and z are column and row."""
+
+TURN, STEP = 30.0, 1.0
+"""Turn in degrees, and move in the street in units; in the room a move is one cell."""
+
+COLUMNS, ROWS = 5, 4
+ROOM_START: Pose = (2.0, 0.0, 0.0)
+"""Size of the room in cells, and the pose at which every assembly phase begins."""
+
+FROM_POSE, FROM_ACTIONS = "pose", "actions"
+"""Sources of a trace: the pose sensor, or dead reckoning."""
+
+
+@dataclass
+class Trace:
+    """The current poses of one episode.
+
+    Attributes:
+        street: pose in the street; by dead reckoning, obstacles are ignored.
+        room: pose in the room; by dead reckoning, only the walls are taken into account.
+        source: FROM_POSE once an observation had a pose, otherwise FROM_ACTIONS.
+    """
+
+    street: Pose = (0.0, 0.0, 0.0)
+    room: Pose = ROOM_START
+    source: str = FROM_ACTIONS
+
+    def at(self, observation: Observation) -> Pose:
+        """Return the pose at an observation: the observation's own pose if it has one, else the reckoned one."""
+        outdoors = observation.phase == "navigation"
+        if not outdoors and observation.phase_step == 0:
+            self.room = ROOM_START
+        if observation.pose is not None:
+            self.source = FROM_POSE
+            if outdoors:
+                self.street = observation.pose
+            else:
+                self.room = observation.pose
+        return self.street if outdoors else self.room
+
+    def move(self, observation: Observation, action: int) -> None:
+        """Update the pose by the action taken at an observation."""
+        if observation.phase == "navigation":
+            self.street = _in_street(self.street, action)
+        else:
+            self.room = _in_room(self.room, action)
+
+
+def _in_street(pose: Pose, action: int) -> Pose:
+    x, z, heading = pose
+    if action == Action.FORWARD:
+        angle = math.radians(heading)
+        return x + STEP * math.sin(angle), z + STEP * math.cos(angle), heading
+    return x, z, _turned(heading, action)
+
+
+def _in_room(pose: Pose, action: int) -> Pose:
+    """Return the pose after an action in the room: the agent stays if the cell ahead is outside or not in line."""
+    column, row, heading = pose
+    if action != Action.FORWARD:
+        return column, row, _turned(heading, action)
+    if heading % 90.0:
+        return pose
+    right, ahead = _AHEAD[round(heading / 90.0) % 4]
+    inside = 0 <= column + right < COLUMNS and 0 <= row + ahead < ROWS
+    return (column + right, row + ahead, heading) if inside else pose
+
+
+_AHEAD: Sequence[tuple[int, int]] = ((0, 1), (1, 0), (0, -1), (-1, 0))
+
+
+def _turned(heading: float, action: int) -> float:
+    turn = -TURN if action == Action.LEFT else TURN if action == Action.RIGHT else 0.0
+    return (heading + turn) % 360.0

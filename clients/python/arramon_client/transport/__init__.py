@@ -1,0 +1,1 @@
+"""Connection to a server: channel, credentials, streams, retries and image decoding."""

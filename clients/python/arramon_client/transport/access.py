@@ -1,0 +1,166 @@
+"""Credentials for a server: the participant's token, encryption, and their command-line options."""
+
+import argparse
+import ipaddress
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple, cast
+
+import grpc
+from cryptography.x509 import load_pem_x509_certificates
+
+from arramon_client.errors import UsageError
+
+VARIABLE = "ARRAMON_TOKEN"
+"""Name of the environment variable with the token."""
+
+
+@dataclass(frozen=True, slots=True)
+class Access:
+    """Credentials and encryption of a connection.
+
+    Attributes:
+        token: the participant's token; empty for none.
+        tls: whether the connection is encrypted; None: if `authority` is set, or a token is sent to another machine.
+        authority: PEM certificates to trust instead of those of public authorities; None for the latter.
+        name: the server's name in its certificate, if it differs from the address; otherwise empty.
+    """
+
+    token: str = field(default="", repr=False)
+    tls: bool | None = None
+    authority: bytes | None = None
+    name: str = ""
+
+    def encrypts(self, address: str) -> bool:
+        """Return whether a connection to an address is encrypted.
+
+        Raises:
+            UsageError: if a token would be sent to another machine without encryption.
+        """
+        local = is_local(address)
+        tls = self.tls
+        if tls is None:
+            tls = self.authority is not None or bool(self.token and not local)
+        if self.token and not (tls or local):
+            raise UsageError(
+                f"a token is not sent to {address} without encryption, as it could be read in transit: omit --no-tls"
+            )
+        return tls and not address.startswith("unix:")
+
+
+class _Details(NamedTuple):
+    """Details of a call, with the fields that gRPC requires of an interceptor."""
+
+    method: str
+    timeout: float | None
+    metadata: Any
+    credentials: grpc.CallCredentials | None
+    wait_for_ready: bool | None
+    compression: grpc.Compression | None
+
+
+class _Bearer(grpc.UnaryUnaryClientInterceptor, grpc.StreamStreamClientInterceptor):
+    """Interceptor that adds the token to every call; gRPC's call credentials do not work without TLS."""
+
+    def __init__(self, token: str) -> None:
+        self._metadata = (("authorization", f"Bearer {token}"),)
+
+    def intercept_unary_unary(self, continuation: Any, client_call_details: Any, request: Any) -> Any:
+        return continuation(self._with_token(client_call_details), request)
+
+    def intercept_stream_stream(self, continuation: Any, client_call_details: Any, request_iterator: Any) -> Any:
+        return continuation(self._with_token(client_call_details), request_iterator)
+
+    def _with_token(self, details: Any) -> grpc.ClientCallDetails:
+        made = _Details(
+            details.method,
+            details.timeout,
+            (*(details.metadata or ()), *self._metadata),
+            details.credentials,
+            details.wait_for_ready,
+            details.compression,
+        )
+        return cast(grpc.ClientCallDetails, made)
+
+
+def open_channel(address: str, access: Access, options: Sequence[tuple[str, Any]]) -> grpc.Channel:
+    """Open a channel to a server on which every call carries the token.
+
+    Raises:
+        UsageError: if the token would be sent to another machine without encryption.
+    """
+    if access.encrypts(address):
+        name = (("grpc.ssl_target_name_override", access.name),) if access.name else ()
+        credentials = grpc.ssl_channel_credentials(access.authority)
+        channel = grpc.secure_channel(address, credentials, options=(*options, *name))
+    else:
+        channel = grpc.insecure_channel(address, options=options)
+    return grpc.intercept_channel(channel, _Bearer(access.token)) if access.token else channel
+
+
+def add_access(parser: argparse.ArgumentParser) -> None:
+    """Add the options that `access_of` reads."""
+    add = parser.add_argument_group("access to a remote server").add_argument
+    add("--token-file", type=Path, metavar="FILE", help=f"file with your token (default: ${VARIABLE}, if set)")
+    add("--token", metavar="TOKEN", help=f"your token; prefer --token-file or ${VARIABLE}: others can see arguments")
+    add("--tls", action=argparse.BooleanOptionalAction, help="use TLS (default: if a token leaves this machine)")
+    add("--tls-ca", type=Path, metavar="FILE", help="trust these PEM certificates instead of public authorities")
+
+
+def access_of(options: argparse.Namespace) -> Access:
+    """Return the access that the options and the environment specify.
+
+    Raises:
+        UsageError: if a file cannot be read, or a token or certificate is malformed.
+    """
+    token, origin = os.environ.get(VARIABLE, ""), f"${VARIABLE}"
+    if options.token is not None:
+        token, origin = options.token, "--token"
+    elif options.token_file is not None:
+        token, origin = _content(options.token_file).decode("utf-8", "replace"), str(options.token_file)
+    token = token.strip()
+    if not (token.isascii() and token.isprintable() and " " not in token) or (not token and origin != f"${VARIABLE}"):
+        raise UsageError(f"{origin} does not contain a token: expected one word of letters, digits, - and _")
+    authority = _authority(options.tls_ca) if options.tls_ca is not None else None
+    if authority is not None and options.tls is False:
+        raise UsageError("--tls-ca cannot be used together with --no-tls")
+    return Access(token=token, tls=options.tls, authority=authority)
+
+
+def is_local(address: str) -> bool:
+    """Return whether an address is on this machine: a Unix socket, or a loopback address."""
+    if address.startswith("unix:"):
+        return True
+    host = host_of(address)
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def host_of(address: str) -> str:
+    """Return the host part of an address, without the brackets of IPv6."""
+    return address.removeprefix("dns:").lstrip("/").rpartition(":")[0].strip("[]")
+
+
+def _authority(path: Path) -> bytes:
+    """Return the content of a file with PEM certificates."""
+    content = _content(path)
+    try:
+        load_pem_x509_certificates(content)
+    except ValueError as error:
+        raise UsageError(
+            f"--tls-ca {path} contains no certificate: expected PEM, with a line -----BEGIN CERTIFICATE-----"
+        ) from error
+    return content
+
+
+def _content(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise UsageError(f"{path} cannot be read: {error.strerror}") from error

@@ -1,0 +1,91 @@
+"""A Play stream, read by a thread of its own, so that all events that have arrived can be returned together.
+
+With at most one open episode nothing arrives while the agent computes, so no reader thread is used: waking one up at
+every step would be slow.
+"""
+
+import queue
+import threading
+from collections.abc import Sequence
+
+import grpc
+
+from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc
+from arramon_client.transport.connection import METADATA
+
+MAX_QUEUED = 16
+"""Capacity of the queue of responses; when it is full, reading stops, so that a long history does not fill memory."""
+
+
+class StreamEnded(Exception):
+    """The server ended the stream without an error, for example because it drains."""
+
+
+class PlayStream:
+    """An open Play stream, which must be closed."""
+
+    def __init__(self, stub: evaluation_pb2_grpc.EvaluationStub, opening: evaluation_pb2.Open) -> None:
+        self._outgoing: queue.SimpleQueue[evaluation_pb2.PlayRequest | None] = queue.SimpleQueue()
+        self._incoming: queue.Queue[evaluation_pb2.PlayResponse | grpc.RpcError | None] = queue.Queue(MAX_QUEUED)
+        self._outgoing.put(evaluation_pb2.PlayRequest(open=opening))
+        self._call = stub.Play(iter(self._outgoing.get, None), metadata=METADATA)
+        self._reader: threading.Thread | None = None
+        if opening.max_episodes > 1:
+            self._reader = threading.Thread(target=self._read, name="arramon-play", daemon=True)
+            self._reader.start()
+
+    def receive(self, *, wait: bool) -> list[evaluation_pb2.Event]:
+        """Return the events that have arrived, in order.
+
+        Args:
+            wait: whether to wait for at least one message; the message may be empty.
+
+        Raises:
+            grpc.RpcError: if the stream broke; earlier calls have returned everything that arrived before.
+            StreamEnded: if the server ended the stream.
+        """
+        if self._reader is None:
+            return self._read_one() if wait else []
+        events: list[evaluation_pb2.Event] = []
+        for taken in range(MAX_QUEUED):
+            try:
+                response = self._incoming.get(block=wait and not taken)
+            except queue.Empty:
+                break
+            if isinstance(response, evaluation_pb2.PlayResponse):
+                events.extend(response.events)
+                continue
+            if not taken:
+                raise StreamEnded if response is None else response
+            self._incoming.put(response)  # Return the events first; the next call raises the end.
+            break
+        return events
+
+    def send(self, acts: Sequence[evaluation_pb2.Act]) -> None:
+        """Send one batch of acts."""
+        self._outgoing.put(evaluation_pb2.PlayRequest(actions=evaluation_pb2.ActionBatch(acts=acts)))
+
+    def close(self) -> None:
+        """Cancel the stream, and stop its reader thread if there is one."""
+        self._call.cancel()
+        self._outgoing.put(None)
+        while self._reader is not None and self._reader.is_alive():
+            try:
+                self._incoming.get(timeout=0.01)
+            except queue.Empty:
+                self._reader.join(timeout=0.01)
+
+    def _read_one(self) -> list[evaluation_pb2.Event]:
+        try:
+            return list(next(self._call).events)
+        except StopIteration:
+            raise StreamEnded from None
+
+    def _read(self) -> None:
+        end: grpc.RpcError | None = None
+        try:
+            for response in self._call:
+                self._incoming.put(response)
+        except grpc.RpcError as error:
+            end = error
+        self._incoming.put(end)

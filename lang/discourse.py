@@ -1,0 +1,145 @@
+"""Interpretation of a text's parsed parts in order, resolving references such as "it" and "that bench"."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from lang.clauses import focus_of, step_of
+from lang.grammar import Grammar
+from lang.matching import Bindings
+from lang.meaning import TURNS, Assembly, Navigation, Step, Thing, Where
+from lang.noun_phrases import PRONOUN, SAME, NounPhrase
+
+_STEPS = ("turn", "face", "walk")
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """A part of the text that was understood, up to but excluding `end`."""
+
+    end: int
+    label: str
+    bound: Bindings
+    cost: float
+
+
+def things_in(bound: Mapping[str, object], kind: str) -> tuple[NounPhrase, ...]:
+    """Return the things of a clause or relation; `kind` is the rest of its key ("same", "you")."""
+    if kind in ("same", "you"):
+        return (NounPhrase("", back=PRONOUN) if kind == "same" else NounPhrase("you"),)
+    things = tuple(bound[slot] for slot in ("thing", "other") if slot in bound)
+    if "pair" in bound:
+        things = (bound["pair"], bound["pair"])
+    joined = bound.get("joined")
+    if isinstance(joined, tuple):
+        things = joined
+    return tuple(thing for thing in things if isinstance(thing, NounPhrase))
+
+
+@dataclass(slots=True)
+class Discourse:
+    """Combines parsed items into a meaning, keeping track of the things mentioned to resolve references."""
+
+    grammar: Grammar
+    focus: Thing | None = None
+    mentioned_things: list[Thing] = field(default_factory=list)
+
+    def navigation(self, items: Sequence[Item]) -> Navigation:
+        """Return the meaning of a navigation instruction: steps in order, and the last target that is named."""
+        steps: list[Step] = []
+        targets: list[Thing] = []
+        mentioned: list[Thing] = []
+        for item in items:
+            kind, bound = item.label.split()[0], dict(item.bound)
+            if kind in _STEPS:
+                steps += self._step(item)
+            elif kind in ("target", "mention") and "target" in bound:
+                (targets if kind == "target" else mentioned).append(self._target(bound))
+            elif kind == "where" and (targets or mentioned):
+                listed = targets or mentioned
+                listed[-1] = self._with(listed[-1], self._wheres(bound["where"]))
+        collectibles = [thing for thing in self.mentioned_things if thing.look in self.grammar.looks["collectible"]]
+        candidates = targets or mentioned or collectibles or [Thing("")]
+        return Navigation(tuple(steps), self._in_full(candidates[-1], [*collectibles, *mentioned]))
+
+    def _in_full(self, target: Thing, said: Sequence[Thing]) -> Thing:
+        """Return the target with colour and look from an earlier mention if it lacks both ("Pick up the bucket.")."""
+        if target.colour or target.look:
+            return target
+        fuller = [thing for thing in said if thing.kind == target.kind and thing.colour]
+        return self._with(fuller[-1], target.where) if fuller else target
+
+    def assembly(self, items: Sequence[Item]) -> Assembly:
+        """Return the meaning of an assembly instruction: turns, the first object that is named, all relations."""
+        turns: list[str] = []
+        thing: Thing | None = None
+        wheres: tuple[Where, ...] = ()
+        for item in items:
+            bound = dict(item.bound)
+            if item.label.startswith("turn"):
+                direction = self._attribute(bound, "direction")
+                if direction in TURNS:
+                    turns.append(direction)
+                continue
+            named = bound.get("thing", bound.get("target"))
+            if thing is None and isinstance(named, NounPhrase):
+                thing = self._thing(named)
+                wheres += thing.where
+                thing = self._with(thing, (), bare=True)
+            if "where" in bound:
+                wheres += self._wheres(bound["where"])
+        return Assembly(tuple(turns), thing or Thing(""), wheres)
+
+    def _step(self, item: Item) -> list[Step]:
+        """Return a clause's step, one for each of its things ("past the bench and the cone"), or none if unclear."""
+        bound = dict(item.bound)
+        words = item.label.split()
+        size = 2 if words[0] == "walk" or (len(words) > 1 and words[0] == "turn") else 1
+        key, rest = " ".join(words[:size]), words[size:]
+        named = things_in(bound, "same" if rest == ["same"] else "")
+        things = tuple(self._thing(each) for each in named)
+        each = [things] if key == "walk between" or len(things) < 2 else [(thing,) for thing in things]
+        direction, side = self._attribute(bound, "direction"), self._attribute(bound, "side")
+        count = int(self._attribute(bound, "count") or 0)
+        try:
+            steps = [step_of(key, direction, about, side, count) for about in each]
+        except (TypeError, ValueError):
+            return []
+        self.focus = focus_of(things, self.focus)
+        self.mentioned_things += things
+        return steps
+
+    def _attribute(self, bound: Mapping[str, object], attribute: str) -> str:
+        for slot, table in self.grammar.tables.items():
+            value = bound.get(slot)
+            if table.attribute == attribute and isinstance(value, str):
+                return value
+        return ""
+
+    def _target(self, bound: Mapping[str, object]) -> Thing:
+        named = bound["target"]
+        assert isinstance(named, NounPhrase)
+        thing = self._thing(named)
+        return self._with(thing, self._wheres(bound["where"])) if "where" in bound else thing
+
+    def _with(self, thing: Thing, wheres: tuple[Where, ...], *, bare: bool = False) -> Thing:
+        where = () if bare else (*thing.where, *wheres)
+        return Thing(thing.kind, thing.colour, thing.look, thing.which, where)
+
+    def _thing(self, named: NounPhrase) -> Thing:
+        """Return the thing that a noun phrase means, resolving references to things mentioned before."""
+        if named.back == PRONOUN:
+            return self.focus or (self.mentioned_things[-1] if self.mentioned_things else Thing(""))
+        if named.back == SAME:
+            last = next((thing for thing in reversed(self.mentioned_things) if thing.kind == named.kind), None)
+            if last is not None:
+                return last
+        return Thing(named.kind, named.colour, named.look, named.which, self._wheres(named.where))
+
+    def _wheres(self, placed: object) -> tuple[Where, ...]:
+        assert isinstance(placed, tuple)
+        wheres, focus = [], self.focus
+        for each in placed:
+            wheres.append(Where(each.relation, tuple(map(self._thing, each.things)), each.exactly))
+            self.focus = focus_of(wheres[-1].things, self.focus)
+        self.focus = focus
+        return tuple(wheres)

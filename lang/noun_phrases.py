@@ -1,0 +1,215 @@
+"""Reader of noun phrases: a thing with adjectives in any order."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from lang.grammar import Grammar, forms_of
+from lang.matching import Phrasebook, SplitWords
+
+PLAIN, SAME, PRONOUN = "", "same", "it"
+
+
+@dataclass(frozen=True, slots=True)
+class NounPhrase:
+    """A noun phrase; its attributes are those of `lang.meaning.Thing`.
+
+    Attributes:
+        back: SAME if it refers to an earlier thing of its kind, PRONOUN if to the last thing mentioned.
+    """
+
+    kind: str
+    colour: str = ""
+    look: str = ""
+    which: str = ""
+    where: tuple["RelationPhrase", ...] = ()
+    back: str = PLAIN
+
+
+@dataclass(frozen=True, slots=True)
+class RelationPhrase:
+    """A relation in a text; see `lang.meaning.Where`."""
+
+    relation: str
+    things: tuple[NounPhrase, ...]
+    exactly: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class _Word:
+    role: str
+    value: str = ""
+    kind: str = ""
+
+
+_PATTERNED = "\0"
+"""Kind of a noun that denotes a collectible only if a pattern is stated."""
+
+_JOINED_WITHIN = 5
+"""Maximum distance in words of the conjunction of two things that share a noun."""
+
+_DESCRIBING = ("look", "colour", "which", "modifier")
+"""Roles of adjectives; of a word's possible roles, the first that suits the noun is used."""
+
+
+class NounPhraseReader:
+    """Reads the noun phrases of one language.
+
+    Args:
+        grammar: of the language.
+        lexicon: the content of its `lexicon.toml`, whose words for collectibles are recognised too.
+        split: splits a text into comparison keys.
+    """
+
+    def __init__(self, grammar: Grammar, lexicon: Mapping[str, Any], split: SplitWords) -> None:
+        self._grammar = grammar
+        self._split = split
+        self._collectibles = frozenset((*lexicon["kinds"], ""))
+        self._object_colours = frozenset(lexicon["colours"])
+        self._book = Phrasebook()
+        self._after = Phrasebook()
+        self._patterned = {
+            split(phrase): kind for kind, phrases in lexicon["patterned_kinds"].items() for phrase in phrases
+        }
+        for role, phrases in (
+            ("determiner", grammar.determiners), ("same", grammar.same), ("pronoun", grammar.pronouns),
+            ("modifier", (*grammar.modifiers, *lexicon["modifiers"])),
+        ):  # fmt: skip
+            for phrase in phrases:
+                self._book.add(split(phrase), _Word(role))
+        self._add_nouns(lexicon)
+        self._add_adjectives(lexicon)
+
+    @property
+    def kinds(self) -> frozenset[str]:
+        """All kinds that have nouns."""
+        return frozenset(self._grammar.nouns)
+
+    @property
+    def vocabulary(self) -> set[str]:
+        """All words of noun phrases."""
+        return self._book.vocabulary | self._after.vocabulary
+
+    def _add_nouns(self, lexicon: Mapping[str, Any]) -> None:
+        for kind, lexemes in self._grammar.nouns.items():
+            for form in forms_of(lexemes):
+                self._book.add(self._split(form), _Word("noun", kind))
+        for listed in (self._grammar.also_nouns, lexicon["kinds"], {"": lexicon["stand_ins"]}):
+            for kind, phrases in listed.items():
+                for phrase in phrases:
+                    self._book.add(self._split(phrase), _Word("noun", kind))
+        for phrase in self._patterned:
+            self._book.add(phrase, _Word("noun", _PATTERNED))
+
+    def _add_adjectives(self, lexicon: Mapping[str, Any]) -> None:
+        grammar = self._grammar
+        for role, listed in (("colour", grammar.colours), ("which", grammar.whiches)):
+            for value, patterns in listed.items():
+                for text in sorted({text for pattern in patterns for text in grammar.spellings(pattern)}):
+                    self._book.add(self._split(text), _Word(role, value))
+        for kind, looks in grammar.looks.items():
+            for value, wordings in looks.items():
+                for wording in wordings:
+                    book = self._after if wording.after else self._book
+                    for text in sorted(grammar.spellings(wording.wording)):
+                        book.add(self._split(text), _Word("look", value, kind))
+        for value, phrases in lexicon["colours"].items():
+            for phrase in phrases:
+                self._book.add(self._split(phrase), _Word("colour", value))
+        for value, phrases in lexicon["patterns"].items():
+            for phrase in phrases:
+                self._book.add(self._split(phrase), _Word("look", value, "collectible"))
+
+    def is_collectible(self, named: NounPhrase) -> bool:
+        """Return whether the thing is of a collectible's kind, or has attributes but no kind."""
+        return named.kind in self._collectibles and bool(named.kind or named.colour or named.look)
+
+    def read(self, keys: Sequence[str], start: int) -> list[tuple[int, NounPhrase]]:
+        """Return the noun phrases that begin at `keys[start]`, each with its end."""
+        at, back = start, PLAIN
+        for end, word in self._words(self._book, keys, start):
+            if word.role == "pronoun":
+                return [(end, NounPhrase("", back=PRONOUN))]
+            if word.role in ("determiner", "same"):
+                at, back = end, SAME if word.role == "same" else PLAIN
+                break
+        found: dict[tuple[int, NounPhrase], None] = {}
+        described: list[tuple[_Word, ...]] = []
+        while True:
+            words = list(self._words(self._book, keys, at))
+            for end, word in words:
+                if word.role == "noun":
+                    found.update(dict.fromkeys(self._with_noun(keys, at, end, word.value, described, back)))
+            nouns = [end for end, word in words if word.role == "noun"]
+            # "Blue booth" is one noun, not an adjective before another noun.
+            adjectives = [
+                (end, word) for end, word in words if word.role in _DESCRIBING and end > max(nouns, default=0)
+            ]
+            if not adjectives:
+                return list(found)
+            at = adjectives[0][0]
+            described.append(tuple(word for end, word in adjectives if end == at))
+
+    def read_joined(
+        self, keys: Sequence[str], start: int, conjunctions: frozenset[str]
+    ) -> list[tuple[int, tuple[NounPhrase, NounPhrase]]]:
+        """Return pairs of things that share a noun ("the brick and wooden walls") and begin at `keys[start]`."""
+        found: list[tuple[int, tuple[NounPhrase, NounPhrase]]] = []
+        if any(word.role == "modifier" for _, word in self._words(self._book, keys, start)):  # "both the brick and ..."
+            found += self.read_joined(keys, start + 1, conjunctions)
+        for at in range(start + 1, min(start + _JOINED_WITHIN, len(keys))):
+            if keys[at] not in conjunctions:
+                continue
+            for end, second in self.read(keys, at + 1):
+                noun = next(
+                    (n for n in range(end - 1, at, -1) if any(to == end for to, _ in self._nouns(keys, n))), end
+                )
+                first = [
+                    named
+                    for to, named in self.read((*keys[start:at], *keys[noun:end]), 0)
+                    if to == at - start + end - noun
+                ]
+                if noun > at + 1 and first and first[0] != second:
+                    found.append((end, (first[0], second)))
+        return found
+
+    def _nouns(self, keys: Sequence[str], at: int) -> list[tuple[int, _Word]]:
+        return [(end, word) for end, word in self._words(self._book, keys, at) if word.role == "noun"]
+
+    def _words(self, book: Phrasebook, keys: Sequence[str], at: int) -> Iterator[tuple[int, _Word]]:
+        for end, word in book.at(keys, at):
+            if isinstance(word, _Word):
+                yield end, word
+
+    def _with_noun(
+        self,
+        keys: Sequence[str],
+        at: int,
+        end: int,
+        kind: str,
+        described: Sequence[tuple[_Word, ...]],
+        back: str,
+    ) -> Iterator[tuple[int, NounPhrase]]:
+        patterned = any(word.role == "look" and word.kind == "collectible" for group in described for word in group)
+        if kind == _PATTERNED or (patterned and tuple(keys[at:end]) in self._patterned):
+            if not patterned:
+                return
+            kind = self._patterned[tuple(keys[at:end])]
+        said = {"look": "", "colour": "", "which": ""}
+        for group in described:
+            suiting = [word for word in group if self._suits(word, kind)]
+            if suiting:
+                word = min(suiting, key=lambda each: _DESCRIBING.index(each.role))
+                said[word.role] = word.value
+        after = [(to, word.value) for to, word in self._words(self._after, keys, end) if self._suits(word, kind)]
+        if after:
+            end, said["look"] = after[0]
+        yield end, NounPhrase(kind, said["colour"], said["look"], said["which"], (), back)
+
+    def _suits(self, word: _Word, kind: str) -> bool:
+        """Return whether the adjective can describe things of that kind."""
+        if word.role == "look":
+            return word.kind == kind or (word.kind == "collectible" and kind in self._collectibles)
+        if word.role == "colour":
+            return kind not in self._collectibles or word.value in self._object_colours
+        return True

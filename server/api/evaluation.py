@@ -1,0 +1,161 @@
+"""The Evaluation service as a thin servicer. `server.api.error_guard` turns its errors into statuses."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import aclosing
+
+import grpc
+
+from arramon.v1 import PROTOCOL
+from arramon.v1 import evaluation_pb2 as pb
+from arramon.v1.evaluation_pb2_grpc import EvaluationServicer
+from server import __version__
+from server.api.authentication import anonymous_caller, caller_of, is_on_same_machine
+from server.api.interceptor import Origin
+from server.api.messages import (
+    account_message,
+    limits_message,
+    receipt_message,
+    report_message,
+    run_message,
+    split_message,
+)
+from server.api.play_stream import PlayHandler
+from server.api.shared_memory import offered_encodings
+from server.api.stream_limits import StreamLimits
+from server.configuration.config import Config
+from server.errors import BadInput
+from server.runs.play.engine import Engine
+from server.runs.results.receipts import Receipts
+from server.runs.service import Runs
+from server.runs.storage.records import Run
+
+_Context = grpc.aio.ServicerContext[object, object]
+
+OPEN_TIMEOUT_SECONDS = 20.0
+"""Time in which a new stream must send its first message."""
+
+
+class Servicer(EvaluationServicer):
+    """Serves runs over gRPC.
+
+    Args:
+        runs: handles all calls about runs but Play.
+        engine: plays.
+        receipts: issues receipts of finished runs.
+        config: the server's settings.
+    """
+
+    def __init__(self, runs: Runs, engine: Engine, receipts: Receipts, config: Config) -> None:
+        self._runs = runs
+        self._engine = engine
+        self._receipts = receipts
+        self._config = config
+        self._stream_limits = StreamLimits(runs.quotas, engine.worker)
+
+    async def GetServerInfo(self, request: pb.GetServerInfoRequest, context: _Context) -> pb.ServerInfo:
+        is_local = is_on_same_machine(Origin.of(context)) and not self._config.trust_proxy
+        addresses = await asyncio.to_thread(self._runs.addresses) if is_local else []
+        return pb.ServerInfo(
+            version=__version__,
+            protocol=PROTOCOL,
+            splits=map(split_message, self._runs.splits.values()),
+            encodings=offered_encodings(self._config.listen),
+            image_sizes=self._config.image_sizes,
+            limits=limits_message(self._runs.limits.steps_per_phase, self._runs.clocks),
+            max_episodes_per_stream=self._config.max_episodes_per_stream,
+            max_message_bytes=self._config.max_message_bytes,
+            addresses=addresses,
+            public_key=self._receipts.public_key,
+            anonymous=anonymous_caller(self._config) is not None,
+        )
+
+    async def CreateRun(self, request: pb.CreateRunRequest, context: _Context) -> pb.Run:
+        caller = caller_of()
+
+        def create() -> pb.Run:
+            return self._message(
+                self._runs.create(
+                    caller,
+                    participant=request.participant,
+                    agent=request.agent,
+                    split=request.split,
+                    language=request.language,
+                    sensors=request.sensors,
+                    episodes=request.episodes,
+                    episode_ids=request.episode_ids,
+                    agent_arguments=[(argument.name, argument.value) for argument in request.agent_arguments],
+                )
+            )
+
+        return await asyncio.to_thread(create)
+
+    async def GetRun(self, request: pb.GetRunRequest, context: _Context) -> pb.Run:
+        caller = caller_of()
+        return await asyncio.to_thread(lambda: self._message(self._runs.visible(caller, request.run_id)))
+
+    async def ListRuns(self, request: pb.ListRunsRequest, context: _Context) -> pb.ListRunsResponse:
+        caller = caller_of()
+
+        def page() -> pb.ListRunsResponse:
+            size = request.page_size or 50
+            runs = self._runs.page(caller, size, request.page_token or None)
+            token = runs[-1].run_id if len(runs) == size else ""
+            progress = self._runs.progress_of([run.run_id for run in runs])
+            messages = [run_message(run, progress[run.run_id]) for run in runs]
+            return pb.ListRunsResponse(runs=messages, next_page_token=token)
+
+        return await asyncio.to_thread(page)
+
+    async def CancelRun(self, request: pb.CancelRunRequest, context: _Context) -> pb.Run:
+        return self._message(await self._runs.cancel(caller_of(), request.run_id))
+
+    async def GetReport(self, request: pb.GetReportRequest, context: _Context) -> pb.Report:
+        caller = caller_of()
+        return await asyncio.to_thread(lambda: report_message(self._runs.report(caller, request.run_id)))
+
+    async def GetReceipt(self, request: pb.GetReceiptRequest, context: _Context) -> pb.Receipt:
+        caller = caller_of()
+        return await asyncio.to_thread(lambda: receipt_message(self._receipts.of(caller, request.run_id)))
+
+    async def GetAccount(self, request: pb.GetAccountRequest, context: _Context) -> pb.Account:
+        caller = caller_of()
+
+        def account() -> pb.Account:
+            standings = {split: self._runs.quotas.standing(caller, split) for split in self._runs.splits}
+            return account_message(caller, standings)
+
+        return await asyncio.to_thread(account)
+
+    async def Play(
+        self, request_iterator: AsyncIterator[pb.PlayRequest], context: _Context
+    ) -> AsyncIterator[pb.PlayResponse]:
+        first = await _first_message(request_iterator)
+        if first is None or first.WhichOneof("message") != "open":
+            raise BadInput("a stream's first message is `open`")
+        caller = caller_of()
+        handler = PlayHandler(first.open, caller, self._runs, self._engine, self._config)
+        async with (
+            self._stream_limits.count(caller, handler.stream.run, handler.stream.player),
+            aclosing(handler.serve(request_iterator)) as responses,
+        ):
+            async for response in responses:
+                yield response
+
+    def _message(self, run: Run) -> pb.Run:
+        return run_message(run, self._runs.progress(run.run_id))
+
+
+async def _first_message(requests: AsyncIterator[pb.PlayRequest]) -> pb.PlayRequest | None:
+    """Return a stream's first message; None if the stream ends before it.
+
+    Raises:
+        BadInput: if none arrives in time: a silent stream costs the server as much as one that plays.
+    """
+    try:
+        async with asyncio.timeout(OPEN_TIMEOUT_SECONDS):
+            return await anext(requests, None)
+    except TimeoutError:
+        raise BadInput(
+            f"the stream sent no message within {OPEN_TIMEOUT_SECONDS:.0f} seconds; expected `open`"
+        ) from None

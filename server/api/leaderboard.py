@@ -1,0 +1,134 @@
+"""The Leaderboard service as a thin servicer. `server.api.error_guard` turns its errors into statuses."""
+
+import asyncio
+from typing import Any, TypeAlias
+
+import grpc
+
+from arramon.v1 import leaderboard_pb2 as pb
+from arramon.v1.leaderboard_pb2_grpc import LeaderboardServicer
+from server.api.authentication import caller_of
+from server.api.messages import row_message, run_message
+from server.board.board import Board
+from server.board.exports import as_csv, as_json
+from server.board.publishing import Publishing
+from server.board.standings import BOTH, HEADLINE, Entry, Mark, Reference, Standing
+from server.errors import BadInput
+from server.scoring.aggregate import Interval
+
+PAGE_SIZE, MAX_PAGE_SIZE = 100, 1000
+"""Standings on a page: the default, and the most allowed."""
+
+_Context: TypeAlias = grpc.aio.ServicerContext[Any, Any]
+
+_MARKS = {mark: pb.Mark.Value(f"MARK_{mark.name}") for mark in Mark}
+_WRITERS = {pb.ExportRequest.FORMAT_CSV: as_csv, pb.ExportRequest.FORMAT_JSON: as_json}
+
+
+class BoardServicer(LeaderboardServicer):
+    """Serves the leaderboard over gRPC.
+
+    Args:
+        board: reads it.
+        publishing: writes it.
+    """
+
+    def __init__(self, board: Board, publishing: Publishing) -> None:
+        self._board = board
+        self._publishing = publishing
+
+    async def Publish(self, request: pb.PublishRequest, context: _Context) -> pb.Entry:
+        caller = caller_of()
+
+        def publish() -> pb.Entry:
+            self._publishing.publish(caller, request.run_id, request.note)
+            return entry_message(self._board.entry(request.run_id))
+
+        return await asyncio.to_thread(publish)
+
+    async def Withdraw(self, request: pb.WithdrawRequest, context: _Context) -> pb.WithdrawResponse:
+        await asyncio.to_thread(self._publishing.withdraw, caller_of(), request.run_id)
+        return pb.WithdrawResponse()
+
+    async def List(self, request: pb.ListRequest, context: _Context) -> pb.ListResponse:
+        return await asyncio.to_thread(self._page, request)
+
+    async def GetEntry(self, request: pb.GetEntryRequest, context: _Context) -> pb.Entry:
+        return entry_message(await asyncio.to_thread(self._board.entry, request.run_id))
+
+    async def Export(self, request: pb.ExportRequest, context: _Context) -> pb.ExportResponse:
+        if request.format not in _WRITERS:
+            raise BadInput("the export has no format; expected FORMAT_CSV or FORMAT_JSON")
+
+        def export() -> str:
+            listing = self._board.listing(request.split, request.language or BOTH, request.sort or HEADLINE)
+            return _WRITERS[request.format](listing)
+
+        return pb.ExportResponse(content=await asyncio.to_thread(export))
+
+    def _page(self, request: pb.ListRequest) -> pb.ListResponse:
+        size, start = request.page_size or PAGE_SIZE, request.page_token or "0"
+        if size > MAX_PAGE_SIZE:
+            raise BadInput(f"page_size is {size}, expected 1 to {MAX_PAGE_SIZE}")
+        if not (start.isascii() and start.isdecimal() and len(start) < 10):
+            raise BadInput(f"page_token is {start[:20]!r}, expected the next_page_token of the previous page")
+        listing = self._board.listing(request.split, request.language or BOTH, request.sort or HEADLINE)
+        first, total = int(start), len(listing.standings)
+        return pb.ListResponse(
+            standings=map(standing_message, listing.standings[first : first + size]),
+            references=map(reference_message, listing.references if first == 0 else ()),
+            sort=listing.sort,
+            total=total,
+            next_page_token=str(first + size) if first + size < total else "",
+        )
+
+
+def entry_message(entry: Entry, *, listed: bool = False) -> pb.Entry:
+    """Return the message for a published run; without rows if it is `listed`, as its standing has them."""
+    run = run_message(entry.run, entry.progress)
+    run.participant, run.agent, run.published = entry.participant, entry.agent, True
+    run.ClearField("bank_seconds_left")
+    seal = entry.seal
+    return pb.Entry(
+        run=run,
+        signature=entry.signature,
+        rows=[] if listed else [row_message(name, metrics) for name, metrics in entry.rows.items()],
+        published_at=entry.published_at.isoformat(timespec="seconds"),
+        note=entry.note,
+        coverage=entry.coverage,
+        marks=[_MARKS[mark] for mark in entry.marks],
+        receipt_digest=seal.digest if seal else b"",
+        public_key=seal.public_key if seal else b"",
+    )
+
+
+def standing_message(standing: Standing) -> pb.Standing:
+    """Return the message for a standing, a line of the leaderboard."""
+    return pb.Standing(
+        rank=standing.rank,
+        tied=standing.tied,
+        participant=standing.participant,
+        agent=standing.agent,
+        sensors=standing.sensors,
+        coverage=standing.coverage,
+        marks=[_MARKS[mark] for mark in standing.marks],
+        rows=[row_message(name, metrics) for name, metrics in standing.rows.items()],
+        entries=[entry_message(entry, listed=True) for entry in standing.entries],
+    )
+
+
+def reference_message(reference: Reference) -> pb.Reference:
+    """Return the message for a line of the paper's tables."""
+    rows = [
+        row_message(name, {metric: Interval(value, value, value) for metric, value in values.items()})
+        for name, values in reference.rows.items()
+    ]
+    return pb.Reference(
+        name=reference.name,
+        short=reference.short,
+        split=reference.split,
+        language=reference.language,
+        source=reference.source,
+        note=reference.note,
+        rows=rows,
+    )

@@ -1,0 +1,208 @@
+"""The handler of one Play stream, between the client's messages and the engine."""
+
+import asyncio
+import uuid
+from collections.abc import AsyncGenerator, AsyncIterator, Sequence
+
+from arramon.v1 import evaluation_pb2 as pb
+from arramon.v1 import types_pb2
+from server.api.encoding import Encoder
+from server.api.messages import ACTIONS, LABEL_MESSAGES, PHASES, oracle_message, pose_message, run_message
+from server.api.shared_memory import IMAGES, SharedImages, offered_encodings
+from server.configuration.config import Config
+from server.errors import ArraMonError, BadInput
+from server.runs.accounts.accounts import is_visible
+from server.runs.accounts.callers import Caller
+from server.runs.play.engine import Engine
+from server.runs.play.events import EpisodeEnded, EpisodeStarted, Event, Observed, Opened, PhaseOver, Problem
+from server.runs.play.stream import Act, Stream
+from server.runs.service import Runs
+from server.sim.cameras import Frame
+from server.sim.view import visible_pose
+
+MAX_ACTS = 4096
+"""Limit of acts in one message, four for each episode that a stream can have open: no message may delay all others."""
+
+
+class PlayHandler:
+    """Serves one Play stream.
+
+    Args:
+        open_: the client's first message.
+        caller: the authenticated caller.
+        runs: finds the run.
+        engine: plays it.
+        config: the server's settings.
+
+    Raises:
+        ArraMonError: if the run cannot be played, or a field of `open_` is not allowed.
+    """
+
+    def __init__(self, open_: pb.Open, caller: Caller, runs: Runs, engine: Engine, config: Config) -> None:
+        self._outbox: asyncio.Queue[pb.PlayResponse | ArraMonError | None] = asyncio.Queue()
+        self._waiting = 0  # Bytes in the outbox.
+        self._engine = engine
+        self._encoder = Encoder(open_.encoding, open_.jpeg_quality, offered_encodings(config.listen))
+        if open_.image_size and open_.image_size not in config.image_sizes:
+            sizes = ", ".join(map(str, config.image_sizes))
+            raise BadInput(f"image_size is {open_.image_size}, expected one of {sizes}")
+        if not 1 <= open_.max_episodes <= config.max_episodes_per_stream:
+            raise BadInput(f"max_episodes is {open_.max_episodes}, expected 1 to {config.max_episodes_per_stream}")
+        if len(open_.player) > 100:
+            raise BadInput(f"the player's name has {len(open_.player)} characters; at most 100 are allowed")
+        if not is_visible(open_.player):
+            raise BadInput(f"the player's name is {open_.player!r}, expected visible text")
+        run, size = runs.playable(caller, open_.run_id), open_.image_size or config.image_sizes[0]
+        self._stream = Stream(
+            run=run,
+            player=open_.player or uuid.uuid4().hex,
+            max_episodes=open_.max_episodes,
+            image_size=size,
+            images=f"{self._encoder.form}-{size}" if IMAGES.keys() & run.sensors else "",
+            history=open_.history,
+            adopt=open_.adopt,
+            deliver=self._deliver,
+            close=self._outbox.put_nowait,
+            backlog=lambda: self._waiting,
+        )
+        self._shared: SharedImages | None = None
+
+    @property
+    def stream(self) -> Stream:
+        """The stream, as the engine handles it."""
+        return self._stream
+
+    async def serve(self, requests: AsyncIterator[pb.PlayRequest]) -> AsyncGenerator[pb.PlayResponse]:
+        """Yield responses until the run ends, the client leaves, or an error closes the stream.
+
+        Raises:
+            ArraMonError: the error that closed the stream.
+        """
+        if self._encoder.encoding == types_pb2.ENCODING_SHARED:
+            self._shared = SharedImages(self._stream.max_episodes, self._stream.run.sensors, self._stream.image_size)
+        reader = asyncio.create_task(self._read(requests))
+        try:
+            self._engine.join(self._stream)
+            while (item := await self._outbox.get()) is not None:
+                if isinstance(item, ArraMonError):
+                    raise item
+                yield item
+                self._waiting -= item.ByteSize()
+                self._engine.has_left(self._stream)
+        finally:
+            self._engine.leave(self._stream)
+            reader.cancel()
+            if self._shared is not None:
+                self._shared.close()
+
+    async def _read(self, requests: AsyncIterator[pb.PlayRequest]) -> None:
+        """Pass the client's messages to the engine. A client that closes its half of the stream has left."""
+        try:
+            async for request in requests:
+                self._engine.ask(self._stream, _acts(request))
+                await self._stream.wait_for_room()
+        except ArraMonError as error:
+            self._outbox.put_nowait(error)
+        else:
+            self._outbox.put_nowait(None)
+
+    def _deliver(self, events: Sequence[Event]) -> None:
+        response = pb.PlayResponse()
+        for event in events:
+            self._write(event, response.events.add())
+        self._waiting += response.ByteSize()
+        self._outbox.put_nowait(response)
+
+    def _write(self, event: Event, message: pb.Event) -> None:
+        """Fill a message in place: an observation is large, and assigning one message to another copies it."""
+        match event:
+            case Observed():
+                self._write_observation(event, message.observation)
+            case EpisodeStarted():
+                message.episode_started.CopyFrom(self._started(event))
+            case PhaseOver(episode_id, phase):
+                over = message.phase_ended
+                over.episode_id, over.turn, over.forced = episode_id, phase.turn, phase.forced
+                over.phase = PHASES[phase.phase]
+            case EpisodeEnded(episode_id, cause, ended):
+                end = message.episode_ended
+                end.episode_id, end.episodes_ended = episode_id, ended
+                end.cause = types_pb2.Cause.Value(f"CAUSE_{cause}")
+                if self._shared is not None:
+                    self._shared.forget(episode_id)
+            case Opened(run, progress, episode_ids):
+                opened = message.opened
+                opened.run.CopyFrom(run_message(run, progress))
+                opened.episode_ids.extend(episode_ids)
+                opened.encoding, opened.jpeg_quality = self._encoder.encoding, self._encoder.jpeg_quality
+                opened.image_size = self._stream.image_size
+                if self._shared is not None:
+                    opened.shared.CopyFrom(self._shared.message)
+                if "segmentation" in run.sensors:
+                    opened.labels.extend(LABEL_MESSAGES)
+            case Problem(code, text, episode_id, step):
+                problem = message.problem
+                problem.message, problem.episode_id, problem.step = text, episode_id, step
+                problem.code = pb.Problem.Code.Value(f"CODE_{code}")
+            case _:
+                message.run_ended.run.CopyFrom(run_message(event.run, event.progress))
+
+    def _started(self, event: EpisodeStarted) -> pb.EpisodeStarted:
+        message = pb.EpisodeStarted(
+            episode_id=event.episode.episode_id, language=event.run.language, split=event.run.split, step=event.step
+        )
+        if "oracle" in event.run.sensors:
+            message.oracle.CopyFrom(oracle_message(event.episode, event.scene))
+        return message
+
+    def _write_observation(self, event: Observed, message: pb.Observation) -> None:
+        state, sensors = event.state, event.run.sensors
+        message.episode_id, message.step, message.turn = event.episode.episode_id, state.step, state.turn
+        message.phase = PHASES[state.phase]
+        message.instruction = event.episode.instruction(event.run.language, state.turn, state.phase.value)
+        message.phase_step, message.steps_left = state.phase_step, event.steps_left
+        if event.taken is not None:
+            message.taken = ACTIONS[event.taken]
+        if event.time_left is not None:
+            message.step_seconds_left = event.time_left.step_seconds
+            message.bank_seconds_left = event.time_left.bank_seconds
+        if event.frame is not None:
+            self._write_images(event, event.frame, message)
+        if "pose" in sensors:
+            message.pose.CopyFrom(pose_message(visible_pose(state)))
+
+    def _write_images(self, event: Observed, frame: Frame, message: pb.Observation) -> None:
+        """Write an observation's images to the shared memory if there is one, which holds each episode's latest ones.
+
+        The observations of a history carry their images in the message.
+        """
+        images = [(getattr(frame, name), getattr(message, name)) for name in IMAGES if name in event.run.sensors]
+        episode_id = event.episode.episode_id
+        if self._shared is not None and event.taken is None and self._shared.has_room(episode_id):
+            self._shared.write(episode_id, images)
+            return
+        for pixels, image in images:
+            self._encoder.write(pixels, image)
+
+
+def _acts(request: pb.PlayRequest) -> list[Act]:
+    """Return the acts of a message that follows a stream's first one.
+
+    Raises:
+        BadInput: if the message is not `actions`, or holds too many acts.
+    """
+    if request.WhichOneof("message") != "actions":
+        raise BadInput("a stream's first message is `open`, every further one is `actions`")
+    if len(request.actions.acts) > MAX_ACTS:
+        raise BadInput(f"a message holds {len(request.actions.acts)} acts; at most {MAX_ACTS} are allowed")
+    return [_act(act) for act in request.actions.acts]
+
+
+def _act(act: pb.Act) -> Act:
+    choice = act.WhichOneof("choice")
+    return Act(
+        act.episode_id,
+        act.step,
+        action=act.action if choice == "action" else None,
+        forfeit=act.forfeit.reason if choice == "forfeit" else None,
+    )

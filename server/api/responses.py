@@ -1,0 +1,39 @@
+"""The writer of streamed responses, which closes their generator before gRPC releases the call."""
+
+import inspect
+from contextlib import aclosing
+from typing import Any
+
+import grpc
+
+from server.api.interceptor import Context, Continuation, Handler, cancel_if_gone
+
+
+class Responses(grpc.aio.ServerInterceptor):
+    """Interceptor that writes the responses of streaming calls. It must come before all others.
+
+    If gRPC wrote them, the generator of a call that ends while a response is being written would be closed only by the
+    garbage collector, after gRPC has released the call: any use of the context by the generator then ends the process.
+    """
+
+    async def intercept_service(
+        self, continuation: Continuation, handler_call_details: grpc.HandlerCallDetails
+    ) -> "Handler | None":
+        """Wrap the call's handler."""
+        handler = await continuation(handler_call_details)
+        if handler is None or not handler.response_streaming:
+            return handler
+        work = handler.stream_stream if handler.request_streaming else handler.unary_stream
+        if not inspect.isasyncgenfunction(work):
+            return handler  # It writes its responses to the context directly.
+
+        async def write(requests: Any, context: Context) -> None:
+            async with aclosing(work(requests, context)) as responses:
+                async for response in responses:
+                    with cancel_if_gone():
+                        await context.write(response)
+
+        many = handler.request_streaming
+        make: Any = grpc.stream_stream_rpc_method_handler if many else grpc.unary_stream_rpc_method_handler
+        made: Handler = make(write, handler.request_deserializer, handler.response_serializer)
+        return made

@@ -1,0 +1,118 @@
+"""Backup of a host's journal, secret, signing key and splits to a new folder readable by its owner only."""
+
+import os
+import shutil
+import tempfile
+from contextlib import closing
+from pathlib import Path
+
+from server.configuration.config import Config
+from server.dataset.generation import secret
+from server.episodes.splits import folder_of, folders_of, hash_of
+from server.errors import BadInput, Conflict, NotFound, StorageError
+from server.private_files import private_file
+from server.runs.results.signing import KnownKeys, SigningKey
+from server.runs.storage.database import Database
+from server.runs.transfer.export import export
+
+JOURNAL, EXPORT, KEY = "journal.db", "journal.jsonl.zst", "signing-key.pem"
+"""File names in a backup: the journal from SQLite, the export of one from PostgreSQL, and the signing key."""
+
+
+def back_up(config: Config, folder: Path) -> list[str]:
+    """Write a backup, completely or not at all; servers may be running.
+
+    With SQLite the folder can be served directly as a data folder. With PostgreSQL the journal in it must be imported.
+
+    Args:
+        config: settings of the host; `data`, `journal` and `signing_key` are used.
+        folder: path of a folder that does not exist, in one that does.
+
+    Returns:
+        Names of the files and splits in the backup.
+
+    Raises:
+        BadInput: if the folder exists already, or the secret or the key is malformed or can be read by others.
+        NotFound: if there is no data folder, or no key although receipts were signed with one.
+        Conflict: if the key is not that of the journal, or a split changed while it was copied.
+        StorageError: if a file cannot be read or written.
+    """
+    if folder.exists():
+        raise BadInput(f"{folder} exists already, expected the path of a new folder")
+    if not config.data.is_dir():
+        raise NotFound(f"there is no data folder {config.data}; set it with --data")
+    try:
+        with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}-") as temporary:
+            new = Path(temporary) / folder.name
+            new.mkdir(mode=0o700)
+            # The journal is copied first: the files that its runs need exist by then, and are copied after it.
+            with closing(Database(config.journal_url, read_only=True)) as database:
+                _copy_journal(database, new)
+                _copy_key(database, config.signing_key_path, new)
+            _copy_secret(config.data, new)
+            for split in folders_of(config.data):
+                _copy_split(split, new)
+            _flush(new)
+            new.rename(folder)
+        _flush_one(folder.parent)
+    except OSError as error:
+        raise StorageError(f"cannot write {folder}: {error}") from error
+    return sorted(path.relative_to(folder).as_posix() for path in [*folder.iterdir(), *folders_of(folder)])
+
+
+def _copy_journal(database: Database, new: Path) -> None:
+    if database.is_file:
+        database.copy(new / JOURNAL)
+    else:
+        export(database, new / EXPORT)
+
+
+def _copy_key(database: Database, path: Path, new: Path) -> None:
+    known = KnownKeys(database).all()
+    if not path.exists():
+        if known:
+            raise NotFound(
+                f"there is no signing key {path}, although receipts were signed with {known[-1].key.hex()}; "
+                "set the path of its file with --signing-key"
+            )
+        return
+    key = SigningKey(path).public
+    if known and known[-1].key != key:
+        raise Conflict(f"{path} has the key {key.hex()}, but this journal's signing key is {known[-1].key.hex()}")
+    _copy_private(path, new / KEY)
+
+
+def _copy_secret(data: Path, new: Path) -> None:
+    if (data / secret.NAME).exists():
+        secret.host_secret(data)
+        _copy_private(data / secret.NAME, new / secret.NAME)
+
+
+def _copy_private(path: Path, copy: Path) -> None:
+    content = path.read_bytes()
+    private_file(copy, lambda: content)
+
+
+def _copy_split(split: Path, new: Path) -> None:
+    copy = folder_of(new, split.name)
+    changed = f"{split} changed while it was copied; repeat the backup"
+    try:
+        shutil.copytree(split, copy)
+    except shutil.Error as error:
+        raise Conflict(changed) from error
+    if hash_of(copy) != hash_of(split):
+        raise Conflict(changed)
+
+
+def _flush(folder: Path) -> None:
+    """Flush a folder and everything in it to the disk."""
+    for path in (*folder.rglob("*"), folder):
+        _flush_one(path)
+
+
+def _flush_one(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

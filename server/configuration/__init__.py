@@ -1,0 +1,1 @@
+"""The server's settings: descriptions, defaults, and the sources of their values."""

@@ -1,0 +1,210 @@
+"""The server's settings, with their defaults and descriptions."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from server.addresses import FORM, TCP_FORM, is_address, is_loopback, is_tcp_address
+from server.configuration.setting import setting, settings_of
+from server.errors import BadInput
+from server.per_split import MOST, PerSplit
+from server.runs.play.clocks import Clocks
+from server.sim.cameras import CAMERAS
+from server.sim.rules import STEPS_PER_PHASE, Limits
+
+LISTEN = "127.0.0.1:50551"
+"""Default address. It is on the loopback: other machines can connect only if the host sets another address."""
+
+DAY = 86_400.0
+
+
+class Contradiction(BadInput):
+    """Settings that contradict each other.
+
+    Args:
+        problem: the error message.
+        names: the settings involved.
+    """
+
+    def __init__(self, problem: str, *names: str) -> None:
+        super().__init__(problem)
+        self.names = names
+
+
+@dataclass(frozen=True, slots=True)
+class Config:
+    """The server's settings, each with its description; `docs/configuration.md` lists them.
+
+    Raises:
+        Contradiction: if settings contradict each other.
+    """
+
+    data: Path = setting(Path("arramon-data"), "folder with the episodes and, unless `journal` is set, the journal")
+    listen: str = setting(LISTEN, "address to serve on; port 0 chooses a free port", form=FORM, check=is_address)
+    journal: str = setting(
+        "",
+        "database URL; empty for SQLite in the data folder",
+        form="sqlite:///PATH or postgresql://USER:...@HOST/NAME",
+        check=lambda text: text.partition("://")[0].partition("+")[0] in ("sqlite", "postgresql", "postgres"),
+        secret=True,
+    )
+    fsync: bool = setting(
+        True, "whether recorded steps survive a power failure, not only the end of the process (SQLite only)"
+    )
+    workers: int = setting(1, "number of server processes", least=1, most=256)
+    camera: str = setting(
+        CAMERAS[0], "renderer of the images: the project's own fast camera, or pybullet's", choices=CAMERAS
+    )
+    image_sizes: tuple[int, ...] = setting(
+        (224, 128),
+        "image side lengths that a stream may request; the first is the default",
+        unit="pixels",
+        least=16,
+        most=1024,
+    )
+    steps: int = setting(STEPS_PER_PHASE, "step limit of a phase", unit="steps", least=1, most=10_000)
+    step_seconds: float = setting(
+        60.0, "time limit of each step; 0 disables all clocks", unit="seconds", least=0.0, most=DAY
+    )
+    first_step_seconds: float = setting(
+        600.0, "time limit of a run's first step, during which models load", unit="seconds", least=0.0, most=DAY
+    )
+    bank_seconds: float = setting(
+        3600.0,
+        "extra time that all steps of a run together may take beyond `step_seconds`",
+        unit="seconds",
+        least=0.0,
+        most=365 * DAY,
+    )
+    idle_seconds: float = setting(
+        7 * DAY,
+        "time without play after which a run is closed and its unfinished episodes are forfeited; 0 for never",
+        unit="seconds",
+        least=0.0,
+    )
+    keepalive_seconds: float = setting(
+        20.0,
+        "silence after which the server pings a client; without an answer in half that time the client counts as gone",
+        unit="seconds",
+        least=1.0,
+        most=3600.0,
+    )
+    max_episodes_per_stream: int = setting(
+        1024, "limit of a stream's concurrently open episodes", unit="episodes", least=1
+    )
+    max_calls: int = setting(
+        4096, "limit of a process's concurrently open calls and streams; more are refused", unit="calls", least=16
+    )
+    max_message_bytes: int = setting(
+        1 << 20, "size limit of a message that the server accepts", unit="bytes", least=4096, most=64 << 20
+    )
+    anonymous: bool | None = setting(
+        None,
+        "whether clients without a token may play; not set: only if `listen` is a Unix socket or a loopback address, "
+        "and `trust_proxy` is off",
+    )
+    runs_per_day: PerSplit = setting(
+        PerSplit(),
+        "limit of runs that a participant may create on a split in 24 hours; 0 for no limit",
+        unit="runs",
+        least=0,
+        most=MOST,
+    )
+    runs_in_all: PerSplit = setting(
+        PerSplit(),
+        "limit of runs that a participant may create on a split in total; 0 for no limit",
+        unit="runs",
+        least=0,
+        most=MOST,
+    )
+    runs_at_once: PerSplit = setting(
+        PerSplit(),
+        "limit of a participant's unfinished runs on a split; 0 for no limit",
+        unit="runs",
+        least=0,
+        most=MOST,
+    )
+    streams_at_once: PerSplit = setting(
+        PerSplit(),
+        "limit of a participant's open streams on a split; 0 for no limit",
+        unit="streams",
+        least=0,
+        most=MOST,
+    )
+    tls_certificate: Path | None = setting(None, "PEM file with the certificate chain; not set: no encryption")
+    tls_key: Path | None = setting(None, "PEM file with the certificate's private key")
+    trust_proxy: bool = setting(
+        False, "whether tokens are accepted over unencrypted connections, because a proxy in front encrypts them"
+    )
+    signing_key: Path | None = setting(
+        None, "PEM file with the Ed25519 key that signs receipts; not set: one in the data folder, made on first use"
+    )
+    web: str = setting("", "address of the pages and probes; empty for none", form=TCP_FORM, check=is_tcp_address)
+    metrics: str = setting(
+        "",
+        "address of the metrics, which may equal `web`; empty: the same as `web` if that is a loopback address, "
+        "otherwise none",
+        form=TCP_FORM,
+        check=is_tcp_address,
+    )
+    drain_seconds: float = setting(
+        10.0,
+        "time in which open calls may end after the server has received a signal to stop",
+        unit="seconds",
+        least=0.0,
+        most=3600.0,
+    )
+    log: str = setting("warning", "lowest level that is logged", choices=("debug", "info", "warning", "error"))
+    log_format: str = setting(
+        "text", "format of the log: a line of text or a JSON object for each event", choices=("text", "json")
+    )
+    shared_port: bool = setting(False, "whether other processes may listen on the same ports", internal=True)
+    own_address: str = setting(
+        "", "a second address, which only this process listens on", form=FORM, check=is_address, internal=True
+    )
+
+    def __post_init__(self) -> None:
+        for present, absent in (("tls_certificate", "tls_key"), ("tls_key", "tls_certificate")):
+            if getattr(self, present) is not None and getattr(self, absent) is None:
+                raise Contradiction(f"{present} is set but {absent} is not; expected both or neither", present, absent)
+        for name in ("web", "metrics"):
+            address = getattr(self, name)
+            if address and address == self.listen and not address.endswith(":0"):
+                raise Contradiction(f"{name} and listen are both {address}; expected different ones", name, "listen")
+
+    @property
+    def limits(self) -> Limits:
+        """Limits of new runs."""
+        return Limits(self.steps)
+
+    @property
+    def clocks(self) -> Clocks:
+        """Clocks of new runs."""
+        if not self.step_seconds:
+            return Clocks()
+        return Clocks(self.step_seconds, max(self.first_step_seconds, self.step_seconds), self.bank_seconds)
+
+    @property
+    def journal_url(self) -> str:
+        """URL of the journal's database."""
+        return self.journal or f"sqlite:///{self.data.absolute() / 'journal.db'}"
+
+    @property
+    def signing_key_path(self) -> Path:
+        """File of the key that signs receipts."""
+        return self.signing_key or self.data / "signing-key.pem"
+
+    @property
+    def metrics_address(self) -> str:
+        """Address of the metrics; empty if they are not served."""
+        return self.metrics or (self.web if self.web and is_loopback(self.web) else "")
+
+    @property
+    def http(self) -> dict[str, str]:
+        """URLs of "pages" and "metrics", as far as they are served."""
+        scheme = "https" if self.tls_certificate else "http"
+        places = {"pages": self.web, "metrics": self.metrics_address}
+        return {name: f"{scheme}://{address}" for name, address in places.items() if address}
+
+
+SETTINGS = settings_of(Config)
+"""Settings by name, in order of definition."""

@@ -1,0 +1,56 @@
+"""A section with everything that generating episodes in it needs, each part built on first use."""
+
+from collections.abc import Callable, Mapping
+from functools import cached_property
+
+from server.dataset.generation.draft import Draft
+from server.dataset.generation.drawing import DraftSampler
+from server.dataset.layout.solids import Solids
+from server.episodes.episode import Instructions
+from server.sim.bullet import Obstacles
+from server.sim.cameras import Camera
+from server.sim.city import city_scene
+from server.sim.raster.camera import RasterCamera
+from server.sim.scene import Scene
+from server.sim.section import Section
+
+
+class Site:
+    """A section with its geometry, physics, camera and sampler. Not thread-safe.
+
+    Attributes:
+        section: the section itself.
+    """
+
+    def __init__(self, section: Section) -> None:
+        self.section = section
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The section's scene."""
+        return city_scene(self.section)
+
+    @cached_property
+    def solids(self) -> Solids:
+        """The section's solids."""
+        return Solids.of(self.section)
+
+    @cached_property
+    def world(self) -> Obstacles:
+        """The section's physics, the authoritative collision check."""
+        return Obstacles(self.scene)
+
+    @cached_property
+    def camera(self) -> Camera:
+        """The section's fast camera."""
+        return RasterCamera(self.scene)
+
+    @cached_property
+    def sampler(self) -> DraftSampler:
+        """The sampler of drafts in this section."""
+        return DraftSampler(self.section)
+
+
+Writer = Callable[[Draft, Site, tuple[object, ...]], Mapping[str, tuple[Instructions, Instructions]] | None]
+"""Returns both turns' instructions in every language, given a draft, its site, and the names that seed all random
+choices (for `randomness.seeded`); None if no good ones are found, in which case the episode is drawn again."""

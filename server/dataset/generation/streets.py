@@ -1,0 +1,179 @@
+"""Random navigation tasks in a section's streets: start poses, objects, and the ground truth."""
+
+from dataclasses import dataclass
+from random import Random
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from server.dataset.generation.ground import Ground
+from server.dataset.generation.motion import NEED, REACH_TO, Field, Walker
+from server.dataset.release.extras import Points, draw_distracters
+from server.sim.assets.collectibles import height_of
+from server.sim.catalogue import ObjectType
+from server.sim.geometry import Point, Pose, wrap
+from server.sim.rules import STEPS_PER_PHASE, Action, Collectible, moved
+from server.sim.section import Section
+
+LATTICE = 0.5
+"""Offset of a lattice of spacing 1 that holds all starts, targets and distracters, as in the original."""
+
+MIN_CLEARANCE = 0.5
+"""Minimum distance of starts, targets and distracters from everything solid, in units."""
+
+LENGTHS = (
+    (4, 5, 3), (5, 10, 11), (10, 15, 13), (15, 20, 13), (20, 25, 13), (25, 30, 12), (30, 35, 11), (35, 40, 9),
+    (40, 50, 10), (50, 60, 4), (60, 80, 1),
+)  # fmt: skip
+"""Distribution of the number of points of a path: (from, below, percent). As in the original, with mean 24."""
+
+SLACK = 1.0
+"""Maximum difference between the drawn and the actual length of a path, in units."""
+
+FIELD_LENGTH_RATIO = 0.93
+"""Length of paths in a cost field, which may cut corners, relative to the ground truth."""
+
+HEADINGS = (45, 2, 2, 12, 2, 2, 15, 2, 2, 12, 2, 2)
+"""Percentage of turn 1 starts at each multiple of 30 degrees from the section's heading."""
+
+LANDMARK_DISTANCE, LANDMARK_SHARE = 2.5, 0.85
+"""Distance to street furniture within which targets are preferred, in units, and how often only those are drawn."""
+
+MAX_ACTIONS = STEPS_PER_PHASE - 10
+"""Maximum number of actions of a ground truth: more would leave an agent no margin for mistakes."""
+
+
+@dataclass(frozen=True, slots=True)
+class NavigationTask:
+    """The navigation task of one turn.
+
+    Attributes:
+        start, end: poses.
+        path: distinct positions (x, z) of the ground truth, in units.
+        actions: actions of the ground truth, the pick-up included.
+        street: the objects in the street; the first is the target.
+    """
+
+    start: Pose
+    end: Pose
+    path: tuple[tuple[float, float], ...]
+    actions: tuple[Action, ...]
+    street: tuple[Collectible, ...]
+
+
+class Streets:
+    """Draws navigation tasks in one section. Not thread-safe.
+
+    Args:
+        section: where the tasks take place.
+
+    Raises:
+        ValueError: if the section has no open ground.
+    """
+
+    def __init__(self, section: Section) -> None:
+        self._section = section
+        self.ground = Ground.of(section)
+        self._walker = Walker(self.ground)
+        self._places = self._connected(lattice(self.ground, section))
+        if not len(self._places):
+            raise ValueError(f"section {section.id} has no open ground")
+        self._columns, self._rows = np.array([self.ground.node(x, z) for x, z in self._places.tolist()]).T
+        props = np.array([(prop.x, prop.z) for prop in section.props]).reshape(-1, 2)
+        distance = cKDTree(props).query(self._places)[0] if len(props) else np.full(len(self._places), np.inf)
+        self._is_beside_landmark = distance <= LANDMARK_DISTANCE
+
+    @property
+    def places(self) -> Points:
+        """(n, 2) of (x, z): possible places of starts and objects."""
+        return self._places
+
+    def draw_start(self, random: Random) -> Pose:
+        """Return a random start pose for turn 1."""
+        x, z = self._places[random.randrange(len(self._places))].tolist()
+        (offset,) = random.choices(range(len(HEADINGS)), HEADINGS)
+        return Pose(x, z, round(wrap(self._section.heading + 30.0 * offset), 6))
+
+    def draw_navigation_task(
+        self, key: str, turn: int, start: Pose, target: ObjectType, points: int, random: Random
+    ) -> NavigationTask | None:
+        """Return a navigation task from `start`, or None if no path of the wanted length was drawn.
+
+        Args:
+            key: seeds the distracters.
+            turn: 1 or 2.
+            start: pose at the beginning of the turn.
+            target: type of the object to pick up.
+            points: approximate number of points of the path.
+            random: draws everything else.
+        """
+        place = self._draw_target(points, self._walker.field(start.x, start.z), random)
+        if place is None:
+            return None
+        actions = self._walker.actions(start, place, self._walker.field(*place))
+        if not actions or len(actions) > MAX_ACTIONS:
+            return None
+        path, end = follow_actions(start, actions)
+        if len(path) < LENGTHS[0][0]:
+            return None
+        lying = Point(place[0], 0.0, place[1])
+        others = draw_distracters(key, turn, target, lying, np.array(path), end, self._places)
+        street = tuple(
+            Collectible(kind, Point(at.x, round(height_of(kind.kind) / 2, 3), at.z))
+            for kind, at in ((target, lying), *others)
+        )
+        return NavigationTask(start, end, path, (*actions, Action.INTERACT), street)
+
+    def _draw_target(self, points: int, field: Field, random: Random) -> tuple[float, float] | None:
+        """Return a random place to which the path has about `points` points."""
+        length = field.length[self._columns, self._rows] / 1000.0
+        wanted = FIELD_LENGTH_RATIO * (points - 1) + REACH_TO - 0.5
+        fitting = np.flatnonzero(np.abs(length - wanted) <= SLACK)
+        preferred = fitting[self._is_beside_landmark[fitting]]
+        if len(preferred) and random.random() < LANDMARK_SHARE:
+            fitting = preferred
+        if not len(fitting):
+            return None
+        x, z = self._places[fitting[random.randrange(len(fitting))]].tolist()
+        return x, z
+
+    def _connected(self, places: Points) -> Points:
+        """Return those places that can be reached from most of the others."""
+        left = places
+        while len(left):
+            cost = self._walker.field(*left[0].tolist()).cost
+            columns, rows = np.array([self.ground.node(x, z) for x, z in left.tolist()]).T
+            reached = cost[columns, rows] < np.iinfo(np.int32).max
+            if 2 * reached.sum() > len(places) or 2 * reached.sum() > len(left):
+                found: Points = left[reached]
+                return found
+            reached[0] = True  # Ensures progress: a place whose own node is not free reaches nothing.
+            left = left[~reached]
+        return left
+
+
+def lattice(ground: Ground, section: Section) -> Points:
+    """Return the lattice's places on open ground, (n, 2) of (x, z)."""
+    x0, z0, x1, z1 = section.bounds
+    xs, zs = (np.arange(np.ceil(low - LATTICE), high - LATTICE) + LATTICE for low, high in ((x0, x1), (z0, z1)))
+    places: Points = np.stack(np.meshgrid(xs, zs, indexing="ij"), axis=-1).reshape(-1, 2)
+    clear = np.array(
+        [ground.clear_at(x, z) >= max(MIN_CLEARANCE, NEED / 1000.0) for x, z in places.tolist()], dtype=bool
+    )
+    return places[clear & (ground.solids.distance(places) >= MIN_CLEARANCE)]
+
+
+def draw_length(random: Random) -> int:
+    """Return a random number of points of a path."""
+    ((first, end, _),) = random.choices(LENGTHS, [weight for _, _, weight in LENGTHS])
+    return random.randrange(first, end)
+
+
+def follow_actions(start: Pose, actions: list[Action]) -> tuple[tuple[tuple[float, float], ...], Pose]:
+    """Return the distinct positions of unobstructed actions, rounded to 1e-6 units, and the exact final pose."""
+    path, pose = [(start.x, start.z)], start
+    for action in actions:
+        pose = moved(pose, action)
+        if action is Action.FORWARD:
+            path.append((round(pose.x, 6), round(pose.z, 6)))
+    return tuple(path), pose

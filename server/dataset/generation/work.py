@@ -1,0 +1,148 @@
+"""Parallel generation of a split's episodes: the result and its order do not depend on the number of processes."""
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+from multiprocessing.connection import wait
+
+from server.dataset.generation.check import problems
+from server.dataset.generation.site import Site, Writer
+from server.episodes.episode import Episode
+from server.errors import ArraMonError
+from server.sim.section import Section
+
+ATTEMPTS = 100
+"""Drafts tried for one episode before generation fails."""
+
+BATCH_SIZE = 6
+"""Episodes in one batch."""
+
+CACHED_SECTIONS = 7
+"""Sections that a process keeps in memory."""
+
+MakeWriter = Callable[[], Writer]
+"""Returns a process's instruction writer. Must be a module-level function, so that it can be pickled by name."""
+
+
+@dataclass(frozen=True, slots=True)
+class EpisodeBatch:
+    """Episodes of one section to generate.
+
+    Attributes:
+        seed: seeds all random choices.
+        split: name of the split.
+        section: where the episodes take place.
+        episode_ids: ids of the episodes.
+        make_writer: see `MakeWriter`.
+    """
+
+    seed: str
+    split: str
+    section: Section
+    episode_ids: tuple[str, ...]
+    make_writer: MakeWriter
+
+
+@dataclass(frozen=True, slots=True)
+class GeneratedEpisode:
+    """A generated episode, and the number of drafts tried, the accepted one included."""
+
+    episode: Episode
+    attempts: int
+
+
+RunBatches = Callable[[Sequence[EpisodeBatch]], Iterator[list[GeneratedEpisode]]]
+
+
+@contextmanager
+def batch_runner(jobs: int) -> Iterator[RunBatches]:
+    """Yield a function that generates batches in order on `jobs` cores, without child processes if `jobs` is 1.
+
+    Raises:
+        ArraMonError: when results are read, if a child process has died.
+    """
+    if jobs == 1:
+        yield lambda batches: map(generate_batch, batches)
+        return
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(jobs, mp_context=context, initializer=_end_with_parent) as pool:
+
+        def run(batches: Sequence[EpisodeBatch]) -> Iterator[list[GeneratedEpisode]]:
+            try:
+                yield from pool.map(generate_batch, batches)
+            except BrokenProcessPool as error:
+                raise ArraMonError("a process that generates episodes died, possibly out of memory") from error
+
+        try:
+            yield run
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+def make_batches(
+    seed: str,
+    split: str,
+    episodes: Iterable[tuple[str, str]],
+    sections: Mapping[str, Section],
+    make_writer: MakeWriter,
+) -> list[EpisodeBatch]:
+    """Return batches for (episode id, section id) pairs, grouped by section; `sections` are by id."""
+    by_section: dict[str, list[str]] = {}
+    for episode_id, section in episodes:
+        by_section.setdefault(section, []).append(episode_id)
+    return [
+        EpisodeBatch(seed, split, sections[section], tuple(ids[first : first + BATCH_SIZE]), make_writer)
+        for section, ids in by_section.items()
+        for first in range(0, len(ids), BATCH_SIZE)
+    ]
+
+
+def generate_batch(batch: EpisodeBatch) -> list[GeneratedEpisode]:
+    """Generate the episodes of a batch, one after another."""
+    site, writer = _site(batch.section), _writer(batch.make_writer)
+    return [_make(batch, episode_id, site, writer) for episode_id in batch.episode_ids]
+
+
+def _make(batch: EpisodeBatch, episode_id: str, site: Site, writer: Writer) -> GeneratedEpisode:
+    for attempt in range(ATTEMPTS):
+        names = (batch.seed, batch.split, episode_id, attempt)
+        draft = site.sampler.draw(episode_id, (*names, "draft"))
+        if problems(draft, site.solids, site.world):
+            continue
+        instructions = writer(draft, site, (*names, "words"))
+        if instructions is not None:
+            return GeneratedEpisode(draft.with_instructions(instructions), attempt + 1)
+    raise ArraMonError(f"no valid episode {episode_id} of split {batch.split} found in {ATTEMPTS} attempts")
+
+
+@lru_cache(maxsize=CACHED_SECTIONS)
+def _site(section: Section) -> Site:
+    return Site(section)
+
+
+@lru_cache(maxsize=1)
+def _writer(make: MakeWriter) -> Writer:
+    return make()
+
+
+def _end_with_parent() -> None:
+    """Exit this process when its parent ends for any reason: otherwise a pool's processes would wait forever.
+
+    Keyboard interrupts are ignored here and handled by the parent.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def watch() -> None:
+        wait([parent.sentinel])
+        os._exit(1)
+
+    threading.Thread(target=watch, name="end-with-parent", daemon=True).start()

@@ -1,0 +1,213 @@
+"""Writer of instructions for generated episodes: plans, phrases them in all languages, and tests them with an agent."""
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
+from pathlib import Path
+
+import lang
+from arramon_client.agent import Agent
+from arramon_client.plugin.loader import load_agent
+from lang.meaning import Assembly, Meaning, Navigation, Rotate, Thing, Where
+from lang.quality import check, is_blocked
+from server.dataset.generation import Draft, Site
+from server.dataset.generation.command import Progress, generate
+from server.dataset.generation.sizes import select_plans
+from server.dataset.instructions.assembly import plan_assembly
+from server.dataset.instructions.navigation import plan_navigation
+from server.dataset.instructions.sight import Landmark, find_landmarks, poses_along
+from server.dataset.randomness import seeded
+from server.dataset.trial import TrialWorld, play
+from server.episodes.episode import Instructions, Turn
+from server.episodes.splits import Split
+from server.scoring.episode import EpisodeScores
+from server.sim.cameras import Camera
+from server.sim.geometry import TURN, Pose
+from server.sim.raster.camera import RasterCamera
+from server.sim.room_scene import room_scene
+from server.sim.rules import Action, PlacedObject
+
+FOLLOWER = "agents.follower"
+"""The agent that tests instructions, loaded by name because the server does not import agents."""
+
+PLANS = 4
+"""Plans tried for one draft before the draft is discarded."""
+
+MIN_NDTW = 0.2
+"""The follower's nDTW must exceed this in both turns (paper, section 4)."""
+
+MUST_BE_ONE = ("CTC-3", "PTC")
+"""Metrics that must be 1 in both turns: the follower reaches the target and places it correctly."""
+
+REPORT_SECONDS = 5.0
+"""Minimum seconds between two progress lines of one split."""
+
+Plan = tuple[tuple[Navigation, Assembly], tuple[Navigation, Assembly]]
+Texts = Mapping[str, tuple[Instructions, Instructions]]
+
+
+class InstructionWriter:
+    """Writes a draft's instructions in every language; accepts only those that lead the follower to the goal in all.
+
+    Args:
+
+    Attributes:
+
+        make_follower: as passed in.
+
+        make_follower: returns a new agent that plays from text, depth and segmentation; called once per trial.
+
+    Attributes:
+        make_follower: as it was given.
+    """
+
+    def __init__(self, languages: tuple[str, ...], make_follower: Callable[[], Agent]) -> None:
+        self._languages = languages
+        self.make_follower = make_follower
+
+    def __call__(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Texts | None:
+        """Return instructions for a draft, or None if no plan passes; see `server.dataset.generation.Writer`."""
+        return next((texts for texts in self.candidates(draft, site, names) if self._leads(draft, site, texts)), None)
+
+    def candidates(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Iterator[Texts]:
+        """Yield candidate instructions, one plan after another: they pass the quality checks and are untested."""
+        sights = _sights(draft, site)
+        for number in range(PLANS):
+            plan = _plan(draft, sights, (*names, number))
+            texts = self._write(draft, plan, (*names, number)) if plan is not None else None
+            if texts is not None:
+                yield texts
+
+    def _write(self, draft: Draft, plan: Plan, names: tuple[object, ...]) -> Texts | None:
+        """Return the plan's texts in every language, or None if a text fails a check."""
+        texts = {}
+        for code in self._languages:
+            turns = []
+            for number, (turn, meanings) in enumerate(zip(draft.turns, plan, strict=True), start=1):
+                navigation = _phrase(code, "navigation", turn, meanings[0], (*names, code, number))
+                assembly = _phrase(code, "assembly", turn, meanings[1], (*names, code, number))
+                if navigation is None or assembly is None:
+                    return None
+                turns.append(Instructions(navigation, assembly))
+            texts[code] = (turns[0], turns[1])
+        return texts
+
+    def _leads(self, draft: Draft, site: Site, texts: Texts) -> bool:
+        """Return whether the follower passes in every language.
+
+        The follower acts on its reading of a text alone, so languages whose texts it reads alike are tested once.
+        """
+        episode = draft.with_instructions(texts)
+        world = TrialWorld(site.world, site.camera, room_camera())
+        first_of = {_readings(texts[code], code): code for code in reversed(self._languages)}
+        return all(passes(play(self.make_follower(), episode, code, world)) for code in first_of.values())
+
+
+def make_instruction_writer() -> InstructionWriter:
+    """Return an instruction writer for all languages; a `MakeWriter`.
+
+    Raises:
+        ValueError: if a language's data cannot express even the simplest meaning.
+    """
+    thing = Thing("mug", "red", "dotted")
+    for code in lang.available():
+        for meaning in (
+            Navigation((Rotate("right"),), thing),
+            Assembly((), thing, (Where("behind", (Thing("ball"),)),)),
+        ):
+            lang.load(code).write(meaning, seeded(code))
+    return InstructionWriter(lang.available(), type(load_agent(FOLLOWER)))
+
+
+def generate_splits(
+    data: Path, names: list[str] | None, *, scale: float, seed: int, jobs: int, tell: Callable[[str], None]
+) -> list[Split]:
+    """Generate the named splits (None: all) for `arramon-server generate`; see `generation.command.generate`."""
+    told: dict[str, float] = {}
+
+    def tell_of(progress: Progress) -> None:
+        since = progress.seconds - told.get(progress.split, 0.0)
+        if since >= REPORT_SECONDS or progress.done == progress.total:
+            told[progress.split] = progress.seconds
+            tell(str(progress))
+
+    return generate(
+        data, select_plans(names), scale=scale, seed=seed, jobs=jobs, make_writer=make_instruction_writer, tell=tell_of
+    )
+
+
+def passes(scores: EpisodeScores) -> bool:
+    """Return whether a follower met the paper's second validation stage and picked up the right objects."""
+    return all(turn["nDTW"] > MIN_NDTW and all(turn[name] == 1.0 for name in MUST_BE_ONE) for turn in scores.turns)
+
+
+Sights = tuple[tuple[tuple[Pose, ...], tuple[Landmark, ...]], ...]
+
+
+def _sights(draft: Draft, site: Site) -> Sights:
+    """Return, for each turn, the poses of its ground truth and the landmarks visible from them."""
+    sights, start = [], draft.start
+    for turn in draft.turns:
+        poses = poses_along(start, turn.path, turn.actions)
+        sights.append((tuple(poses), find_landmarks(poses, turn.street, site.section, site.camera)))
+        start = poses[-1]
+    return tuple(sights)
+
+
+def _plan(draft: Draft, sights: Sights, names: tuple[object, ...]) -> Plan | None:
+    """Return the meanings of both turns' instructions, or None if a planner fails."""
+    room, planned = draft.decoys, []
+    for number, (turn, (poses, marks)) in enumerate(zip(draft.turns, sights, strict=True), start=1):
+        random = seeded(*names, number, "plan")
+        navigation = plan_navigation(turn.path, poses, turn.target, turn.street, marks, random)
+        assembly = plan_assembly(turn.target.type, turn.target_cell, room, random)
+        if navigation is None or assembly is None:
+            return None
+        planned.append((navigation, assembly))
+        room = (*room, PlacedObject(turn.target.type, turn.target_cell))
+    return planned[0], planned[1]
+
+
+def _phrase(code: str, phase: str, turn: Turn, meaning: Meaning, names: tuple[object, ...]) -> str | None:
+    """Return one instruction, or None if it cannot be expressed or fails a blocking check."""
+    try:
+        text = lang.load(code).write(meaning, seeded(*names, phase))
+    except ValueError:
+        return None  # The language cannot express part of it, such as a number of paces; another plan may not need it.
+    target = turn.target.type
+    failures = check(
+        text,
+        code,
+        phase,
+        target=Thing(target.kind, target.colour, target.pattern),
+        first_turn=first_turn(turn.actions),
+    )
+    return None if is_blocked(failures) else text
+
+
+def first_turn(actions: tuple[Action, ...]) -> float:
+    """Return the absolute angle in degrees by which a ground truth turns before its first step forward."""
+    turned = 0.0
+    for action in actions:
+        if action not in (Action.LEFT, Action.RIGHT):
+            break
+        turned += TURN if action is Action.RIGHT else -TURN
+    return abs(turned)
+
+
+def _readings(texts: tuple[Instructions, Instructions], code: str) -> tuple[Meaning | str, ...]:
+    """Return the readings of a language's texts; the text itself where it cannot be read."""
+    speech = lang.load(code)
+    read: list[Meaning | str] = []
+    for turn in texts:
+        for phase, text in (("navigation", turn.navigation), ("assembly", turn.assembly)):
+            try:
+                read.append(speech.read(text, phase))
+            except lang.CannotRead:
+                read.append(text)
+    return tuple(read)
+
+
+@cache
+def room_camera() -> Camera:
+    """Return the room's camera, shared by all trials of a process."""
+    return RasterCamera(room_scene())

@@ -1,0 +1,1 @@
+"""Planning of instructions: from the ground truth and what the camera sees along it to the meaning to be expressed."""

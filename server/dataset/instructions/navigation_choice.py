@@ -1,0 +1,69 @@
+"""Choice of landmark names that a follower on the path cannot confuse.
+
+The ranking is that of the follower (agents/follower/map_landmarks.py), duplicated as neither may import the other.
+"""
+
+import math
+from collections.abc import Sequence
+from random import Random
+
+from lang.meaning import Thing
+from lang.street import OFF_AXIS
+from server.dataset.instructions.sight import Landmark
+from server.sim.assets.furniture import COLOURS
+from server.sim.geometry import Pose
+
+BEHIND = -1.5
+"""Landmarks farther behind the viewer than this are not considered, in units."""
+
+MIN_DISTANCE_RATIO = 1.35
+"""Minimum ratio of the perceived distances of any other matching landmark and of the named one."""
+
+OMIT_COLOUR = 0.4
+"""Probability that an unnecessary colour is omitted."""
+
+
+def name_of(
+    mark: Landmark, marks: Sequence[Landmark], view: Pose, until: int, random: Random
+) -> tuple[Thing, bool] | None:
+    """Return a name that matches this landmark and no other visible one, or None if there is none.
+
+    Args:
+        mark: seen from the current or an earlier pose.
+        marks: all landmarks.
+        view: position and course of the viewer.
+        until: index of the last pose; landmarks that become visible later cannot cause confusion.
+        random: draws whether an unnecessary colour is named.
+
+    Returns:
+        The name, and whether it would be unique even if all landmarks were visible.
+    """
+    label = mark.label
+    names = [Thing(label.kind, label.colour, label.look)]
+    if label.kind in COLOURS and random.random() < OMIT_COLOUR:
+        names.insert(0, Thing(label.kind))
+    own = perceived_distance(mark, view)
+    for name in names if own < math.inf else []:
+        rivals = [
+            m
+            for m in marks
+            if m is not mark and fits(name, m) and perceived_distance(m, view) < MIN_DISTANCE_RATIO * own
+        ]
+        if not any(rival.glimpsed is not None and rival.glimpsed <= until for rival in rivals):
+            return name, not rivals
+    return None
+
+
+def fits(name: Thing, mark: Landmark) -> bool:
+    """Return whether a name matches a landmark; words that it leaves out match anything."""
+    label = mark.label
+    return name.kind == label.kind and name.colour in ("", label.colour) and name.look in ("", label.look)
+
+
+def perceived_distance(mark: Landmark, view: Pose) -> float:
+    """Return a landmark's perceived distance in units: longer off the course, infinite behind the viewer."""
+    right, along = view.local(mark.x, mark.z)
+    if along < BEHIND:
+        return math.inf
+    off = math.atan2(right, along)
+    return math.hypot(right, along) * (1.0 + OFF_AXIS * off * off)

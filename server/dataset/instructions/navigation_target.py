@@ -1,0 +1,78 @@
+"""Names for the target of a navigation instruction, and its relation to a nearby landmark."""
+
+import math
+from collections.abc import Sequence
+from random import Random
+
+from lang.meaning import Thing, Where
+from server.dataset.instructions.sight import Landmark
+from server.sim.catalogue import KINDS
+from server.sim.geometry import Pose
+from server.sim.labels import Label
+from server.sim.rules import Collectible
+
+NEAR = 3.0
+"""Maximum distance of a landmark from the target, in units."""
+
+FULL = 0.85
+"""Probability that the name is complete though fewer words suffice."""
+
+
+def describe(
+    target: Collectible, street: Sequence[Collectible], marks: Sequence[Landmark], poses: Sequence[Pose], random: Random
+) -> Thing | None:
+    """Return a name that matches only the target among the turn's collectibles; None if it is not seen at the end.
+
+    Args:
+        target: the object to pick up.
+        street: all collectibles of the turn.
+        marks: landmarks along the path.
+        poses: along the path.
+        random: draws the words.
+    """
+    marks = [mark for mark in marks if mark.seen]
+    own = Label.of(target.type)
+    if not any(
+        mark.label == own
+        and math.dist((mark.x, mark.z), (target.position.x, target.position.z)) < 0.1
+        and mark.seen[-1] >= len(poses) - 6
+        for mark in marks
+    ):
+        return None
+    others = [item.type for item in street if item is not target and item != target]
+    kind, colour, pattern = target.type.kind, target.type.colour, target.type.pattern
+    short = [(colour, ""), ("", pattern)]
+    random.shuffle(short)
+    for said_colour, said_pattern in short if random.random() > FULL else []:
+        if not any(
+            other.kind == kind and said_colour in ("", other.colour) and said_pattern in ("", other.pattern)
+            for other in others
+        ):
+            return Thing(kind, said_colour, said_pattern, where=_where(target, marks, poses, random))
+    return Thing(kind, colour, pattern, where=_where(target, marks, poses, random))
+
+
+def _where(target: Collectible, marks: Sequence[Landmark], poses: Sequence[Pose], random: Random) -> tuple[Where, ...]:
+    """Return the target's relation to a landmark near it, as seen when arriving along the path."""
+    view = poses[max(len(poses) - 6, 0)]
+    x, z = target.position.x, target.position.z
+    heading = math.degrees(math.atan2(x - view.x, z - view.z))
+    came = Pose(x, z, heading % 360.0)
+    near = []
+    for mark in marks:
+        right, ahead = came.local(mark.x, mark.z)
+        distance = math.hypot(right, ahead)
+        if mark.label.kind in (*KINDS, "intersection") or distance > NEAR or mark.seen[-1] < len(poses) - 10:
+            continue
+        near.append((distance + random.random(), right, ahead, mark))
+    if not near or random.random() < 0.15:
+        return ()
+    _, right, ahead, mark = min(near, key=lambda item: item[0])
+    name = Thing(mark.label.kind, mark.label.colour, mark.label.look)
+    relation = "near"
+    if random.random() < 0.5:
+        if abs(right) > 1.5 * abs(ahead):
+            relation = "left_of" if right > 0.0 else "right_of"
+        elif abs(ahead) > 1.5 * abs(right):
+            relation = "in_front_of" if ahead > 0.0 else "behind"
+    return (Where(relation, (name,)),)

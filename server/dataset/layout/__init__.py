@@ -1,0 +1,1 @@
+"""Ground plans of sections: rasters, building lots, and places for street furniture."""

@@ -1,0 +1,5 @@
+"""Pictures for people: maps of an episode, and the agent's views along its ground truth."""
+
+from server.dataset.pictures.episode import show
+
+__all__ = ["show"]

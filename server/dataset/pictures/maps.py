@@ -1,0 +1,73 @@
+"""Maps of an episode, in the style of the paper's figures: the section and the room from above."""
+
+from PIL import Image
+
+from server.dataset.pictures.canvas import BLACK, GREEN, PINK, SWATCHES, WHITE, Canvas, add_title
+from server.episodes.episode import Episode, Turn
+from server.sim.room import COLUMNS, ROWS, START
+from server.sim.section import Section
+
+STREET, ROOF, EDGE = (214, 214, 210), (150, 140, 132), (96, 88, 82)
+PROPS = (90, 120, 90)
+TILE, FLOOR = (245, 215, 90), (238, 234, 226)
+
+
+def ground_map(section: Section, scale: float = 16.0) -> Canvas:
+    """Return a map of the section alone: buildings and street furniture."""
+    x0, z0, x1, z1 = section.bounds
+    canvas = Canvas((x0 - 6, z0 - 6, x1 + 6, z1 + 6), scale, STREET)
+    for building in section.buildings:
+        half = (building.half_width, building.half_length)
+        canvas.rectangle(building.x, building.z, half, building.heading, ROOF, EDGE)
+    for prop in section.props:
+        canvas.dot(prop.x, prop.z, 3, PROPS, PROPS)
+        canvas.label(prop.x + 0.2, prop.z, prop.kind.replace("_", " "), size=9, colour=PROPS)
+    return canvas
+
+
+def section_map(section: Section, episode: Episode, scale: float = 16.0) -> Image.Image:
+    """Return a map of the section: the episode's objects, and the ground truth, turn 1 in pink and turn 2 in green.
+
+    Turn 1 goes from the black dot to the white dot, where turn 2 begins.
+    """
+    canvas = ground_map(section, scale)
+    for turn, colour in zip(episode.turns, (PINK, GREEN), strict=True):
+        canvas.line(turn.path, colour)
+    for number, turn in enumerate(episode.turns, start=1):
+        _street(canvas, turn, number)
+    canvas.dot(*episode.turns[0].path[0], 6, BLACK)
+    canvas.dot(*episode.turns[1].path[0], 6, WHITE)
+    title = f"episode {episode.episode_id}, section {section.id}: turn 1 pink, turn 2 green; targets ringed"
+    return add_title(canvas.image, [title])
+
+
+def _street(canvas: Canvas, turn: Turn, number: int) -> None:
+    for item in turn.street:
+        canvas.dot(item.position.x, item.position.z, 4, SWATCHES[item.type.colour])
+    target = turn.target
+    canvas.dot(target.position.x, target.position.z, 10, None, BLACK, width=3)
+    canvas.label(target.position.x + 0.8, target.position.z, f"{number}: {target.type}", size=13)
+
+
+def room_map(episode: Episode, scale: float = 130.0) -> Image.Image:
+    """Return a map of the room: decoys, start tile, target cells, and the ground truth of both turns."""
+    canvas = Canvas((-0.5, -0.5, COLUMNS - 0.5, ROWS - 0.5), scale, FLOOR)
+    canvas.rectangle(*START, (0.5, 0.5), 0.0, TILE)
+    for column in range(COLUMNS):
+        for row in range(ROWS):
+            canvas.line([(column - 0.5, row - 0.5), (column + 0.5, row - 0.5)], EDGE, 1)
+            canvas.line([(column - 0.5, row - 0.5), (column - 0.5, row + 0.5)], EDGE, 1)
+    for decoy in episode.decoys:
+        column, _, row = decoy.placement
+        canvas.dot(column, row, 22, SWATCHES[decoy.type.colour])
+        canvas.label(column, row + 0.3, f"{decoy.type.pattern} {decoy.type.colour}", anchor="mm")
+        canvas.label(column, row - 0.3, decoy.type.kind, anchor="mm")
+    for number, (turn, colour) in enumerate(zip(episode.turns, (PINK, GREEN), strict=True), start=1):
+        column, level, row = turn.target_cell
+        shift = 0.08 * (number - 1)
+        canvas.line([(c + shift, r + shift) for c, r in turn.room_path], colour, 4)
+        canvas.dot(column + shift, row, 34, None, colour, width=4)
+        canvas.label(column, row + 0.12 - 0.16 * (number - 1), f"{number}: {turn.target.type}", anchor="mm")
+        canvas.label(column, row - 0.42, f"level {level}" if level > 1 else "", size=10, anchor="mm")
+    title = "room: start tile yellow, brick wall above, wood right, spotted left, striped below"
+    return add_title(canvas.image, [title])

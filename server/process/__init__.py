@@ -1,0 +1,1 @@
+"""A server process: assembly, start, drain, workers, readiness, metrics, logs and TLS."""

@@ -1,0 +1,168 @@
+"""Assembly of the parts of a server process. `server.process.lifecycle` starts and stops them."""
+
+from collections.abc import Mapping
+from contextlib import AbstractAsyncContextManager, nullcontext
+from dataclasses import dataclass
+from functools import partial
+
+import grpc
+from grpc_health.v1 import health_pb2, health_pb2_grpc
+from grpc_health.v1.health import aio as health
+from grpc_reflection.v1alpha import reflection
+
+from arramon.v1 import evaluation_pb2, leaderboard_pb2
+from arramon.v1.evaluation_pb2_grpc import add_EvaluationServicer_to_server
+from arramon.v1.leaderboard_pb2_grpc import add_LeaderboardServicer_to_server
+from server.api.access_log import AccessLog
+from server.api.authentication import Authentication
+from server.api.call_limits import CallLimits
+from server.api.error_guard import ErrorGuard
+from server.api.evaluation import Servicer
+from server.api.leaderboard import BoardServicer
+from server.api.responses import Responses
+from server.api.versions import VersionCheck
+from server.board.board import Board
+from server.board.entries import Entries
+from server.board.publishing import Publishing
+from server.configuration.config import Config
+from server.episodes.splits import Split
+from server.errors import BadInput
+from server.process.metrics import Metrics
+from server.process.readiness import Readiness
+from server.process.tls import credentials_of
+from server.runs.accounts.accounts import Accounts
+from server.runs.accounts.quotas import Quota, Quotas
+from server.runs.play.engine import Engine
+from server.runs.results.receipts import Receipts
+from server.runs.results.signing import KnownKeys, SigningKey
+from server.runs.service import Runs
+from server.runs.storage.database import Database
+from server.runs.storage.metered_journal import MeteredJournal
+from server.runs.storage.run_activity import RunActivity
+from server.runs.storage.run_counts import runs_by_state
+
+SERVICES = (
+    evaluation_pb2.DESCRIPTOR.services_by_name["Evaluation"].full_name,
+    leaderboard_pb2.DESCRIPTOR.services_by_name["Leaderboard"].full_name,
+)
+"""Full names of this project's gRPC services."""
+
+CALLS_PER_CONNECTION = 256
+"""Open at once on one connection; a client holds back what is more. Those that were taken back at once count until gRPC
+has cleared them away: without a number here, a flood of calls that are reset costs more than ten times as much."""
+
+
+@dataclass(frozen=True)
+class Parts:
+    """The parts of a server process.
+
+    Attributes:
+        server: the gRPC server.
+        address: address of the gRPC server.
+        engine: plays the episodes.
+        readiness: reports to the health service and the metrics.
+        web: context that serves probes, metrics and pages while entered, and yields their URLs.
+    """
+
+    server: grpc.aio.Server
+    address: str
+    engine: Engine
+    readiness: Readiness
+    web: AbstractAsyncContextManager[dict[str, str]]
+
+
+def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Parts:
+    """Return all parts of a process, none of them started.
+
+    Raises:
+        ArraMonError: if a file or the journal cannot be used, or an address cannot be listened on.
+    """
+    metrics = Metrics(config.camera, lambda: runs_by_state(database))
+    journal, accounts = MeteredJournal(database, metrics), Accounts(database)
+    server = _server(config, accounts, metrics)
+    address = _bind(server, config.listen, credentials_of(config))
+    # gRPC allows renewable credentials for one address only, so each address has credentials of its own.
+    own_address = _bind(server, config.own_address, credentials_of(config)) if config.own_address else address
+    engine = Engine(
+        splits,
+        journal,
+        RunActivity(database),
+        camera=config.camera,
+        address=own_address if config.shared_port else "",
+        idle_seconds=config.idle_seconds,
+        meter=metrics,
+    )
+    quotas = Quotas(database, partial(Quota.of_settings, config))
+    runs = Runs(splits, journal, engine, config.limits, config.clocks, accounts, quotas)
+    key = SigningKey(config.signing_key_path)
+    KnownKeys(database).check(key.public)
+    receipts = Receipts(database, splits, key)
+    add_EvaluationServicer_to_server(Servicer(runs, engine, receipts, config), server)
+    entries = Entries(database)
+    board = Board(entries, splits, steps_per_phase=config.limits.steps_per_phase, clocks=config.clocks)
+    publishing = Publishing(journal, splits, entries, receipts)
+    add_LeaderboardServicer_to_server(BoardServicer(board, publishing), server)
+    health_servicer = health.HealthServicer()
+    health_pb2_grpc.add_HealthServicer_to_server(health_servicer, server)
+    reflection.enable_server_reflection(
+        [*SERVICES, health_pb2.DESCRIPTOR.services_by_name["Health"].full_name, reflection.SERVICE_NAME], server
+    )
+
+    async def report(ready: bool) -> None:
+        metrics.note_ready(ready)
+        status = health_pb2.HealthCheckResponse
+        for name in ("", *SERVICES):
+            await health_servicer.set(name, status.SERVING if ready else status.NOT_SERVING)
+
+    readiness = Readiness(lambda: journal.addresses(0.0), lambda: engine.turned_at, report)
+
+    def open_site() -> AbstractAsyncContextManager[dict[str, str]]:
+        if not config.http:
+            return nullcontext({})
+        # Imported only here: they take half a second to load, which an embedded server without pages is spared.
+        from server.web.pages import Pages
+        from server.web.site import Site
+
+        pages = Pages(board, journal, receipts, splits)
+        return Site(config, lambda: readiness.problem, metrics.text, pages).open()
+
+    return Parts(server, address, engine, readiness, open_site())
+
+
+def _server(config: Config, accounts: Accounts, metrics: Metrics) -> grpc.aio.Server:
+    return grpc.aio.server(
+        interceptors=[
+            Responses(),
+            AccessLog(metrics.count_call),
+            ErrorGuard(),
+            VersionCheck(),
+            Authentication(accounts, config),
+            CallLimits(config.max_calls),
+        ],
+        maximum_concurrent_rpcs=config.max_calls,
+        options=[
+            ("grpc.max_receive_message_length", config.max_message_bytes),
+            ("grpc.server_handshake_timeout_ms", 20_000),  # for silent connections; gRPC's default is 120 s
+            ("grpc.max_concurrent_streams", CALLS_PER_CONNECTION),
+            ("grpc.so_reuseport", int(config.shared_port)),
+            ("grpc.keepalive_time_ms", int(1000 * config.keepalive_seconds)),
+            ("grpc.keepalive_timeout_ms", int(500 * config.keepalive_seconds)),
+            ("grpc.http2.ping_timeout_ms", int(500 * config.keepalive_seconds)),  # default 60 s; the longer one counts
+            ("grpc.keepalive_permit_without_calls", 1),
+            ("grpc.http2.min_recv_ping_interval_without_data_ms", 5_000),
+        ],
+    )
+
+
+def _bind(server: grpc.aio.Server, listen: str, credentials: grpc.ServerCredentials | None) -> str:
+    """Add an address to the server and return it with its real port. A Unix socket is never encrypted: it is local."""
+    try:
+        if credentials is None or listen.startswith("unix:"):
+            port = server.add_insecure_port(listen)
+        else:
+            port = server.add_secure_port(listen, credentials)
+    except RuntimeError as error:
+        raise BadInput(f"cannot listen on {listen!r}: it is in use, or not an address of this machine") from error
+    if listen.startswith("unix:"):
+        return listen
+    return f"{listen.rpartition(':')[0]}:{port}"

@@ -1,0 +1,65 @@
+"""Logging to standard error as lines of text or JSON objects, with secrets masked."""
+
+import json
+import logging
+import sys
+from datetime import UTC, datetime
+from typing import Any
+
+from server.configuration.setting import mask_secrets
+
+_OWN = frozenset(vars(logging.makeLogRecord({}))) | {"message", "asctime", "taskName"}
+"""Attributes of every log record; all others are fields of the event."""
+
+_GRPC = logging.getLogger("grpc._cython.cygrpc")
+"""Logger of gRPC's asynchronous server."""
+
+
+def configure(level: str, form: str) -> None:
+    """Log events of `level` and above to standard error, in the form "text" or "json"."""
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(JsonFormatter() if form == "json" else TextFormatter())
+    logging.basicConfig(level=level.upper(), handlers=[handler], force=True)
+    _GRPC.addFilter(_is_relevant)
+
+
+def _is_relevant(record: logging.LogRecord) -> bool:
+    """Return False for the errors that gRPC logs if a client leaves before its call's last message was sent."""
+    return not (record.exc_info and type(record.exc_info[1]).__name__ == "ExecuteBatchError")
+
+
+class TextFormatter(logging.Formatter):
+    """Formats lines like `2026-03-01T12:00:00.000Z WARNING server.process.lifecycle: draining run_id=7f`."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return one line, and further ones for a traceback."""
+        fields = "".join(f" {name}={value}" for name, value in _fields(record).items())
+        line = f"{_time(record)} {record.levelname} {record.name}: {record.getMessage()}{fields}"
+        if record.exc_info:
+            line += "\n" + self.formatException(record.exc_info)
+        return mask_secrets(line)
+
+
+class JsonFormatter(logging.Formatter):
+    """Formats one JSON object per line: time (RFC 3339, UTC), level, logger, message, and the event's fields."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return one line."""
+        event: dict[str, Any] = {
+            "time": _time(record),
+            "level": record.levelname.lower(),
+            "logger": record.name,
+            "message": record.getMessage(),
+            **_fields(record),
+        }
+        if record.exc_info:
+            event["exception"] = self.formatException(record.exc_info)
+        return mask_secrets(json.dumps(event, ensure_ascii=False, default=str))
+
+
+def _fields(record: logging.LogRecord) -> dict[str, Any]:
+    return {name: value for name, value in vars(record).items() if name not in _OWN}
+
+
+def _time(record: logging.LogRecord) -> str:
+    return datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")

@@ -1,0 +1,214 @@
+"""Participants and their tokens: creation, listing, revocation and authentication."""
+
+import hmac
+import re
+import secrets
+import unicodedata
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from hashlib import sha256
+from typing import Any
+
+import sqlalchemy as sa
+from sqlalchemy.engine import Connection, Row
+
+from server.errors import BadInput, Conflict, NotFound, Unauthenticated
+from server.runs.accounts.callers import Caller, Role
+from server.runs.storage import tables
+from server.runs.storage.database import Database, utc
+
+PREFIX = "arramon"
+"""Prefix of every token, by which scanners for leaked secrets can recognise one."""
+
+SECRET_BYTES = 32
+"""Random bytes in a token. These cannot be guessed, so a plain SHA-256 protects them as well as a slow hash protects a
+password, and does not delay a call."""
+
+LONGEST_NAME, LONGEST_NOTE = 100, 200
+"""Maximum characters in a participant's name, and in the note of a token."""
+
+ANONYMOUS_NAME = "anonymous"
+"""Name of all callers without a token; no participant may have it."""
+
+_JOINERS = "\u200c\u200d"
+"""Zero-width joiner and non-joiner: needed in Devanagari, invisible by themselves."""
+
+_STYLES = "\ufe0e\ufe0f"
+"""Variation selectors that choose between text and colour forms of an emoji, invisible by themselves."""
+
+_BLANK = re.compile("[\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180f\u2800\u3164\ufe00-\ufe0d\uffa0\U000e0100-\U000e01ef]")
+"""Invisible characters that Python considers printable: fillers and variation selectors."""
+
+_MOST_MARKS = 4
+"""Maximum combining marks in a row. No language needs more, and higher stacks would cover other lines."""
+
+
+@dataclass(frozen=True, slots=True)
+class Token:
+    """Data about a token, without its secret.
+
+    Attributes:
+        token_id: public part of the token, by which its owner and the host can refer to it.
+        participant: owner of the token.
+        role: role of the participant.
+        note: note of the host.
+        created_at, expires_at, revoked_at: in UTC; None for never.
+    """
+
+    token_id: str
+    participant: str
+    role: Role
+    note: str
+    created_at: datetime
+    expires_at: datetime | None = None
+    revoked_at: datetime | None = None
+
+
+class Accounts:
+    """Participants of this server and their tokens. Thread-safe.
+
+    Args:
+        database: storage of the participants and tokens.
+    """
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    def create_token(self, participant: str, role: Role, *, days: float | None = None, note: str = "") -> str:
+        """Create a token, and its participant if necessary, and return the token. Only its hash is stored.
+
+        Args:
+            participant: name of the participant.
+            role: role of the participant.
+            days: days until the token expires; None for never.
+            note: note for the host, such as the recipient.
+
+        Raises:
+            BadInput: if an argument is out of range.
+            Conflict: if the participant has another role, or the name can be confused with another participant's.
+        """
+        now = datetime.now(UTC)
+        check_name(participant)
+        if len(note) > LONGEST_NOTE:
+            raise BadInput(f"the note has {len(note)} characters; at most {LONGEST_NOTE} are allowed")
+        if days is not None and not 0 < days <= 36_500:
+            raise BadInput(f"the token expires in {days:g} days, expected more than 0 and at most 36500")
+        token_id, secret = secrets.token_hex(6), secrets.token_urlsafe(SECRET_BYTES)
+        row = {
+            "token_id": token_id,
+            "participant": participant,
+            "hash": _hash(secret),
+            "note": note,
+            "created_at": now,
+            "expires_at": now + timedelta(days=days) if days is not None else None,
+        }
+        with self._database.write() as connection:
+            self._enrol(connection, participant, role, now)
+            connection.execute(tables.tokens.insert(), [row])
+        return f"{PREFIX}_{token_id}_{secret}"
+
+    def tokens(self) -> list[Token]:
+        """Return all tokens, the oldest first."""
+        return [_token(row) for row in self._database.read(_TOKENS.order_by(tables.tokens.c.created_at))]
+
+    def revoke(self, token_id: str) -> Token:
+        """Revoke a token. A token that was revoked before keeps the time of its revocation.
+
+        Raises:
+            NotFound: if there is no token with that id.
+        """
+        table = tables.tokens
+        with self._database.write() as connection:
+            live = table.update().where(table.c.token_id == token_id, table.c.revoked_at.is_(None))
+            connection.execute(live.values(revoked_at=datetime.now(UTC)))
+        rows = self._database.read(_TOKENS.where(table.c.token_id == token_id))
+        if not rows:
+            raise NotFound(f"there is no token {token_id!r}; `arramon-server token list` shows them")
+        return _token(rows[0])
+
+    def caller(self, token: str) -> Caller:
+        """Return the caller to whom a token belongs.
+
+        Raises:
+            Unauthenticated: if the token is malformed, unknown, revoked or expired. The last two are reported only if
+                the whole token is right: its owner learns what to do, and others learn nothing.
+        """
+        prefix, _, rest = token.partition("_")
+        token_id, _, secret = rest.partition("_")
+        if prefix != PREFIX or not (token_id.isalnum() and secret and token.isascii()):
+            raise Unauthenticated(f"authentication failed: malformed token; expected one that begins with {PREFIX}_")
+        rows = self._database.read(_TOKENS.where(tables.tokens.c.token_id == token_id))
+        # Compared in constant time as a precaution; a partial match of hashes would reveal nothing about a secret.
+        if not rows or not hmac.compare_digest(rows[0].hash, _hash(secret)):
+            raise Unauthenticated("authentication failed: unknown token; ask the host for another one")
+        found = _token(rows[0])
+        if found.revoked_at is not None:
+            raise Unauthenticated(f"authentication failed: token {token_id} was revoked; ask the host for another one")
+        if found.expires_at is not None and found.expires_at <= datetime.now(UTC):
+            raise Unauthenticated(
+                f"authentication failed: token {token_id} expired on {found.expires_at:%Y-%m-%d}; "
+                "ask the host for another one"
+            )
+        return Caller(found.role, found.participant)
+
+    def is_taken(self, name: str) -> bool:
+        """Return whether a name is that of a participant, or can be confused with one."""
+        return _find_alike(self._database.read(sa.select(tables.participants)), name) is not None
+
+    def _enrol(self, connection: Connection, participant: str, role: Role, now: datetime) -> None:
+        known = _find_alike(connection.execute(sa.select(tables.participants)).all(), participant)
+        if known is None:
+            row = {"participant": participant, "role": role.value, "created_at": now}
+            connection.execute(tables.participants.insert(), [row])
+        elif known.participant != participant:
+            raise Conflict(
+                f"the name {participant!r} can be confused with that of the participant {known.participant!r}"
+            )
+        elif known.role != role.value:
+            raise Conflict(f"{participant!r} has the role {known.role}; a {role.value} needs another name")
+
+
+def check_name(name: str) -> None:
+    """Check that a participant may have a name.
+
+    Raises:
+        BadInput: if the name is too long, has invisible characters or extra spaces, or is reserved.
+    """
+    if not 1 <= len(name) <= LONGEST_NAME:
+        raise BadInput(f"the participant's name has {len(name)} characters, expected 1 to {LONGEST_NAME}")
+    if name != " ".join(name.split()) or not is_visible(name):
+        raise BadInput(f"the participant's name {name!r} has invisible characters or extra spaces")
+    if _normalized(name) == ANONYMOUS_NAME:
+        raise BadInput(f"the name {name!r} is reserved for callers without a token; a participant needs another name")
+
+
+def is_visible(text: str) -> bool:
+    """Return whether a text is one line of visible characters, without control of the cursor or the text direction."""
+    seen = text.translate(dict.fromkeys(map(ord, _JOINERS)))
+    marks = "".join("m" if unicodedata.category(letter) in ("Mn", "Me") else " " for letter in seen)
+    return seen.isprintable() and not _BLANK.search(seen) and "m" * (_MOST_MARKS + 1) not in marks
+
+
+def _normalized(name: str) -> str:
+    """Return a name without differences of case, width and joiners: no two participants may differ by these alone."""
+    return unicodedata.normalize("NFKC", name.translate(dict.fromkeys(map(ord, _JOINERS + _STYLES)))).casefold()
+
+
+def _find_alike(participants: Sequence[Row[Any]], name: str) -> Row[Any] | None:
+    wanted = _normalized(name)
+    return next((row for row in participants if _normalized(row.participant) == wanted), None)
+
+
+def _hash(secret: str) -> str:
+    return sha256(secret.encode()).hexdigest()
+
+
+_TOKENS = sa.select(tables.tokens, tables.participants.c.role).join_from(tables.tokens, tables.participants)
+
+
+def _token(row: Row[Any]) -> Token:
+    times: Sequence[datetime | None] = [utc(row._mapping[name]) for name in ("created_at", "expires_at", "revoked_at")]
+    created_at, expires_at, revoked_at = times
+    assert created_at is not None
+    return Token(row.token_id, row.participant, Role(row.role), row.note, created_at, expires_at, revoked_at)

@@ -1,0 +1,44 @@
+"""The authenticated caller of a request, its role, and the runs that it may see."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+from server.runs.storage.records import Run
+
+
+class Role(Enum):
+    """Role of a caller."""
+
+    ANONYMOUS = "anonymous"
+    PARTICIPANT = "participant"
+    HOST = "host"
+
+
+@dataclass(frozen=True, slots=True)
+class Caller:
+    """The authenticated caller.
+
+    Attributes:
+        role: role of the caller.
+        account: participant to whom the token belongs; None for an anonymous caller.
+        lists: whether the caller may list runs. The server cannot tell anonymous callers apart, so on a public server
+            none of them may: only those who know the id of an anonymous run can access it.
+    """
+
+    role: Role
+    account: str | None = None
+    lists: bool = True
+
+    def may_see(self, run: Run) -> bool:
+        """Return whether the caller may see a run: hosts see all, participants their own, others the anonymous ones."""
+        return self.role is Role.HOST or run.account == self.account
+
+
+ANONYMOUS = Caller(Role.ANONYMOUS)
+"""Anonymous caller on a private server, who may list runs."""
+
+STRANGER = Caller(Role.ANONYMOUS, lists=False)
+"""Anonymous caller on a public server, who may not list runs, publish or withdraw."""
+
+HOST = Caller(Role.HOST)
+"""The host at its own command line."""

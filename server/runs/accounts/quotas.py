@@ -1,0 +1,242 @@
+"""Limits of participants on each split, checked in the transaction that writes, so that no race exceeds them."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from datetime import UTC, datetime
+from typing import Any
+from uuid import uuid4
+
+import sqlalchemy as sa
+from sqlalchemy.engine import Connection
+
+from server.errors import BadInput, NotFound, OverQuota
+from server.per_split import MOST
+from server.runs.accounts.accounts import ANONYMOUS_NAME
+from server.runs.accounts.callers import ANONYMOUS, Caller, Role
+from server.runs.accounts.usage import (
+    DAY,
+    ReadQuery,
+    Use,
+    counts_in_total,
+    counts_today,
+    creation_time,
+    is_unfinished,
+    latest_runs,
+    open_streams,
+    runs_with_streams,
+    usage_of,
+)
+from server.runs.storage import tables
+from server.runs.storage.database import Database
+from server.runs.storage.records import Run
+
+NAMED = 5
+"""Maximum number of runs that an error message names."""
+
+
+@dataclass(frozen=True, slots=True)
+class Quota:
+    """Limits of a participant on a split; 0 for no limit.
+
+    Attributes:
+        runs_per_day: runs created in any 24 hours.
+        runs_in_all: runs created in total.
+        runs_at_once: unfinished runs at the same time.
+        streams_at_once: open streams at the same time.
+    """
+
+    runs_per_day: int = 0
+    runs_in_all: int = 0
+    runs_at_once: int = 0
+    streams_at_once: int = 0
+
+    @classmethod
+    def of_settings(cls, settings: Any, split: str) -> "Quota":
+        """Return the default limits on a split from the host's settings, which have the same names."""
+        return cls(**{name: getattr(settings, name).of(split) for name in LIMITS})
+
+
+LIMITS = tuple(field.name for field in fields(Quota))
+
+
+class Quotas:
+    """Limits of all participants, and their usage. Thread-safe.
+
+    All callers without a token share one quota: the server cannot tell them apart. Hosts have no limits.
+
+    Args:
+        database: storage of quotas, runs and streams.
+        default: returns the default limits on a split, by its name.
+    """
+
+    def __init__(self, database: Database, default: Callable[[str], Quota]) -> None:
+        self._database = database
+        self._default = default
+
+    def admit_run(self, connection: Connection, caller: Caller, split: str) -> None:
+        """Check that a caller may create another run; call it in the transaction that writes the run.
+
+        Raises:
+            OverQuota: if a limit is reached.
+        """
+        read = _reader_of(connection)
+        quota = self._limits_of(read, caller, split)
+        if not any((quota.runs_per_day, quota.runs_in_all, quota.runs_at_once)):
+            return
+        _lock_account(connection, caller.account)
+        use = usage_of(read, caller.account, split)
+        have = f"{_who(caller)} have on split {split!r}"
+
+        def number(count: int, noun: str, which: sa.ColumnElement[bool], when: str = "") -> str:
+            runs = f" ({_listed(latest_runs(read, caller.account, split, which, NAMED), count)})"
+            return _number(count, noun) + when + (runs if caller.lists else "")
+
+        if 0 < quota.runs_in_all <= use.runs:
+            counted = number(use.runs, "run", counts_in_total())
+            raise OverQuota(f"{have} {counted}; the limit is {quota.runs_in_all} in total")
+        if 0 < quota.runs_at_once <= use.running:
+            raise OverQuota(
+                f"{have} {number(use.running, 'unfinished run', is_unfinished())}; the limit is {quota.runs_at_once} "
+                "at once: the next is possible when one of them has ended, so play it to its end "
+                "(`arramon-client --resume RUN`) or cancel it (`arramon-client cancel RUN`)"
+            )
+        if 0 < quota.runs_per_day <= use.runs_today:
+            following = creation_time(read, caller.account, split, quota.runs_per_day) + DAY
+            counted = number(use.runs_today, "run", counts_today(), " of the last 24 hours")
+            raise OverQuota(
+                f"{have} {counted}; the limit is {quota.runs_per_day}: "
+                f"the next is possible at {following:%Y-%m-%d %H:%M:%S} UTC"
+            )
+
+    def open_stream(self, caller: Caller, run: Run, player: str, worker: str) -> str:
+        """Register a new stream, and return its id. It replaces an older stream of the same run and player.
+
+        Raises:
+            OverQuota: if the limit of open streams is reached. Streams of dead workers do not count.
+        """
+        table, workers, stream_id = tables.streams, tables.workers, uuid4().hex
+        with self._database.write() as connection:
+            read = _reader_of(connection)
+            limit = self._limits_of(read, caller, run.split).streams_at_once
+            if limit:
+                _lock_account(connection, run.account)
+            replaced = sa.and_(table.c.run_id == run.run_id, table.c.player == player)
+            forgotten = table.c.worker.not_in(sa.select(workers.c.worker_id))
+            connection.execute(table.delete().where(replaced | forgotten))
+            count = open_streams(read, run.account, run.split, self._database.now) if limit else 0
+            if 0 < limit <= count:
+                playing = runs_with_streams(read, run.account, run.split, self._database.now, NAMED + 1)
+                # Knowing the id of an anonymous run suffices to play it: a public server does not reveal any.
+                of = f" of {_listed(playing[:NAMED], len(playing))}" if caller.lists else ""
+                raise OverQuota(
+                    f"{_who(caller)} have on split {run.split!r} {_number(count, 'open stream')}{of}; "
+                    f"the limit is {limit} at once: the next is possible when one is closed, by itself if its client "
+                    "vanished"
+                )
+            row = {"stream_id": stream_id, "run_id": run.run_id, "player": player, "worker": worker}
+            connection.execute(table.insert(), [{**row, "opened_at": datetime.now(UTC)}])
+        return stream_id
+
+    def close_stream(self, stream_id: str) -> None:
+        """Remove a stream that was closed or replaced."""
+        table = tables.streams
+        with self._database.write() as connection:
+            connection.execute(table.delete().where(table.c.stream_id == stream_id))
+
+    def standing(self, caller: Caller, split: str) -> tuple[Quota, Use]:
+        """Return the limits of a caller on a split, and the usage that counts against them."""
+        read = self._database.read
+        streams = open_streams(read, caller.account, split, self._database.now)
+        return self._limits_of(read, caller, split), replace(usage_of(read, caller.account, split), streams=streams)
+
+    def set(self, participant: str, split: str, limits: Mapping[str, int | None]) -> None:
+        """Override limits of a participant, or of all anonymous callers, on a split.
+
+        Args:
+            participant: name of the participant; "anonymous" for callers without a token.
+            split: name of the split.
+            limits: values by field name of `Quota`; None restores the default.
+
+        Raises:
+            BadInput: for a limit out of range.
+            NotFound: if there is no such participant.
+        """
+        for name, limit in limits.items():
+            if limit is not None and not 0 <= limit <= MOST:
+                raise BadInput(f"{name} is {limit}, expected 0 (no limit) to {MOST}")
+        table = tables.quotas
+        key = (table.c.participant == participant) & (table.c.split == split)
+        with self._database.write() as connection:
+            _lock_account(connection, participant)
+            _check_participant(connection, participant)
+            if not connection.execute(sa.select(table).where(key)).all():
+                connection.execute(table.insert(), [{"participant": participant, "split": split}])
+            connection.execute(table.update().where(key).values(dict(limits)))
+
+    def of(self, participant: str, split: str) -> Quota:
+        """Return the limits of a participant, or of "anonymous" callers, on a split.
+
+        Raises:
+            NotFound: if there is no such participant.
+        """
+        table = tables.participants
+        rows = self._database.read(sa.select(table).where(table.c.participant == participant))
+        if not rows and participant != ANONYMOUS_NAME:
+            raise _no_participant(participant)
+        caller = Caller(Role(rows[0].role), participant) if rows else ANONYMOUS
+        return self._limits_of(self._database.read, caller, split)
+
+    def exceptions(self) -> Iterator[tuple[str, str, Quota]]:
+        """Yield participant, split and limits wherever the defaults are overridden."""
+        table = tables.quotas
+        for row in self._database.read(sa.select(table).order_by(table.c.participant, table.c.split)):
+            yield row.participant, row.split, self._overridden(row._mapping)
+
+    def _limits_of(self, read: ReadQuery, caller: Caller, split: str) -> Quota:
+        if caller.role is Role.HOST:
+            return Quota()
+        table = tables.quotas
+        own = sa.select(table).where(table.c.participant == (caller.account or ANONYMOUS_NAME), table.c.split == split)
+        rows = read(own)
+        return self._overridden(rows[0]._mapping) if rows else self._default(split)
+
+    def _overridden(self, row: Mapping[Any, Any]) -> Quota:
+        own = {name: row[name] for name in LIMITS if row[name] is not None}
+        return Quota(**{**asdict(self._default(row["split"])), **own})
+
+
+def _reader_of(connection: Connection) -> ReadQuery:
+    return lambda query: connection.execute(query).all()
+
+
+def _check_participant(connection: Connection, participant: str) -> None:
+    table = tables.participants
+    if connection.execute(sa.select(table).where(table.c.participant == participant)).all():
+        return
+    if participant != ANONYMOUS_NAME:
+        raise _no_participant(participant)
+    row = {"participant": ANONYMOUS_NAME, "role": Role.ANONYMOUS.value, "created_at": datetime.now(UTC)}
+    connection.execute(table.insert(), [row])
+
+
+def _no_participant(name: str) -> NotFound:
+    return NotFound(f"there is no participant {name!r}; `arramon-server token list` shows them")
+
+
+def _lock_account(connection: Connection, account: str | None) -> None:
+    """Lock an account until the transaction ends. SQLite needs no lock: it has one writer at a time."""
+    if connection.dialect.name == "postgresql":
+        key = sa.func.hashtextextended(f"arramon quota {account or ANONYMOUS_NAME}", 0)
+        connection.execute(sa.select(sa.func.pg_advisory_xact_lock(key)))
+
+
+def _who(caller: Caller) -> str:
+    return "you" if caller.account is not None else "all callers without a token together"
+
+
+def _listed(run_ids: Sequence[str], count: int) -> str:
+    return ", ".join(run_ids) + (" and others" if count > len(run_ids) else "")
+
+
+def _number(count: int, noun: str) -> str:
+    return f"{count} {noun}{'s' * (count != 1)}"

@@ -1,0 +1,107 @@
+"""Assignment of episodes to streams: finding free ones, claiming them, and opening them (again)."""
+
+import time
+from collections.abc import Collection, Iterator
+
+from server.runs.play.actions import observed
+from server.runs.play.events import EpisodeStarted, Event, Observed, Opened
+from server.runs.play.faults import EpisodeFault, Faults, contained
+from server.runs.play.loader import SessionLoader
+from server.runs.play.stream import Assigned, Stream
+from server.runs.storage.journal import Journal
+from server.runs.storage.records import LEASE, OPEN, Claim
+
+GRACE = 10.0
+"""Seconds for which an episode that a broken stream left open is kept for its own player."""
+
+SILENT = 2.0
+"""Seconds without a heartbeat (there is one a second) after which a worker is presumed dead if its player is here."""
+
+
+class Assignment:
+    """Assigns episodes to streams.
+
+    Args:
+        journal: holds the claims.
+        loader: loads sessions.
+        faults: decides about episodes that cannot be opened.
+        worker: id of this process.
+        grace: seconds for which an orphaned episode is kept for its own player.
+    """
+
+    def __init__(self, journal: Journal, loader: SessionLoader, faults: Faults, worker: str, grace: float) -> None:
+        self._journal = journal
+        self._loader = loader
+        self._faults = faults
+        self._worker = worker
+        self._grace = grace
+
+    def assign(self, stream: Stream, held: Collection[str], *, first: bool = False) -> None:
+        """Claim episodes for a stream until it has as many as it asked for, or none are left.
+
+        Args:
+            stream: that gets them; on its first call it is also told what it got back.
+            held: ids of the run's episodes that streams of this process hold.
+            first: whether the stream has just joined.
+        """
+        run_id = stream.run.run_id
+        room = stream.room
+        wanted = self._orphans(stream, held)[:room]
+        if room > len(wanted):
+            wanted += self._journal.pending(run_id, room - len(wanted))
+        lost = {claim.episode_id for claim in wanted if self._was_lost(claim)}
+        won = self._journal.claim(run_id, wanted, stream.player, self._worker, reoffered=lost) if wanted else []
+        if first:
+            back = tuple(claim.episode_id for claim in won if claim.state == OPEN)
+            stream.told.append(Opened(stream.run, self._journal.progress(run_id), back))
+        for claim in won:
+            remembers = claim.player == stream.player and not (first and stream.history)
+            stream.assigned[claim.episode_id] = Assigned(claim, with_past=not remembers)
+
+    def open(self, stream: Stream, until: float) -> None:
+        """Open a stream's assigned episodes until a time by `time.perf_counter`; a long one is continued next time."""
+        while stream.can_open and time.perf_counter() < until:
+            assigned = next(iter(stream.assigned.values()))
+            stream.opening = stream.opening or self._open_one(stream, assigned)
+            try:
+                with contained(stream.run, assigned.claim, "opening"):
+                    for _ in stream.opening:
+                        if time.perf_counter() >= until:
+                            return
+            except EpisodeFault:
+                self._faults.take(stream, assigned.claim)
+
+    def _orphans(self, stream: Stream, held: Collection[str]) -> list[Claim]:
+        """Return open episodes that the stream may take: its player's own, and those that others left long ago."""
+
+        def may_take(claim: Claim) -> bool:
+            if claim.episode_id in held:
+                return False
+            if claim.player == stream.player:
+                return True
+            left = claim.worker in (None, self._worker) or claim.idle > LEASE
+            return left and (stream.adopt or claim.idle >= self._grace)
+
+        return [claim for claim in self._journal.open_claims(stream.run.run_id) if may_take(claim)]
+
+    def _was_lost(self, claim: Claim) -> bool:
+        """Return whether the process that held an episode died: offering it again is then the server's fault."""
+        return claim.worker not in (None, self._worker) and claim.idle > SILENT
+
+    def _open_one(self, stream: Stream, assigned: Assigned) -> Iterator[None]:
+        """Open an episode, replaying what was played of it, one step with each turn of the iterator."""
+        run, claim = stream.run, assigned.claim
+        session = self._loader.begin(run, claim)
+        actions = self._loader.actions(run, claim)
+        past: list[Event] = []
+        for state, taken in session.replay(actions):
+            if assigned.with_past:
+                past.append(Observed(run, session.episode, state, session.steps_left(state), taken=taken))
+            yield
+        started = EpisodeStarted(run, session.episode, self._loader.scene(run, session.episode), len(actions))
+        stream.drop(claim.episode_id)
+        stream.sessions[claim.episode_id] = session
+        if stream.clock is not None:
+            away = claim.idle if claim.worker is None else 0.0  # A worker that died is the server's own absence.
+            stream.clock.open(claim.episode_id, claim.waited, away if claim.state == OPEN else None)
+        stream.told.extend((started, *past, observed(stream, session)))

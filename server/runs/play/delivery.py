@@ -1,0 +1,121 @@
+"""Delivery of events to streams: draws the frames of observations and hands events to the transport."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+from server.errors import ArraMonError, Unavailable
+from server.runs.play.events import EpisodeEnded, EpisodeStarted, Event, Observed, PhaseOver, Problem, RunEnded
+from server.runs.play.faults import EpisodeFault, contained
+from server.runs.play.stream import Stream
+from server.runs.play.worlds import Worlds
+from server.runs.storage.meter import NO_METER, Meter, Stage
+from server.runs.storage.records import Claim
+
+TURN_SECONDS, TURN_EVENTS = 0.004, 16
+"""Limits of one stream's turn: time spent drawing, and number of events."""
+
+MAX_BACKLOG = 2 << 20
+"""Unsent bytes above which nothing more is drawn for a stream: about eight raw observations."""
+
+
+def is_deliverable(stream: Stream) -> bool:
+    """Return whether a stream has queued events and its client reads fast enough to get more."""
+    return bool(stream.told) and stream.backlog() < MAX_BACKLOG
+
+
+@dataclass(slots=True)
+class Delivered:
+    """The outcome of one stream's turn.
+
+    Attributes:
+        run_ended: whether the stream was told that its run has ended.
+        faulty: claims of the episodes that the server failed to draw or to encode.
+        error: why the stream has to be closed, None if it goes on.
+    """
+
+    run_ended: bool = False
+    faulty: list[Claim] = field(default_factory=list)
+    error: ArraMonError | None = None
+
+
+class Delivery:
+    """Draws and delivers the queued events of one stream at a time.
+
+    Args:
+        worlds: draw the frames.
+        meter: receives the time of each stage.
+    """
+
+    def __init__(self, worlds: Worlds, meter: Meter = NO_METER) -> None:
+        self._meter = meter
+        self._worlds = worlds
+
+    def deliver(self, stream: Stream) -> Delivered:
+        """Deliver a stream's next events, within the limits of one turn."""
+        done = Delivered()
+        if not is_deliverable(stream):
+            return done
+        events: list[Event] = []
+        until = time.perf_counter() + TURN_SECONDS
+        while stream.told and len(events) < TURN_EVENTS and (not events or time.perf_counter() < until):
+            event = stream.told.popleft()
+            try:
+                events.append(self._draw(stream, event))
+            except EpisodeFault as fault:
+                done.faulty.append(fault.claim)
+        self._send(stream, events, done)
+        done.run_ended = any(isinstance(event, RunEnded) for event in events)
+        return done
+
+    def _draw(self, stream: Stream, event: Event) -> Event:
+        """Return the event, with its frame if it is an observation and the run asked for images."""
+        if not (isinstance(event, Observed) and stream.sees):
+            return event
+        started = time.perf_counter()
+        with contained(stream.run, stream.claim_of(event.episode.episode_id), "drawing"):
+            frame = self._worlds.render(
+                stream.run.split,
+                event.episode,
+                event.state,
+                stream.image_size,
+                segmentation="segmentation" in stream.run.sensors,
+            )
+        self._meter.took(Stage.DRAW, time.perf_counter() - started)
+        return replace(event, frame=frame)
+
+    def _send(self, stream: Stream, events: Sequence[Event], done: Delivered) -> None:
+        """Hand events to the transport; if that fails, one by one, so that a faulty one does not block the others."""
+        if not events:
+            return
+        claim, started = stream.claim_of(_episode_id(events[0])), time.perf_counter()
+        try:
+            with contained(stream.run, claim, "delivering"):
+                stream.deliver(events)
+            self._meter.took(Stage.ENCODE, time.perf_counter() - started)
+        except EpisodeFault:
+            if len(events) > 1:
+                for event in events:
+                    self._send(stream, [event], done)
+            elif claim.episode_id:
+                done.faulty.append(claim)
+            else:
+                done.error = Unavailable("the server could not continue this stream; nothing is lost, reconnect")
+            return
+        if stream.clock is not None:
+            stream.clock.send(
+                (event.episode.episode_id, event.state.step)
+                for event in events
+                if isinstance(event, Observed) and event.taken is None
+            )
+
+
+def _episode_id(event: Event) -> str:
+    """Return the id of the episode that an event belongs to; empty for events of the whole stream."""
+    match event:
+        case Observed() | EpisodeStarted():
+            return event.episode.episode_id
+        case PhaseOver() | EpisodeEnded() | Problem():
+            return event.episode_id
+        case _:
+            return ""

@@ -1,0 +1,391 @@
+"""The engine plays all episodes of one process. It owns the worlds and the open episodes.
+
+One round of its loop (`Engine.run`): take one message from every stream that sent one and apply it, commit all of it to
+the journal at once, and only then deliver what follows. Drawing and delivery go stream by stream, a few milliseconds
+each, so that no stream starves another. The loop shares the event loop with gRPC, which moves bytes in between.
+"""
+
+import asyncio
+import logging
+import time
+import uuid
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+
+from server.episodes.splits import Split
+from server.errors import ArraMonError, Conflict, TakenOver, Unavailable
+from server.runs.play.actions import ActionHandler, Answers
+from server.runs.play.assignment import GRACE, Assignment
+from server.runs.play.clocks import Stopwatch
+from server.runs.play.delivery import Delivery, is_deliverable
+from server.runs.play.events import EpisodeEnded, RunEnded
+from server.runs.play.faults import Faults
+from server.runs.play.forfeits import Forfeits
+from server.runs.play.loader import SessionLoader
+from server.runs.play.stream import Act, ActionBatch, Stream
+from server.runs.play.timekeeper import Timekeeper
+from server.runs.play.upkeep import SWEEP_SECONDS, Upkeep
+from server.runs.play.worlds import Worlds
+from server.runs.storage.journal import Journal
+from server.runs.storage.meter import NO_METER, Meter, Stage
+from server.runs.storage.records import CANCELLED, COMPLETE, RUNNING, Batch, Claim, Run
+from server.runs.storage.run_activity import RunActivity
+from server.runs.storage.run_duration import RunDurations
+from server.sim.cameras import CAMERAS
+
+OPENING_SECONDS = 0.004
+"""Time a round spends on opening episodes: replaying a thousand interrupted ones takes many times that."""
+
+_log = logging.getLogger(__name__)
+
+
+class Engine:
+    """Plays episodes. All methods are to be called on one event loop.
+
+    Args:
+        splits: by name.
+        journal: everything is written to it before anyone is told.
+        activity: banks, absences and fault counts of runs.
+        camera: what draws, one of `cameras.CAMERAS`.
+        address: of this process alone; empty if it has none.
+        grace: seconds for which an orphaned episode is kept for its own player.
+        idle_seconds: time after which an unplayed run is closed with what it has; 0 for never.
+        now: clock of play, in seconds.
+        monotonic: returns seconds that pass whatever the wall clock does.
+        meter: receives the measurements.
+    """
+
+    def __init__(
+        self,
+        splits: Mapping[str, Split],
+        journal: Journal,
+        activity: RunActivity,
+        *,
+        camera: str = CAMERAS[0],
+        address: str = "",
+        grace: float = GRACE,
+        idle_seconds: float = 0.0,
+        now: Callable[[], float] | None = None,
+        monotonic: Callable[[], float] = time.monotonic,
+        meter: Meter = NO_METER,
+    ) -> None:
+        self._meter = meter
+        self._journal = journal
+        self._activity = activity
+        self._idle_seconds = idle_seconds
+        self._worlds = Worlds(splits, camera)
+        self._work = asyncio.Event()
+        self._worker = uuid.uuid4().hex
+        loader = SessionLoader(splits, journal, self._worlds)
+        self._faults = Faults(journal, activity, loader)
+        self._assignment = Assignment(journal, loader, self._faults, self._worker, grace)
+        self._forfeits = Forfeits(journal, loader, self._worker)
+        self._time = Timekeeper(activity, now or Stopwatch())
+        self._durations = RunDurations(monotonic)
+        self._actions = ActionHandler(journal, self._time)
+        self._delivery = Delivery(self._worlds, meter)
+        self._upkeep = Upkeep(
+            journal,
+            activity,
+            [split.data_hash for split in splits.values()],
+            worker=self._worker,
+            address=address,
+            idle_seconds=idle_seconds,
+            now=self._time.now,
+        )
+        self._cancelling: set[str] = set()
+        self._streams: list[Stream] = []
+        self._next_sweep = 0.0
+        self._stopped = False
+        self.turned_at = time.monotonic()
+        """Time of the latest round, at most about a second ago if the engine is alive."""
+
+    @property
+    def worker(self) -> str:
+        """The id of this process in the journal."""
+        return self._worker
+
+    def note_begin(self, run: Run) -> None:
+        """Note that this process has just created a run. May be called from any thread."""
+        self._durations.begin(run, run.created_at)
+
+    def join(self, stream: Stream) -> None:
+        """Add a stream, and assign episodes to it."""
+        if self._stopped:
+            stream.close(Unavailable("this server process is shutting down; reconnect to reach another one"))
+            return
+        for other in list(self._streams):
+            if (other.run.run_id, other.player) == (stream.run.run_id, stream.player):
+                self._drop(other, Conflict("replaced by a newer stream of the same player"))
+        self._streams.append(stream)
+        _log.info("stream opened", extra={"run_id": stream.run.run_id, "episodes": stream.max_episodes})
+        with self._guard(stream):
+            self._time.start(stream, self._streams)
+            if stream.run.state == RUNNING and not self._durations.knows(stream.run.run_id):
+                self._durations.begin(stream.run, self._journal.time())
+            self._activity.note_active([stream.run.run_id])
+            if stream.images:
+                self._journal.note_images(stream.run.run_id, stream.images)
+            self._assignment.assign(stream, self._held(stream.run), first=True)
+            if not stream.assigned:
+                self._after_ending(stream)
+        self.wake()
+
+    def ask(self, stream: Stream, acts: Iterable[Act]) -> None:
+        """Queue the actions of one message."""
+        stream.asked.append(ActionBatch(self._time.now(), tuple(acts)))
+        self.wake()
+
+    def leave(self, stream: Stream) -> None:
+        """Remove a closed stream. Its episodes stay open: for its own player first, after a while for others."""
+        if stream in self._streams:
+            self._streams.remove(stream)
+            _log.info("stream left", extra={"run_id": stream.run.run_id, "episodes": len(stream.sessions)})
+            self._upkeep.leave(stream)
+            with self._guard():
+                self._upkeep.releases.write()
+
+    def has_left(self, stream: Stream) -> None:
+        """Note that the oldest unsent delivery of a stream has left the server: the clocks of its steps start."""
+        if stream.clock is not None:
+            stream.clock.leave()
+        self.wake()
+
+    def wake(self) -> None:
+        """Start a round: a message arrived, or a slow stream can take more."""
+        self._work.set()
+
+    def start(self) -> None:
+        """Register this process.
+
+        Raises:
+            StorageError: if the journal cannot be written.
+        """
+        self._upkeep.start()
+
+    async def run(self) -> None:
+        """Play until cancelled."""
+        while True:
+            self._work.clear()  # Before anything is looked at, so that a wake during this round is not missed.
+            self._sweep()
+            self._apply()
+            self._open()
+            for stream in list(self._streams):
+                self._deliver(stream)
+                await asyncio.sleep(0)
+            if not self._is_busy():
+                await self._work.wait()
+
+    def stop(self) -> None:
+        """Close all streams without an error, free their episodes for other processes, and close the worlds."""
+        self._stopped = True
+        for stream in list(self._streams):
+            self._drop(stream, None)
+        with self._guard():
+            self._journal.retire(self._worker)
+        self._worlds.close()
+
+    async def cancel(self, run: Run) -> None:
+        """Forfeit what is left of a run, in portions between which other streams are served.
+
+        Raises:
+            Conflict: if the run is over, or is being cancelled already.
+        """
+        run = self._journal.run(run.run_id)
+        if run.state != RUNNING or run.run_id in self._cancelling:
+            state = run.state if run.state != RUNNING else CANCELLED
+            raise Conflict(f"run {run.run_id!r} is already {state.lower()}")
+        self._cancelling.add(run.run_id)
+        try:
+            while self._forfeits.cancel_some(run, "the run was cancelled", self._durations.time(run.run_id)):
+                await asyncio.sleep(0)
+            self._finish(run, CANCELLED)
+        finally:
+            self._cancelling.discard(run.run_id)
+        self.wake()
+
+    def _is_busy(self) -> bool:
+        return any(stream.is_asking or stream.can_open or is_deliverable(stream) for stream in self._streams)
+
+    def _apply(self) -> None:
+        """Apply one message of every stream that sent one, commit all of it, and queue what follows for delivery."""
+        asking = [stream for stream in self._streams if stream.is_asking and stream.run.run_id not in self._cancelling]
+        batch, now = Batch(), self._time.now()
+        holders = _holders(asking)
+        answers: dict[Stream, Answers] = {}
+        for stream in asking:
+            stream.since = stream.asked[0].at
+            self._meter.took(Stage.QUEUE, now - stream.since)
+        with self._guard(*asking):
+            for stream in asking:
+                answers[stream] = self._actions.handle(stream, batch)
+            if asking:
+                self._meter.took(Stage.RULES, self._time.now() - now)
+            losers = self._commit(batch, holders)
+            for stream in asking if batch.charges else ():  # Other processes may have charged the same bank.
+                self._time.refresh(stream)
+            for stream in asking:
+                if stream not in losers:
+                    stream.told.extend(answers[stream].events)
+        for stream, answer in answers.items():
+            self._handle_faults(stream, answer.faulty)
+        for stream in asking:
+            if stream in self._streams and any(isinstance(event, EpisodeEnded) for event in stream.told):
+                with self._guard(stream):
+                    self._after_ending(stream)
+
+    def _commit(self, batch: Batch, holders: Mapping[tuple[str, str], Stream]) -> set[Stream]:
+        """Commit a batch. Streams that lost an episode are closed, left out, and returned.
+
+        Their clients reconnect and see what is now: the episode is played elsewhere, or its run has been closed.
+        """
+        try:
+            self._journal.commit(batch)
+            return set()
+        except TakenOver as error:
+            lost = self._journal.lost_episodes(batch)
+            losers = {holders[key] for key in lost}
+            if not losers:
+                raise
+            closed = {holders[key] for key in self._journal.closed_episodes(lost)}
+            for stream in closed:
+                run_id = stream.run.run_id
+                _log.info("run closed while it was played", extra={"run_id": run_id})
+                self._drop(stream, TakenOver(f"run {run_id!r} was closed while it was played; try again to see it"))
+            if losers - closed:
+                _log.warning("%s", error)
+                self._meter.faulted(type(error).__name__)
+            for stream in losers - closed:
+                self._drop(stream, error)
+        self._journal.commit(batch.without({key for key, stream in holders.items() if stream in losers}))
+        return losers
+
+    def _open(self) -> None:
+        """Open assigned episodes for a few milliseconds. A stream that had its turn is last in the next round."""
+        until = time.perf_counter() + OPENING_SECONDS
+        for stream in [stream for stream in self._streams if stream.can_open]:
+            if time.perf_counter() >= until:
+                return
+            self._streams.remove(stream)
+            self._streams.append(stream)
+            with self._guard(stream):
+                self._assignment.open(stream, until)
+
+    def _deliver(self, stream: Stream) -> None:
+        """Give a stream its turn of drawing and delivery."""
+        done = self._delivery.deliver(stream)
+        self._handle_faults(stream, done.faulty)
+        if done.error is not None:
+            self._drop(stream, done.error)
+        if stream.since is not None and not stream.told:
+            self._meter.took(Stage.TOTAL, self._time.now() - stream.since)
+            stream.since = None
+        if done.run_ended and stream in self._streams:
+            self._streams.remove(stream)
+            stream.close(None)
+
+    def _sweep(self) -> None:
+        """Once a second: upkeep, and what silent streams are due: clocks, the end of their run, further episodes."""
+        self.turned_at = time.monotonic()
+        if self.turned_at < self._next_sweep:
+            return
+        self._next_sweep = time.monotonic() + SWEEP_SECONDS
+        asyncio.get_running_loop().call_later(1.01 * SWEEP_SECONDS, self.wake)
+        with self._guard():
+            self._close_idle(self._upkeep.sweep(self._streams))
+            self._look_for_ended_runs()
+        waiting = sum(len(stream.asked) for stream in self._streams)
+        self._meter.loaded(len(self._streams), sum(len(stream.sessions) for stream in self._streams), waiting)
+        now = self._time.now()
+        for stream in list(self._streams):
+            is_played = stream.run.run_id not in self._cancelling
+            if stream.clock is not None and is_played and not stream.is_asking:
+                with self._guard(stream):
+                    self._check_clocks(stream, now)
+            if stream in self._streams and stream.room and not stream.knows_end:
+                with self._guard(stream):
+                    self._after_ending(stream)
+
+    def _check_clocks(self, stream: Stream, now: float) -> None:
+        """Enforce the clocks of a stream that sends nothing."""
+        batch, holders = Batch(), _holders([stream])
+        answers = self._actions.check_clocks(stream, now, batch)
+        if not self._commit(batch, holders):
+            stream.told.extend(answers.events)
+        if batch.charges:
+            self._time.refresh(stream)
+        self._handle_faults(stream, answers.faulty)
+
+    def _close_idle(self, run: Run | None) -> None:
+        """Forfeit a portion of an idle run, and complete it once nothing is left."""
+        if run is None:
+            return
+        if not self._forfeits.forfeit_some(run, f"the run was not played for {self._idle_seconds:.0f} seconds"):
+            self._finish(run, COMPLETE)
+
+    def _look_for_ended_runs(self) -> None:
+        """Tell streams that their run is over if another process ended it, such as a host's `runs cancel`."""
+        for run in self._journal.ended_runs({stream.run.run_id for stream in self._streams if not stream.knows_end}):
+            self._tell_over(run)
+
+    @contextmanager
+    def _guard(self, *streams: Stream) -> Iterator[None]:
+        """Close the streams if the journal fails, as memory may then be ahead of it. Their clients reconnect."""
+        try:
+            yield
+        except ArraMonError as error:
+            runs = sorted({stream.run.run_id for stream in streams})
+            _log.error("%s", error, extra={"fault": type(error).__name__, "runs": runs})
+            self._meter.faulted(type(error).__name__)
+            for stream in streams:
+                self._drop(stream, error)
+
+    def _handle_faults(self, stream: Stream, claims: Iterable[Claim]) -> None:
+        """Take from a stream the episodes on which the server failed. To be called after the commit."""
+        for claim in claims:
+            self._meter.faulted("EpisodeFault")
+            if stream in self._streams:
+                with self._guard(stream):
+                    self._faults.take(stream, claim)
+
+    def _after_ending(self, stream: Stream) -> None:
+        """Finish the run if all its episodes have ended, otherwise assign further episodes to the stream."""
+        run = self._journal.run(stream.run.run_id)
+        if run.state != RUNNING:
+            stream.told.append(RunEnded(run, self._journal.progress(run.run_id)))
+        elif run.run_id in self._cancelling:
+            pass  # `cancel` tells all streams at its end.
+        elif not self._journal.count_unended(run.run_id):
+            self._finish(run, COMPLETE)
+        else:
+            self._assignment.assign(stream, self._held(run))
+
+    def _held(self, run: Run) -> set[str]:
+        """Return the ids of the run's episodes that streams of this process hold."""
+        return {
+            episode
+            for other in self._streams
+            if other.run.run_id == run.run_id
+            for episode in (*other.sessions, *other.assigned)
+        }
+
+    def _finish(self, run: Run, state: str) -> None:
+        self._journal.set_state(run.run_id, state, self._durations.time(run.run_id))
+        self._tell_over(self._journal.run(run.run_id))
+
+    def _tell_over(self, run: Run) -> None:
+        """Tell a run's streams that it is over, and take all its episodes from them."""
+        self._durations.forget(run.run_id)
+        over = RunEnded(run, self._journal.progress(run.run_id))
+        for stream in self._streams:
+            if stream.run.run_id == run.run_id and not stream.knows_end:
+                stream.end(over)
+
+    def _drop(self, stream: Stream, error: ArraMonError | None) -> None:
+        self.leave(stream)
+        stream.close(error)
+
+
+def _holders(streams: Iterable[Stream]) -> dict[tuple[str, str], Stream]:
+    """Return which of these streams has which episode open, by run and episode id."""
+    return {(stream.run.run_id, episode_id): stream for stream in streams for episode_id in stream.sessions}

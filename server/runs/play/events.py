@@ -1,0 +1,98 @@
+"""Events that the engine delivers to a stream. `server.api` translates them to protocol buffers."""
+
+from dataclasses import dataclass
+
+from server.episodes.episode import Episode
+from server.runs.play.clocks import TimeLeft
+from server.runs.storage.records import Progress, Run
+from server.sim.cameras import Frame
+from server.sim.rules import Action, PhaseEnded, State
+from server.sim.scene import Scene
+
+
+@dataclass(frozen=True, slots=True)
+class Opened:
+    """The stream has joined its run, and got these open episodes back."""
+
+    run: Run
+    progress: Progress
+    episode_ids: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class EpisodeStarted:
+    """An episode was opened for the stream.
+
+    Attributes:
+        scene: of its section.
+        step: number of steps played before.
+    """
+
+    run: Run
+    episode: Episode
+    scene: Scene
+    step: int
+
+
+@dataclass(frozen=True, slots=True)
+class Observed:
+    """What the agent observes in a state.
+
+    Attributes:
+        steps_left: in the present phase.
+        frame: its images; None until it is drawn, and if the run asked for none.
+        taken: the action that was taken here, in a history.
+        time_left: for the answer; None in a history, and without clocks.
+    """
+
+    run: Run
+    episode: Episode
+    state: State
+    steps_left: int
+    frame: Frame | None = None
+    taken: Action | None = None
+    time_left: TimeLeft | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PhaseOver:
+    """A phase of an episode ended."""
+
+    episode_id: str
+    phase: PhaseEnded
+
+
+@dataclass(frozen=True, slots=True)
+class EpisodeEnded:
+    """An episode ended; `ended` is the number of ended episodes of the run, this one included."""
+
+    episode_id: str
+    cause: str
+    ended: int
+
+
+@dataclass(frozen=True, slots=True)
+class RunEnded:
+    """The run is over."""
+
+    run: Run
+    progress: Progress
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """An action could not be applied; nothing is lost, and the stream stays open.
+
+    Attributes:
+        code: the protocol's name, such as "STEP_AHEAD".
+        message: what was wrong, and what was expected.
+    """
+
+    code: str
+    message: str
+    episode_id: str
+    step: int
+
+
+Event = Opened | EpisodeStarted | Observed | PhaseOver | EpisodeEnded | RunEnded | Problem
+"""Any event of a stream."""

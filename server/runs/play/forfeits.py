@@ -1,0 +1,67 @@
+"""Forfeiting what is left of a run that is cancelled or idle: every episode is scored as it stands."""
+
+from datetime import datetime
+
+from server.runs.play.faults import EpisodeFault, contained
+from server.runs.play.loader import SessionLoader
+from server.runs.play.session import ending, lost, unplayed
+from server.runs.storage import causes
+from server.runs.storage.journal import Journal
+from server.runs.storage.records import CANCELLED, CLOSER, PENDING, Batch, Claim, Ending, Run
+
+CHUNK = 64
+"""Episodes ended at once that nobody has begun; other streams are served between two chunks."""
+
+OPEN_CHUNK = 1
+"""The same for open ones: each is replayed first, which may be hundreds of steps."""
+
+
+class Forfeits:
+    """Ends the remaining episodes of runs.
+
+    Args:
+        journal: holds the claims.
+        loader: replays open episodes, to score them.
+        worker: id of this process.
+    """
+
+    def __init__(self, journal: Journal, loader: SessionLoader, worker: str) -> None:
+        self._journal = journal
+        self._loader = loader
+        self._worker = worker
+
+    def cancel_some(self, run: Run, note: str, now: datetime | None = None) -> bool:
+        """End some episodes as `forfeit_some`; the last of them cancels the run, in the same transaction.
+
+        Args:
+            run: that is to be cancelled.
+            note: kept with each ending.
+            now: the time; None for that of the journal.
+        """
+        ended_at = max(now or self._journal.time(), run.created_at)
+        return self._forfeit_some(run, note, {run.run_id: (CANCELLED, ended_at)})
+
+    def forfeit_some(self, run: Run, note: str) -> bool:
+        """End some of a run's remaining episodes, and return whether there were any.
+
+        They are claimed first, so that whoever plays them cannot write any more; those that end in between stay as
+        they are. If the run's data is gone, its episodes cannot be played any more and end by the server's fault.
+        """
+        return self._forfeit_some(run, note, {})
+
+    def _forfeit_some(self, run: Run, note: str, over: dict[str, tuple[str, datetime]]) -> bool:
+        claims = self._journal.open_claims(run.run_id, OPEN_CHUNK) or self._journal.pending(run.run_id, CHUNK)
+        won = self._journal.claim(run.run_id, claims, CLOSER, self._worker) if claims else []
+        self._journal.commit(Batch(endings=[self._ending(run, claim, note) for claim in won], over=over))
+        return bool(claims)
+
+    def _ending(self, run: Run, claim: Claim, note: str) -> Ending:
+        if not self._loader.has_data(run):
+            return lost(run, claim, note)
+        if claim.state == PENDING:
+            return unplayed(run, self._loader.episode(run, claim), claim, causes.FORFEITED, note)
+        try:
+            with contained(run, claim, "scoring"):
+                return ending(run, self._loader.replay(run, claim), causes.FORFEITED, note)
+        except EpisodeFault:
+            return unplayed(run, self._loader.episode(run, claim), claim, causes.SERVER_FAULT, note)

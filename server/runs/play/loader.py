@@ -1,0 +1,57 @@
+"""Loading of sessions: new ones, and ones rebuilt from the journal."""
+
+from collections.abc import Mapping
+
+from server.episodes.episode import Episode
+from server.episodes.splits import Split
+from server.runs.play.session import Session
+from server.runs.play.worlds import Worlds
+from server.runs.storage.journal import Journal
+from server.runs.storage.records import OPEN, Claim, Run
+from server.sim.rules import Limits
+from server.sim.scene import Scene
+
+
+class SessionLoader:
+    """Loads the sessions of a run's episodes.
+
+    Args:
+        splits: by name.
+        journal: holds the actions.
+        worlds: in which they are played.
+    """
+
+    def __init__(self, splits: Mapping[str, Split], journal: Journal, worlds: Worlds) -> None:
+        self._splits = splits
+        self._journal = journal
+        self._worlds = worlds
+
+    def has_data(self, run: Run) -> bool:
+        """Return whether this server has the data that a run began with."""
+        split = self._splits.get(run.split)
+        return split is not None and split.data_hash == run.data_hash
+
+    def episode(self, run: Run, claim: Claim) -> Episode:
+        """Return the claimed episode."""
+        return self._splits[run.split].episodes[claim.episode_id]
+
+    def scene(self, run: Run, episode: Episode) -> Scene:
+        """Return the scene of an episode's section."""
+        return self._worlds.scene(run.split, episode.section)
+
+    def begin(self, run: Run, claim: Claim) -> Session:
+        """Return a session at the beginning of its episode."""
+        episode = self.episode(run, claim)
+        ground = self._worlds.ground(run.split, episode.section)
+        return Session(episode, ground, Limits(run.steps_per_phase), claim.epoch)
+
+    def actions(self, run: Run, claim: Claim) -> list[int]:
+        """Return the recorded actions of an open episode; none for one that has not begun."""
+        return self._journal.actions(run.run_id, claim.episode_id) if claim.state == OPEN else []
+
+    def replay(self, run: Run, claim: Claim) -> Session:
+        """Return a session with all recorded actions applied."""
+        session = self.begin(run, claim)
+        for _ in session.replay(self.actions(run, claim)):
+            pass
+        return session

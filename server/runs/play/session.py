@@ -1,0 +1,158 @@
+"""One open episode: state, recorded trajectory, and end. A cache that can always be rebuilt from the journal."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+
+from server.episodes.episode import Episode
+from server.runs.storage.causes import SERVER_FAULT
+from server.runs.storage.records import Claim, Ending, Run
+from server.scoring.episode import METRICS, EpisodeScores, score_episode
+from server.scoring.trajectory import EpisodeRecord, TurnRecord
+from server.sim import rules
+from server.sim.geometry import EYE_HEIGHT
+from server.sim.rules import Action, Event, Ground, Limits, Moved, Phase, PhaseEnded, PickedUp, Placed, State
+
+
+class Session:
+    """An episode as far as it was played.
+
+    Args:
+        episode: that is played.
+        ground: of its section; answers the questions of the rules.
+        limits: of its run.
+        epoch: of the claim under which it is open.
+
+    Attributes:
+        state: the present state.
+        actions: all actions applied so far, in order.
+    """
+
+    def __init__(self, episode: Episode, ground: Ground, limits: Limits, epoch: int = 0) -> None:
+        self.episode = episode
+        self.limits = limits
+        self.epoch = epoch
+        self.state: State = rules.begin(episode.layout)
+        self.actions: list[Action] = []
+        self._ground = ground
+        self._layout = episode.layout
+        self._recorder = Recorder(episode)
+
+    def apply(self, action: Action) -> list[PhaseEnded]:
+        """Apply one action, and return the phases that ended with it.
+
+        Raises:
+            ValueError: if the episode is finished.
+        """
+        self.state, events = rules.step(self.state, action, self._layout, self._ground, self.limits)
+        self.actions.append(action)
+        self._recorder.record(self.state, events)
+        return [event for event in events if isinstance(event, PhaseEnded)]
+
+    def run_out(self) -> list[PhaseEnded]:
+        """End all remaining phases as at the step limit, because a clock ran out, and return them.
+
+        No step is counted and no action recorded: an episode with the cause TIME_LIMIT is replayed by its recorded
+        actions followed by this.
+
+        Raises:
+            ValueError: if the episode is finished.
+        """
+        self.state, events = rules.time_out(self.state, self._layout)
+        self._recorder.record(self.state, events)
+        return [event for event in events if isinstance(event, PhaseEnded)]
+
+    def replay(self, actions: Iterable[int]) -> Iterator[tuple[State, Action]]:
+        """Apply recorded actions, one with each turn of the iterator; yield the state before it, and the action."""
+        for number in actions:
+            before, action = self.state, Action(number)
+            self.apply(action)
+            yield before, action
+
+    def steps_left(self, state: State) -> int:
+        """Return the steps left in the phase of a state, the present state or an earlier one."""
+        return self.limits.steps_per_phase - state.phase_step
+
+    @property
+    def was_forced(self) -> bool:
+        """Whether the step limit or a clock ended any phase."""
+        return self._recorder.forced
+
+    def record(self) -> EpisodeRecord:
+        """Return the trajectory so far."""
+        return self._recorder.result()
+
+    def scores(self) -> EpisodeScores:
+        """Return the scores of the trajectory so far."""
+        return score_episode(self.record())
+
+
+def ending(run: Run, session: Session, cause: str, note: str = "") -> Ending:
+    """Return the end of an episode, scored as it stands."""
+    scores = [dict(turn) for turn in session.scores().turns]
+    return Ending(run.run_id, session.episode.episode_id, cause, session.state.step, scores, note, session.epoch)
+
+
+def unplayed(run: Run, episode: Episode, claim: Claim, cause: str, note: str = "") -> Ending:
+    """Return the end of an episode of which nothing was played, or nothing can be counted: it scores zero."""
+    scores = [dict(turn) for turn in score_episode(Recorder(episode).result()).turns]
+    return Ending(run.run_id, claim.episode_id, cause, 0, scores, note, claim.epoch)
+
+
+def lost(run: Run, claim: Claim, note: str) -> Ending:
+    """Return the end of an episode whose data is gone: the server's fault, scored zero."""
+    scores = [dict.fromkeys(METRICS, 0.0) for _ in range(2)]
+    return Ending(run.run_id, claim.episode_id, SERVER_FAULT, 0, scores, f"{note}; its data was gone", claim.epoch)
+
+
+@dataclass
+class Recorder:
+    """Records the trajectory of an episode, step by step, in the form that `server.scoring` reads."""
+
+    episode: Episode
+    _turns: list[TurnRecord] = field(init=False)
+    forced: bool = field(default=False, init=False)
+    """Whether the step limit or a clock has ended any phase."""
+
+    def __post_init__(self) -> None:
+        self._turns = [TurnRecord(turn.path, turn.target.position, turn.target_cell) for turn in self.episode.turns]
+        self._visit(0, self.episode.start.x, self.episode.start.z)
+
+    def record(self, after: State, events: tuple[Event, ...]) -> None:
+        """Record the events of a step, or of the end of time, and the state after it."""
+        picked: PickedUp | None = None
+        placed: Placed | None = None
+        for event in events:
+            match event:
+                case Moved() if after.phase is Phase.NAVIGATION:
+                    self._visit(after.turn - 1, after.pose.x, after.pose.z)
+                case PickedUp():
+                    picked = event
+                case Placed():
+                    placed = event
+                case PhaseEnded(turn, phase, forced):
+                    self.forced |= forced
+                    self._end(turn - 1, phase, forced, after, picked, placed)
+
+    def result(self) -> EpisodeRecord:
+        """Return the record so far; phases that have not ended count as not played."""
+        return EpisodeRecord(self.episode.episode_id, self.episode.section, (self._turns[0], self._turns[1]))
+
+    def _visit(self, turn: int, x: float, z: float) -> None:
+        self._turns[turn] = replace(self._turns[turn], path=(*self._turns[turn].path, (x, z)))
+
+    def _end(
+        self, turn: int, phase: Phase, forced: bool, after: State, picked: PickedUp | None, placed: Placed | None
+    ) -> None:
+        record = self._turns[turn]
+        if phase is Phase.NAVIGATION and picked is not None:
+            self._turns[turn] = replace(
+                record,
+                navigation_ended=True,
+                final_position=(after.pose.x, EYE_HEIGHT, after.pose.z),
+                picked_target=picked.index == 0,
+                pickup_forced=forced,
+            )
+        elif placed is not None:
+            self._turns[turn] = replace(record, placed_cell=placed.placement, placement_forced=forced)
+            if turn + 1 < len(self._turns):
+                self._visit(turn + 1, after.pose.x, after.pose.z)

@@ -1,0 +1,165 @@
+"""One client's stream as the engine sees it: its open episodes, the actions that arrived, the events to deliver."""
+
+import asyncio
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from server.errors import ArraMonError
+from server.runs.play.clocks import StreamClock
+from server.runs.play.events import Event, RunEnded
+from server.runs.play.session import Session
+from server.runs.storage.records import OPEN, Claim, Run
+
+IMAGES = frozenset(("rgb", "depth", "segmentation"))
+"""Sensors for which a frame must be drawn."""
+
+MAX_ASKED = 16
+"""Queued messages of actions above which no further message is read from the stream."""
+
+MAX_TOLD = 8192
+"""Queued events above which no further actions are applied. The open episodes of a stream need far fewer."""
+
+
+@dataclass(frozen=True, slots=True)
+class Act:
+    """An agent's answer to one observation.
+
+    Attributes:
+        step: number of the observation.
+        action: as it was sent, checked by the engine; None if there was none.
+        forfeit: why the episode is given up; None if it is not.
+    """
+
+    episode_id: str
+    step: int
+    action: int | None = None
+    forfeit: str | None = None
+
+
+class ActionBatch(NamedTuple):
+    """The actions of one message, and when it arrived, in seconds of the clock of play."""
+
+    at: float
+    acts: Sequence[Act]
+
+
+class Assigned(NamedTuple):
+    """An episode that is claimed for a stream and not open yet.
+
+    Attributes:
+        claim: under which it will be open.
+        with_past: whether its earlier observations are delivered too.
+    """
+
+    claim: Claim
+    with_past: bool
+
+
+@dataclass(eq=False)
+class Stream:
+    """A stream that joined a run.
+
+    Attributes:
+        run: that it plays.
+        player: the client's own name for itself, kept over reconnections.
+        max_episodes: to have open at once.
+        image_size: side length of the images, in pixels.
+        images: encoding and size of the images, such as "lossless-224"; empty without images.
+        history: whether the agent needs each open episode from its first observation on.
+        adopt: whether to take over at once what other players left open.
+        deliver: hands events to the transport.
+        close: ends the stream, with an error or without.
+        backlog: returns the number of delivered bytes that have not left the server.
+        clock: of its episodes; None if the run has no clocks.
+        asked: messages of actions that arrived, oldest first.
+        told: events to deliver; their frames are not drawn yet.
+        sessions: open episodes by id.
+        assigned: episodes still to be opened, by id, in order.
+        opening: the opening of the first of these, in progress; None if it has not begun.
+        since: arrival of the oldest actions that are not fully answered, by its clock; None if there are none.
+        ended: ids of episodes whose end it was told: late answers to them are ignored.
+    """
+
+    run: Run
+    player: str
+    max_episodes: int
+    image_size: int
+    images: str
+    history: bool
+    adopt: bool
+    deliver: Callable[[Sequence[Event]], None]
+    close: Callable[[ArraMonError | None], None]
+    backlog: Callable[[], int]
+    clock: StreamClock | None = None
+    asked: deque[ActionBatch] = field(default_factory=deque)
+    told: deque[Event] = field(default_factory=deque)
+    sessions: dict[str, Session] = field(default_factory=dict)
+    assigned: dict[str, Assigned] = field(default_factory=dict)
+    opening: Iterator[None] | None = None
+    since: float | None = None
+    ended: set[str] = field(default_factory=set)
+    _taken: asyncio.Event = field(default_factory=asyncio.Event)
+
+    @property
+    def is_asking(self) -> bool:
+        """Whether actions wait, and there is room for their events: a client that does not read gets no answers."""
+        return bool(self.asked) and len(self.told) < MAX_TOLD
+
+    @property
+    def can_open(self) -> bool:
+        """Whether an episode waits to be opened, and there is room for its events."""
+        return bool(self.assigned) and len(self.told) < MAX_TOLD
+
+    @property
+    def knows_end(self) -> bool:
+        """Whether the end of its run is among the events to deliver."""
+        return any(isinstance(event, RunEnded) for event in self.told)
+
+    @property
+    def room(self) -> int:
+        """How many more episodes it can take."""
+        return self.max_episodes - len(self.sessions) - len(self.assigned)
+
+    def claim(self, session: Session) -> Claim:
+        """Return the claim under which a session is open here."""
+        return Claim(session.episode.episode_id, OPEN, self.player, session.epoch)
+
+    def claim_of(self, episode_id: str) -> Claim:
+        """Return the claim of an open episode; for any other id, a claim that nobody holds (epoch -1)."""
+        session = self.sessions.get(episode_id)
+        return Claim(episode_id, OPEN, self.player, session.epoch if session else -1)
+
+    def drop(self, episode_id: str) -> None:
+        """Forget an episode, open or assigned."""
+        self.sessions.pop(episode_id, None)
+        if self.assigned.pop(episode_id, None) is not None:
+            self.opening = None  # Only the first of them is ever begun.
+        if self.clock is not None:
+            self.clock.close(episode_id)
+
+    def end(self, event: RunEnded) -> None:
+        """Forget all episodes and actions, and queue the end of the run."""
+        self.sessions.clear()
+        self.assigned.clear()
+        self.opening = None
+        self.asked.clear()
+        self.clock = None
+        self.told.append(event)
+
+    def take(self) -> ActionBatch:
+        """Remove and return the oldest message of actions."""
+        self._taken.set()
+        return self.asked.popleft()
+
+    async def wait_for_room(self) -> None:
+        """Wait until fewer than `MAX_ASKED` messages are queued: back pressure on a client that sends too fast."""
+        while len(self.asked) >= MAX_ASKED:
+            self._taken.clear()
+            await self._taken.wait()
+
+    @property
+    def sees(self) -> bool:
+        """Whether the run asked for images."""
+        return not IMAGES.isdisjoint(self.run.sensors)

@@ -1,0 +1,170 @@
+"""Receipts: signed and stored statements of the host about the results of ended runs, see `docs/receipts.md`."""
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+import rfc8785
+import sqlalchemy as sa
+
+from arramon.v1 import PROTOCOL
+from arramon.v1.chain import episode_head, run_digest
+from server.episodes.splits import Split
+from server.errors import TakenOver
+from server.runs.accounts.callers import Caller
+from server.runs.results.reports import Report, report_of
+from server.runs.results.signing import SigningKey
+from server.runs.storage import tables
+from server.runs.storage.database import Database
+from server.runs.storage.journal import Journal, run_not_found
+from server.runs.storage.records import Ending, Progress, Run
+
+FORMAT, VERSION = "arramon-receipt", 1
+
+LIMITS = ("steps_per_phase", "step_seconds", "first_step_seconds", "bank_seconds")
+"""Field names of a run's limits, in `Run` and in a receipt."""
+
+
+@dataclass(frozen=True, slots=True)
+class Receipt:
+    """A signed statement of the host.
+
+    Attributes:
+        payload: canonical JSON (RFC 8785), in UTF-8.
+        signature: Ed25519 signature over the bytes of the payload, 64 bytes.
+        public_key: key that the host signed with, 32 bytes.
+    """
+
+    payload: bytes
+    signature: bytes
+    public_key: bytes
+
+
+class Receipts:
+    """Receipts of all runs. Safe for several threads and processes: the first receipt stored for a run is final.
+
+    Args:
+        database: storage of the receipts.
+        splits: served splits, by name.
+        key: key that signs new receipts.
+    """
+
+    def __init__(self, database: Database, splits: Mapping[str, Split], key: SigningKey) -> None:
+        self._database = database
+        self._journal = Journal(database)
+        self._splits = splits
+        self._key = key
+
+    @property
+    def public_key(self) -> bytes:
+        """Present public key of the host, 32 bytes."""
+        return self._key.public
+
+    def of(self, caller: Caller, run_id: str) -> Receipt:
+        """Return the receipt of a run, and create it if there is none. Those of published runs are open to all callers.
+
+        Raises:
+            NotFound: if there is no such run that the caller may see.
+            Conflict: if the run is still being played, or it has no receipt and the data of the split has changed.
+        """
+        published = self._journal.is_published(
+            run_id
+        )  # first, so that missing runs and those of others cause the same queries
+        run = self._journal.run(run_id)
+        if not (published or caller.may_see(run)):
+            raise run_not_found(run_id)
+        return stored_receipt(self._database, run_id) or self._make(run)
+
+    def _make(self, run: Run) -> Receipt:
+        report = report_of(run, self._journal, self._splits)
+        endings = self._journal.endings(run.run_id)
+        payload = rfc8785.dumps(document(self._journal, report, endings, hidden=self._splits[run.split].hidden))
+        made = Receipt(payload, self._key.sign(payload), self._key.public)
+        with (
+            suppress(TakenOver),
+            self._database.write() as connection,
+        ):  # another process was first: its receipt is final
+            row = {"run_id": run.run_id, **{name: getattr(made, name) for name in Receipt.__slots__}}
+            connection.execute(tables.receipts.insert(), [row])
+        return stored_receipt(self._database, run.run_id) or made
+
+
+def stored_receipt(database: Database, run_id: str) -> Receipt | None:
+    """Return the stored receipt of a run; None if there is none."""
+    table = tables.receipts
+    rows = database.read(
+        sa.select(table.c.payload, table.c.signature, table.c.public_key).where(table.c.run_id == run_id)
+    )
+    return Receipt(**rows[0]._mapping) if rows else None
+
+
+def document(journal: Journal, report: Report, endings: Sequence[Ending], *, hidden: bool) -> dict[str, Any]:
+    """Return the content of a receipt as plain data.
+
+    Args:
+        journal: source of the actions.
+        report: report of the run.
+        endings: endings of all episodes of the run, in playing order.
+        hidden: whether the split is hidden; the scores of single episodes are then left out.
+    """
+    run, progress = report.run, report.progress
+    chains = [_Chain.of(journal, run, ending.episode_id) for ending in endings]
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "run": _run(run, progress, hidden),
+        "limits": {name: getattr(run, name) for name in LIMITS},
+        "server_version": run.server_version,
+        "protocol": PROTOCOL,
+        "data_hash": run.data_hash,
+        "score_signature": report.signature,
+        "causes": progress.causes,
+        "reoffers": progress.reoffers,
+        "steps": progress.steps,
+        "scores": {
+            name: {metric: {"mean": i.mean, "low": i.low, "high": i.high} for metric, i in intervals.items()}
+            for name, intervals in report.table.rows.items()
+        },
+        "episodes": [_episode(ending, chain, hidden) for ending, chain in zip(endings, chains, strict=True)],
+        "digest": run_digest(run.run_id, ((chain.episode_id, chain.head) for chain in chains)).hex(),
+    }
+
+
+@dataclass(frozen=True, slots=True)
+class _Chain:
+    """Hash chain of an episode's recorded actions: their number, and the head of the chain."""
+
+    episode_id: str
+    steps: int
+    head: bytes
+
+    @classmethod
+    def of(cls, journal: Journal, run: Run, episode_id: str) -> "_Chain":
+        actions = journal.actions(run.run_id, episode_id)
+        return cls(episode_id, len(actions), episode_head(run.run_id, episode_id, run.data_hash, actions))
+
+
+def _run(run: Run, progress: Progress, hidden: bool) -> dict[str, Any]:
+    return {
+        "run_id": run.run_id,
+        "participant": run.participant,
+        "agent": run.agent,
+        "split": run.split,
+        "hidden": hidden,
+        "language": run.language,
+        "sensors": list(run.sensors),
+        # Left out if empty, so that receipts from before there were arguments stay the same.
+        **({"agent_arguments": dict(run.agent_arguments)} if run.agent_arguments else {}),
+        "images": list(progress.images),
+        "state": run.state,
+        "created_at": run.created_at.isoformat(),
+        "ended_at": run.ended_at.isoformat() if run.ended_at else None,
+    }
+
+
+def _episode(ending: Ending, chain: _Chain, hidden: bool) -> dict[str, Any]:
+    told = {"episode_id": ending.episode_id, "cause": ending.cause, "steps": chain.steps, "head": chain.head.hex()}
+    if hidden:
+        return told
+    return {**told, "scores": {f"turn {number}": turn for number, turn in enumerate(ending.scores, start=1)}}

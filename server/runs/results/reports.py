@@ -1,0 +1,103 @@
+"""Reports of ended runs: scores, and the signature of the settings under which they were reached."""
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from arramon.v1 import PROTOCOL
+from server.episodes.splits import Split
+from server.errors import Conflict
+from server.runs.play.clocks import Clocks
+from server.runs.storage.journal import Journal
+from server.runs.storage.records import RUNNING, Ending, Progress, Run
+from server.scoring.aggregate import ScoreTable, aggregate
+from server.scoring.episode import EpisodeScores
+from server.scoring.signature import Signature, argument
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """Scores of a run that has ended.
+
+    Attributes:
+        run: the run.
+        progress: counts of its episodes and steps.
+        table: means and confidence intervals.
+        signature: settings under which the scores were reached, in one line.
+        endings: scores and cause of each episode; empty on a hidden split.
+    """
+
+    run: Run
+    progress: Progress
+    table: ScoreTable
+    signature: str
+    endings: tuple[Ending, ...]
+
+
+def split_of(run: Run, splits: Mapping[str, Split]) -> Split:
+    """Return the split of a run.
+
+    Raises:
+        Conflict: if the split is gone, or its data has changed since the run was created.
+    """
+    split = splits.get(run.split)
+    if split is None or split.data_hash != run.data_hash:
+        found = "no longer exists" if split is None else f"now has the data {split.data_hash[:12]}"
+        raise Conflict(
+            f"run {run.run_id!r} began on split {run.split!r} with the data {run.data_hash[:12]}, which {found}"
+        )
+    return split
+
+
+def report_of(run: Run, journal: Journal, splits: Mapping[str, Split]) -> Report:
+    """Return the report of a run, from the endings in the journal.
+
+    Raises:
+        Conflict: if the run is still being played, or the data of its split has changed since it was created.
+    """
+    split = split_of(run, splits)
+    progress = journal.progress(run.run_id)
+    if run.state == RUNNING:
+        done = f"{progress.ended} of {progress.episodes} episodes have ended"
+        raise Conflict(f"run {run.run_id!r} is still being played: {done}")
+    return make_report(run, progress, journal.endings(run.run_id), split)
+
+
+def make_report(run: Run, progress: Progress, endings: Sequence[Ending], split: Split) -> Report:
+    """Return the report of a run with given endings.
+
+    Args:
+        run: run that has ended.
+        progress: progress of the run.
+        endings: endings of all its episodes.
+        split: split that it was played on.
+    """
+    signature = Signature(
+        version=run.server_version,
+        protocol=PROTOCOL,
+        split=run.split,
+        language=run.language,
+        episodes=progress.episodes,
+        steps_per_phase=run.steps_per_phase,
+        clock=str(Clocks.of(run)),
+        sensors=frozenset(run.sensors),
+        images=frozenset(progress.images),
+        data_hash=run.data_hash,
+        arguments=frozenset(argument(name, value) for name, value in run.agent_arguments),
+        chosen=_chosen(run, endings, split),
+    )
+    table = aggregate([_scores(ending, split) for ending in endings])
+    return Report(run, progress, table, str(signature), () if split.hidden else tuple(endings))
+
+
+def _chosen(run: Run, endings: Sequence[Ending], split: Split) -> str:
+    """Return "" if the episodes are the first ones of the split in playing order, otherwise a hash of their ids."""
+    played = {ending.episode_id for ending in endings}
+    if played == {episode.episode_id for episode in split.in_playing_order(run.language)[: len(endings)]}:
+        return ""
+    return hashlib.sha256("\n".join(sorted(played)).encode()).hexdigest()[:12]
+
+
+def _scores(ending: Ending, split: Split) -> EpisodeScores:
+    first, second = ending.scores
+    return EpisodeScores(ending.episode_id, split.episodes[ending.episode_id].section, (first, second))

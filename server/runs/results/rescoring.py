@@ -1,0 +1,157 @@
+"""Rescoring: replays an ended run from its journal, and lists differences from the recorded results."""
+
+import json
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice
+from typing import Any
+
+import rfc8785
+from cryptography.exceptions import InvalidSignature
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
+
+from server.episodes.splits import Split
+from server.errors import Conflict
+from server.runs.play.session import Session
+from server.runs.play.worlds import Worlds
+from server.runs.results.receipts import Receipt, document, stored_receipt
+from server.runs.results.reports import make_report, split_of
+from server.runs.storage import causes
+from server.runs.storage.database import Database
+from server.runs.storage.journal import Journal
+from server.runs.storage.records import RUNNING, Ending, Run
+from server.sim.rules import Limits
+
+TOLERANCE = 1e-9
+"""Greatest difference of scores that count as equal: exponentials differ in the last digits between machines."""
+
+MAX_DIFFERENCES = 10
+"""Maximum number of differences that are listed for a run's episodes, and also for its receipt."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rescored:
+    """Result of rescoring a run.
+
+    Attributes:
+        run_id: id of the run.
+        episodes, steps: numbers of ended episodes and of their recorded steps.
+        has_receipt: whether there was a receipt to compare with.
+        differences: descriptions of the differences; empty if there are none.
+    """
+
+    run_id: str
+    episodes: int
+    steps: int
+    has_receipt: bool
+    differences: tuple[str, ...]
+
+
+class Rescorer:
+    """Replays and rescores runs without writing anything. Close it after use.
+
+    Args:
+        database: database of the journal.
+        splits: splits of the runs, by name.
+    """
+
+    def __init__(self, database: Database, splits: Mapping[str, Split]) -> None:
+        self._database = database
+        self._journal = Journal(database)
+        self._splits = splits
+        self._worlds = Worlds(splits)
+
+    def close(self) -> None:
+        """Close the worlds."""
+        self._worlds.close()
+
+    def rescore(self, run_id: str) -> Rescored:
+        """Replay a run and compare the results with the recorded ones.
+
+        Raises:
+            NotFound: if there is no run with that id.
+            Conflict: if the run is still being played, or the data of its split has changed or is missing.
+            StorageError: if the journal cannot be read.
+        """
+        run = self._journal.run(run_id)
+        if run.state == RUNNING:
+            raise Conflict(f"run {run_id!r} is still being played")
+        split = split_of(run, self._splits)
+        endings = self._journal.endings(run_id)
+        receipt = stored_receipt(self._database, run_id)
+        played: list[Ending] = []
+        found = [*self._in_episodes(run, split, endings, played)]
+        of_receipt: list[str] = []
+        if receipt is not None and len(played) == len(endings):
+            of_receipt = [*self._in_receipt(run, split, played, receipt)]
+        steps = sum(ending.steps for ending in endings)
+        return Rescored(run_id, len(endings), steps, receipt is not None, (*_first(found), *_first(of_receipt)))
+
+    def _in_episodes(self, run: Run, split: Split, endings: Sequence[Ending], played: list[Ending]) -> Iterator[str]:
+        """Replay all episodes, or up to one that cannot be; append endings to `played`, and yield the differences."""
+        unended = self._journal.count_unended(run.run_id)
+        if unended:
+            yield f"{unended} of {unended + len(endings)} episodes have not ended"
+        for ending in endings:
+            try:
+                again = self._replayed(run, split, ending)
+            except (KeyError, ValueError) as error:
+                yield f"episode {ending.episode_id}: cannot be replayed: {error}"
+                return
+            yield from _compare(f"episode {ending.episode_id}", _as_data(ending), _as_data(again))
+            played.append(again)
+
+    def _in_receipt(self, run: Run, split: Split, played: Sequence[Ending], receipt: Receipt) -> Iterator[str]:
+        try:
+            Ed25519PublicKey.from_public_bytes(receipt.public_key).verify(receipt.signature, receipt.payload)
+        except (InvalidSignature, ValueError):
+            yield "receipt: its signature is wrong"
+        report = make_report(run, self._journal.progress(run.run_id), played, split)
+        made = document(self._journal, report, played, hidden=split.hidden)
+        yield from _compare("receipt", json.loads(receipt.payload), json.loads(rfc8785.dumps(made)))
+
+    def _replayed(self, run: Run, split: Split, ending: Ending) -> Ending:
+        """Return the ending of an episode when its recorded actions are replayed."""
+        episode = split.episodes[ending.episode_id]
+        session = Session(episode, self._worlds.ground(split.name, episode.section), Limits(run.steps_per_phase))
+        actions = self._journal.actions(run.run_id, ending.episode_id) if ending.has_played else []
+        for _ in session.replay(actions):
+            pass
+        cause = ending.cause
+        if session.state.finished:
+            cause = causes.STEP_LIMIT if session.was_forced else causes.AGENT_FINISHED
+        elif cause == causes.TIME_LIMIT:
+            session.run_out()
+        elif cause in (causes.STEP_LIMIT, causes.AGENT_FINISHED):
+            cause = "NOT_FINISHED"
+        scores = [dict(turn) for turn in session.scores().turns]
+        return replace(ending, cause=cause, steps=len(actions), scores=scores)
+
+
+def _first(found: Iterable[str]) -> Iterator[str]:
+    """Yield the first `MAX_DIFFERENCES` differences, and a last line if there are more."""
+    left = iter(found)
+    yield from islice(left, MAX_DIFFERENCES)
+    if next(left, None) is not None:
+        yield "... and more"
+
+
+def _as_data(ending: Ending) -> dict[str, Any]:
+    turns = {f"turn {number}": turn for number, turn in enumerate(ending.scores, start=1)}
+    return {"cause": ending.cause, "steps": ending.steps, **turns}
+
+
+def _compare(place: str, written: Any, played: Any) -> Iterator[str]:
+    """Yield descriptions of the differences between two pieces of plain data."""
+    if isinstance(written, dict) and isinstance(played, dict):
+        for key in dict.fromkeys((*written, *played)):
+            yield from _compare(f"{place}: {key}", written.get(key), played.get(key))
+    elif isinstance(written, list) and isinstance(played, list) and len(written) == len(played):
+        for number, (one, other) in enumerate(zip(written, played, strict=True), start=1):
+            yield from _compare(f"{place} {number}", one, other)
+    elif isinstance(written, int | float) and isinstance(played, int | float):
+        if not math.isclose(written, played, rel_tol=0.0, abs_tol=TOLERANCE):
+            yield f"{place} was {written}, and is {played}"
+    elif written != played:
+        yield f"{place} was {written}, and is {played}"

@@ -1,0 +1,9 @@
+"""Alembic environment that runs the migrations on the connection given by `migrate`."""
+
+from alembic import context
+
+from server.runs.storage.tables import metadata
+
+context.configure(connection=context.config.attributes["connection"], target_metadata=metadata)
+with context.begin_transaction():
+    context.run_migrations()

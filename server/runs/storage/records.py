@@ -1,0 +1,155 @@
+"""Records that the journal reads and writes: runs, their progress, claims of episodes, endings, and commit batches."""
+
+from collections.abc import Collection
+from dataclasses import dataclass, field
+from datetime import datetime
+from typing import Any
+
+from server.runs.storage.causes import SERVER_FAULT
+
+RUNNING, COMPLETE, CANCELLED = "RUNNING", "COMPLETE", "CANCELLED"
+"""States of a run."""
+
+PENDING, OPEN, ENDED = "PENDING", "OPEN", "ENDED"
+"""States of an episode in a run."""
+
+CLOSER = ""
+"""Player name of an episode that a process has claimed in order to end it with its run."""
+
+LEASE = 5.0
+"""Seconds since the last heartbeat after which a worker counts as dead and its claims as released."""
+
+AWAY_SECONDS = 86_400.0
+"""Total seconds for which a run's episodes may wait for absent players before their steps are charged for it: a client
+that dies loses nothing, and one that disconnects to gain time gains at most this."""
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One evaluation of an agent on a split.
+
+    Attributes:
+        participant: displayed name of the participant.
+        created_at, ended_at: in UTC; ended_at is None while the run is being played.
+        state: RUNNING, COMPLETE or CANCELLED.
+        account: participant whose token created the run; None for an anonymous run.
+        step_seconds, first_step_seconds, bank_seconds: clocks of the run, in seconds; 0 without clocks.
+        bank_left: remaining time in the bank, in seconds; None without clocks.
+        active_at: time of the last play, in seconds since 1970; None if the run was never played.
+        agent_arguments: names and values of the arguments that the agent was created with, sorted by name.
+    """
+
+    run_id: str
+    participant: str
+    agent: str
+    split: str
+    language: str
+    sensors: tuple[str, ...]
+    steps_per_phase: int
+    data_hash: str
+    server_version: str
+    state: str
+    created_at: datetime
+    ended_at: datetime | None = None
+    account: str | None = None
+    step_seconds: float = 0.0
+    first_step_seconds: float = 0.0
+    bank_seconds: float = 0.0
+    bank_left: float | None = None
+    active_at: float | None = None
+    agent_arguments: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """Progress of a run: counts of its episodes, steps and causes.
+
+    Attributes:
+        episodes: number of episodes in the run.
+        ended: number of episodes that have ended.
+        steps: number of recorded steps.
+        causes: number of ended episodes by cause.
+        images: encodings and sizes in which images were sent, sorted, such as "jpeg90-128" and "lossless-224".
+        reoffers: number of times the server offered an episode again because of a fault of its own.
+        published: whether the run is listed on the leaderboard.
+    """
+
+    episodes: int
+    ended: int
+    steps: int
+    causes: dict[str, int]
+    images: tuple[str, ...] = ()
+    reoffers: int = 0
+    published: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """Claim of an episode that has not ended: its present or last holder.
+
+    Attributes:
+        state: PENDING or OPEN.
+        player: player name of the stream; None if the episode was never begun.
+        epoch: number that grows with every claim; each write names the epoch that it holds.
+        worker: id of the server process that holds the episode; None after its stream closed.
+        idle: seconds since the stream closed, or since the last heartbeat of the worker.
+        waited: seconds that the clock of the present step had run when the stream closed.
+    """
+
+    episode_id: str
+    state: str
+    player: str | None
+    epoch: int = 0
+    worker: str | None = None
+    idle: float = 0.0
+    waited: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """End of an episode of a run: cause, steps and scores. `epoch` is that of the claim under which it ended."""
+
+    run_id: str
+    episode_id: str
+    cause: str
+    steps: int
+    scores: list[dict[str, float]]
+    note: str = ""
+    epoch: int = 0
+
+    @property
+    def has_played(self) -> bool:
+        """Whether the recorded steps count: false for an episode that ended by SERVER_FAULT with 0 steps."""
+        return self.steps > 0 or self.cause != SERVER_FAULT
+
+
+@dataclass
+class Batch:
+    """Rows that one commit writes.
+
+    Attributes:
+        steps: parameters of the step rows, see `add_step`.
+        endings: ends of episodes.
+        charges: seconds to subtract from the banks of runs, by run.
+        over: final state and time of end of runs, by run; applied to those without episodes left after these endings.
+    """
+
+    steps: list[dict[str, Any]] = field(default_factory=list)
+    endings: list[Ending] = field(default_factory=list)
+    charges: dict[str, float] = field(default_factory=dict)
+    over: dict[str, tuple[str, datetime]] = field(default_factory=dict)
+
+    def add_step(self, run_id: str, episode_id: str, epoch: int, step: int, action: int) -> None:
+        """Add an action as step number `step` (from 0) of an episode, under the claim with the given epoch."""
+        self.steps.append({"run": run_id, "episode": episode_id, "epoch": epoch, "number": step, "taken": action})
+
+    def without(self, episodes: Collection[tuple[str, str]]) -> "Batch":
+        """Return a copy without the steps and endings of some episodes, given as pairs of run id and episode id."""
+        steps = [step for step in self.steps if (step["run"], step["episode"]) not in episodes]
+        endings = [ending for ending in self.endings if (ending.run_id, ending.episode_id) not in episodes]
+        return Batch(steps, endings, self.charges, self.over)
+
+    def charge(self, run_id: str, seconds: float) -> None:
+        """Subtract seconds from the bank of a run; ignored unless positive."""
+        if seconds > 0.0:
+            self.charges[run_id] = self.charges.get(run_id, 0.0) + seconds

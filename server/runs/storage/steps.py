@@ -1,0 +1,145 @@
+"""Recorded steps and endings of episodes: append-only, and unique by (run, episode, step)."""
+
+from collections.abc import Collection
+from operator import attrgetter, itemgetter
+from typing import Any
+
+import sqlalchemy as sa
+
+from server.errors import TakenOver
+from server.runs.storage import tables
+from server.runs.storage.database import Database
+from server.runs.storage.records import CLOSER, ENDED, RUNNING, Batch, Ending
+
+
+class Steps:
+    """Steps and endings of all runs. Reading is thread-safe; `commit` is for one thread.
+
+    Args:
+        database: storage of the steps.
+    """
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    def actions(self, run_id: str, episode_id: str) -> list[int]:
+        """Return the recorded actions of an episode, in order."""
+        table = tables.steps
+        query = (
+            sa.select(table.c.action)
+            .where(table.c.run_id == run_id, table.c.episode_id == episode_id)
+            .order_by(table.c.step)
+        )
+        return [row[0] for row in self._database.read(query)]
+
+    def endings(self, run_id: str) -> list[Ending]:
+        """Return the endings of a run's ended episodes, in playing order."""
+        table = tables.episodes
+        query = sa.select(table).where(table.c.run_id == run_id, table.c.state == ENDED).order_by(table.c.ordinal)
+        return [
+            Ending(run_id, row.episode_id, row.cause, row.steps, row.scores, row.note or "")
+            for row in self._database.read(query)
+        ]
+
+    def commit(self, batch: Batch) -> None:
+        """Write steps, endings and charges in one transaction.
+
+        Raises:
+            TakenOver: if a step is recorded already, or a claim is no longer held: another process has the episode.
+            StorageError: if the database cannot be written.
+        """
+        if not (batch.steps or batch.endings or batch.charges):
+            return
+        # Always in the same order: processes that lock episodes in different orders could deadlock.
+        steps = sorted(batch.steps, key=itemgetter("run", "episode", "number"))
+        taken_over = "another process of this server has taken over an episode, or it has ended"
+        if not (batch.endings or batch.charges):
+            if not self._database.commit_rows(_INSERT_STEP, steps, at_once=_INSERT_STEPS):
+                raise TakenOver(taken_over)
+            return
+        with self._database.commit() as connection:
+            if steps and connection.execute(_INSERT_STEP, steps).rowcount != len(steps):
+                raise TakenOver(taken_over)
+            for ending in sorted(batch.endings, key=attrgetter("run_id", "episode_id")):
+                values = {name: getattr(ending, name) for name in ("cause", "steps", "scores")}
+                values["note"] = ending.note.replace("\0", "")  # not allowed in texts of PostgreSQL
+                done = connection.execute(
+                    tables.episodes.update()
+                    .where(_is_held(ending.run_id, ending.episode_id, ending.epoch))
+                    .values(state=ENDED, **values)
+                )
+                if not done.rowcount:
+                    raise TakenOver(f"another process of this server has taken over episode {ending.episode_id!r}")
+            for run_id, seconds in sorted(batch.charges.items()):
+                left = tables.runs.c.bank_left
+                values = {"bank_left": sa.case((left > seconds, left - seconds), else_=0.0)}
+                connection.execute(tables.runs.update().where(tables.runs.c.run_id == run_id).values(values))
+            for run_id, (state, ended_at) in batch.over.items():
+                is_over = sa.and_(tables.runs.c.run_id == run_id, tables.runs.c.state == RUNNING, ~_has_unended(run_id))
+                connection.execute(tables.runs.update().where(is_over).values(state=state, ended_at=ended_at))
+
+    def lost_episodes(self, batch: Batch) -> set[tuple[str, str]]:
+        """Return the episodes of a batch, as (run, episode), whose claims no longer have the epochs in the batch."""
+        epochs = {(step["run"], step["episode"]): step["epoch"] for step in batch.steps}
+        epochs |= {(ending.run_id, ending.episode_id): ending.epoch for ending in batch.endings}
+        c = tables.episodes.c
+        query = sa.select(c.run_id, c.episode_id, c.epoch).where(c.state != ENDED)
+        rows = self._database.read(query.where(sa.tuple_(c.run_id, c.episode_id).in_(list(epochs))))
+        held = {(row.run_id, row.episode_id): row.epoch for row in rows}
+        return {key for key, epoch in epochs.items() if held.get(key) != epoch}
+
+    def closed_episodes(self, episodes: Collection[tuple[str, str]]) -> set[tuple[str, str]]:
+        """Return those of the given episodes, as (run, episode), that were claimed to end them early with their run."""
+        c = tables.episodes.c
+        query = sa.select(c.run_id, c.episode_id).where(c.player == CLOSER)
+        rows = self._database.read(query.where(sa.tuple_(c.run_id, c.episode_id).in_(list(episodes))))
+        return {(row.run_id, row.episode_id) for row in rows}
+
+
+def _has_unended(run_id: str) -> sa.ColumnElement[bool]:
+    c = tables.episodes.c
+    return sa.exists().where(c.run_id == run_id, c.state != ENDED)
+
+
+def _is_held(run_id: Any, episode_id: Any, epoch: Any) -> sa.ColumnElement[bool]:
+    """Return the condition that an episode has not ended and its claim still has the given epoch."""
+    c = tables.episodes.c
+    return sa.and_(c.run_id == run_id, c.episode_id == episode_id, c.epoch == epoch, c.state != ENDED)
+
+
+_INSERT_STEP = (
+    tables.steps.insert()
+    .from_select(
+        ["run_id", "episode_id", "step", "action"],
+        sa.select(
+            tables.episodes.c.run_id,
+            tables.episodes.c.episode_id,
+            sa.bindparam("number", type_=sa.Integer),
+            sa.bindparam("taken", type_=sa.Integer),
+        )
+        .where(_is_held(sa.bindparam("run"), sa.bindparam("episode"), sa.bindparam("epoch")))
+        .with_for_update(key_share=True),
+    )
+    .execution_options(preserve_rowcount=True)
+)
+"""Statement that inserts a step if the claim with the given epoch is still held, and nothing otherwise.
+
+It locks the episode's row (on PostgreSQL; SQLite has one writer at a time): a concurrent claim either waits until the
+step is written, or is waited for and then seen, so that nothing is inserted.
+"""
+
+_INSERT_STEPS = sa.text(f"""
+    WITH given AS (
+        SELECT * FROM unnest(
+            CAST(:run AS text[]), CAST(:episode AS text[]), CAST(:epoch AS int[]), CAST(:number AS int[]),
+            CAST(:taken AS int[])
+        ) AS given (run_id, episode_id, epoch, number, taken)
+    ),
+    held AS (
+        SELECT run_id, episode_id, number, taken FROM given JOIN run_episodes USING (run_id, episode_id, epoch)
+        WHERE state != '{ENDED}' ORDER BY run_id, episode_id FOR NO KEY UPDATE OF run_episodes
+    )
+    INSERT INTO steps (run_id, episode_id, step, action)
+    SELECT * FROM held WHERE (SELECT count(*) FROM held) = (SELECT count(*) FROM given)
+""").execution_options(preserve_rowcount=True)  # noqa: S608 - the only inserted text is a constant
+"""The same for many steps in one statement, for PostgreSQL: inserts all, or none if any claim is no longer held."""

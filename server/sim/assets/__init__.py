@@ -1,0 +1,1 @@
+"""Meshes and textures of all objects of a scene."""

@@ -1,0 +1,1 @@
+"""The fast camera: a software rasteriser compiled with numba."""

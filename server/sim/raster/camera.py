@@ -1,0 +1,151 @@
+"""The fast camera: a rasteriser compiled with numba, equivalent to the reference camera, with mipmaps."""
+
+import math
+from collections.abc import Sequence
+from functools import cache, lru_cache
+from itertools import count
+
+import numpy as np
+import numpy.typing as npt
+
+from server.sim.assets.collectibles import mesh_of, texture_of
+from server.sim.cameras import FAR, FIELD_OF_VIEW, NEAR, Actor, Frame, Viewpoint, label_of, labels_of
+from server.sim.catalogue import ALL_TYPES, KINDS
+from server.sim.daylight import AMBIENT, DIFFUSE, SUN, sky
+from server.sim.raster import compilation
+from server.sim.raster.arrays import Bodies, FrameConstants, Integers, Scratch, Textures, new_scratch
+from server.sim.raster.cover import cover
+from server.sim.raster.paint import paint
+from server.sim.raster.scene import LEVELS, geometry, indices_of, textures
+from server.sim.room_scene import room_scene
+from server.sim.scene import Scene
+
+_FARTHEST = FAR / 1.001
+"""Distance beyond which the reference camera draws nothing, in units."""
+
+_ACTORS = 32
+"""Number of actors for which buffers are allocated at first."""
+
+_CACHED_POSES = 1024
+"""Number of cached groups of actors, as arrays: they rarely change between the frames of an episode."""
+
+
+class RasterCamera:
+    """Rasteriser of one scene (`cameras.Camera`). Not thread-safe: use it in one thread.
+
+    Args:
+        scene: the scene, without actors.
+        mipmaps: whether distant surfaces use smaller textures; without them they are as noisy as in the reference.
+
+    Raises:
+        KeyError: for a body's mesh or texture that is not in the scene.
+    """
+
+    def __init__(self, scene: Scene, *, mipmaps: bool = True) -> None:
+        self._labels = labels_of(scene)
+        numbers, meshes, covers = indices_of(self._labels), indices_of(scene.meshes), indices_of(scene.textures)
+        self._geometry = geometry([*scene.meshes.values(), *map(mesh_of, KINDS)])
+        self._textures = textures(list(scene.textures.values()))
+        self._actor_textures = _collectible_textures()
+        self._levels = LEVELS if mipmaps else 1
+        ranges = self._geometry.clusters[self._geometry.meshes - [0, 1]]
+        self._polygons = ranges[:, 1, 3] - ranges[:, 0, 1]
+        rows, first = [], 1
+        for body in scene.bodies:
+            mesh = meshes[body.mesh]
+            look = mesh, covers[body.texture], numbers[label_of(body)], first
+            rows.append((*body.position, *_turn(body.heading), body.scale, *look))
+            first += int(self._polygons[mesh])
+        self._bodies = _bodies(rows)
+        self._first, self._most = first, int(self._polygons[-len(KINDS) :].max())
+        self._actor_looks = {
+            type_: (len(meshes) + KINDS.index(type_.kind), number, numbers[str(type_)])
+            for number, type_ in enumerate(ALL_TYPES)
+        }
+        self._posed = lru_cache(_CACHED_POSES)(self._pose)
+        self._sizes: dict[int, tuple[FrameConstants, Integers, Scratch, int]] = {}
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of a segmentation, by number."""
+        return self._labels
+
+    def render(self, viewpoint: Viewpoint, actors: Sequence[Actor], size: int, *, segmentation: bool = False) -> Frame:
+        """Draw a frame of `size` x `size` pixels from `viewpoint`, with `actors` in the scene for this frame only.
+
+        The same arguments give the same bytes in every process, independent of earlier frames.
+        """
+        setting, background, work = self._prepared(size, len(actors))
+        words = np.empty(-(-size * size // 4) * 3, np.int32)
+        depth, labels = np.empty((size, size), np.uint16), np.empty((size, size), np.uint16)
+        view = float(viewpoint.x), float(viewpoint.y), float(viewpoint.z), *_turn(viewpoint.heading)
+        places, actor_places = self._textures.places, self._actor_textures.places
+        cover(view, setting, self._geometry, places, self._bodies, actor_places, self._posed(tuple(actors)), work)
+        paint(setting, self._textures, self._actor_textures, background, work, words, depth.ravel(), labels.ravel())
+        rgb = words.view(np.uint8)[: 3 * size * size].reshape(size, size, 3)
+        return Frame(rgb, depth, labels if segmentation else None)
+
+    def _pose(self, actors: tuple[Actor, ...]) -> Bodies:
+        """Return actors as an array for the compiled code."""
+        return _bodies(
+            [
+                (*actor.position, *_turn(actor.heading), actor.scale, *self._actor_looks[actor.type], self._first + i)
+                for i, actor in zip(count(0, self._most), actors, strict=False)
+            ]
+        )
+
+    def _prepared(self, size: int, actors: int) -> tuple[FrameConstants, Integers, Scratch]:
+        """Return frame constants, background and scratch buffers for a frame size, with space for `actors` actors."""
+        if size not in self._sizes or self._sizes[size][3] < actors:
+            room = max(_ACTORS, 2 * actors)
+            self._sizes[size] = (
+                _frame_constants(size, self._levels),
+                _packed(sky(size)),
+                self._scratch(size, room),
+                room,
+            )
+        setting, background, scratch, _ = self._sizes[size]
+        return setting, background, scratch
+
+    def _scratch(self, size: int, actors: int) -> Scratch:
+        flat = self._geometry
+        each = flat.meshes[:, 1] - flat.meshes[:, 0]
+        clusters = int(each[self._bodies[:, 6].astype(int)].sum()) + actors * int(each[-len(KINDS) :].max())
+        points = int((flat.clusters[:, 2] - flat.clusters[:, 0]).max())
+        return new_scratch(size, self._first + actors * self._most, clusters, points, int(flat.shapes[:, 1].max()))
+
+
+def is_compiled() -> bool:
+    """Return whether the kernels are compiled already, in this process or on disk, so that the first frame is fast."""
+    return compilation.is_compiled(cover) and compilation.is_compiled(paint)
+
+
+def compile_kernels() -> None:
+    """Compile the kernels, which takes seconds, or load them from disk if they were compiled before."""
+    RasterCamera(room_scene()).render(Viewpoint(0.0, 0.0, 0.0), [], 8)
+
+
+def _turn(heading: float) -> tuple[float, float]:
+    angle = math.radians(heading)
+    return math.cos(angle), math.sin(angle)
+
+
+def _bodies(rows: Sequence[tuple[float, ...]]) -> Bodies:
+    return np.array(rows, np.float64).reshape(-1, 10)
+
+
+def _frame_constants(size: int, levels: int) -> FrameConstants:
+    sun = math.hypot(*SUN)
+    focal = size / 2 / math.tan(math.radians(FIELD_OF_VIEW) / 2)
+    x, y, z = SUN
+    return FrameConstants(size, levels, focal, NEAR, _FARTHEST, AMBIENT, DIFFUSE, (x / sun, y / sun, z / sun))
+
+
+def _packed(image: npt.NDArray[np.uint8]) -> Integers:
+    return (image.astype(np.int32) @ np.array([1, 1 << 8, 1 << 16], np.int32)).reshape(-1)
+
+
+@cache
+def _collectible_textures() -> Textures:
+    """Return the textures of all types, in the catalogue's order; cameras share them."""
+    return textures([texture_of(type_) for type_ in ALL_TYPES])

@@ -1,0 +1,132 @@
+"""Filters and sorting of the standings page, as encoded in the query of its address."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from urllib.parse import urlencode
+
+from server.board.standings import BOTH, COLUMNS, HEADLINE, PRIVILEGED, TOTAL, Mark, Standing
+from server.errors import NotFound, quoted
+
+TURNS = {"total": TOTAL, "1": "turn 1", "2": "turn 2"}
+"""Turns in addresses -> row of a score table."""
+
+ALL = "all"
+
+SENSORS = (ALL, "plain", "segmentation", "privileged")
+"""Filters by sensors. "plain": no more than RGB and depth. "segmentation": with it, without privileged sensors.
+"privileged": with sensors that no camera has."""
+
+COVERAGES = (ALL, "whole", "partial")
+
+METRICS = {metric.partition("@")[0].lower(): metric for metric in COLUMNS}
+"""A metric's name in addresses -> the metric."""
+
+OTHER_COLUMNS = ("agent", "published")
+"""Columns other than metrics to sort by. Ranks are then by the headline metric."""
+
+ASCENDING, DESCENDING = "asc", "desc"
+
+_CHOICES: Mapping[str, tuple[str, ...]] = {
+    "turns": tuple(TURNS),
+    "sensors": SENSORS,
+    "coverage": COVERAGES,
+    "sort": (*METRICS, *OTHER_COLUMNS),
+    "order": (ASCENDING, DESCENDING),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """The filters and the sorting that a reader chose.
+
+    Attributes:
+        split: name of the split.
+        language: of the instructions, or BOTH.
+        turns: one of TURNS.
+        sensors: one of SENSORS.
+        coverage: one of COVERAGES.
+        sort: one of METRICS or OTHER_COLUMNS.
+        order: ascending or descending.
+        page: from 1.
+    """
+
+    split: str
+    language: str
+    turns: str = "total"
+    sensors: str = ALL
+    coverage: str = ALL
+    sort: str = HEADLINE.partition("@")[0].lower()
+    order: str = DESCENDING
+    page: int = 1
+
+    @property
+    def metric(self) -> str:
+        """Metric that ranks the standings."""
+        return METRICS.get(self.sort, HEADLINE)
+
+    def link(self, **changes: object) -> str:
+        """Return the query of a changed choice, without the fields that have their defaults."""
+        changed = {"page": 1, **changes}
+        other = replace(self, **changed)  # type: ignore[arg-type]
+        defaults = Choice(other.split, other.language)
+        named = {field.name: getattr(other, field.name) for field in fields(other)}
+        shown = {k: v for k, v in named.items() if k in ("split", "language") or v != getattr(defaults, k)}
+        return "?" + urlencode(shown)
+
+    def sorting(self, column: str) -> str:
+        """Return the query that sorts by a column, in reverse if it is the current one."""
+        default_order = ASCENDING if column == "agent" else DESCENDING
+        reversed_order = ASCENDING if self.order == DESCENDING else DESCENDING
+        return self.link(sort=column, order=reversed_order if column == self.sort else default_order)
+
+    def fits(self, standing: Standing) -> bool:
+        """Return whether a standing passes the filters."""
+        kinds = {
+            ALL: True,
+            "plain": set(standing.sensors) <= {"rgb", "depth"},
+            "segmentation": "segmentation" in standing.sensors and not PRIVILEGED.intersection(standing.sensors),
+            "privileged": bool(PRIVILEGED.intersection(standing.sensors)),
+        }
+        partial = Mark.PARTIAL in standing.marks
+        return kinds[self.sensors] and self.coverage in (ALL, "partial" if partial else "whole")
+
+    def sorted(self, standings: list[Standing]) -> list[Standing]:
+        """Return ranked standings in the chosen order; by any metric, unranked ones come last."""
+        down = self.order == DESCENDING
+        if self.sort == "published":
+            return sorted(standings, key=lambda one: max(e.published_at for e in one.entries), reverse=down)
+        if self.sort == "agent":
+            return sorted(standings, key=lambda one: (one.agent.casefold(), one.participant.casefold()), reverse=down)
+        ordered = standings if down else standings[::-1]
+        if TURNS[self.turns] != TOTAL:
+            row = TURNS[self.turns]
+            ordered = sorted(ordered, key=lambda one: one.rows[row][self.metric].mean, reverse=down)
+        return sorted(ordered, key=lambda one: not one.is_ranked)
+
+
+def read_choice(query: Mapping[str, str], languages: Mapping[str, tuple[str, ...]], defaults: Choice) -> Choice:
+    """Return the choice that an address encodes.
+
+    Args:
+        query: of the address.
+        languages: of each split, by name.
+        defaults: for the fields that the address lacks.
+
+    Raises:
+        NotFound: if a field has a value that does not exist.
+    """
+    chosen = {name: query[name] for name in ("split", "language", *_CHOICES) if name in query}
+    split = chosen.get("split", defaults.split)
+    if split not in languages:
+        raise NotFound(f"there is no split {quoted(split)}")
+    spoken = {language for codes in languages.values() for language in codes}
+    if languages[split] and chosen.setdefault("language", defaults.language) in spoken - set(languages[split]):
+        chosen["language"] = languages[split][0]  # The new split lacks the language of the one shown before.
+    choices = {**_CHOICES, "language": (*spoken, BOTH)}
+    for name, value in chosen.items():
+        if name != "split" and value not in choices[name]:
+            raise NotFound(f"there is no {name} {value!r}")
+    page = query.get("page", "1")
+    if not (page.isascii() and page.isdecimal() and int(page[:6]) > 0):
+        raise NotFound(f"there is no page {page!r}")
+    return replace(defaults, **chosen, page=int(page[:6]))

@@ -1,0 +1,86 @@
+"""Map of a section from above with an episode's paths, as coordinates for SVG."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from server.scoring.trajectory import Point2, TurnRecord
+from server.sim.section import Building, Section
+
+MARGIN = 6.0
+"""Border of the map around the ground that agents can reach, in units."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ground:
+    """Map of a section, with x to the right and z upwards.
+
+    Attributes:
+        width, height: of the map, in units.
+        roofs: corners of each building, in SVG's notation.
+        props: positions of street furniture.
+    """
+
+    width: float
+    height: float
+    roofs: tuple[str, ...]
+    props: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """One turn's paths on a section.
+
+    Attributes:
+        truth: the reference path, in SVG's notation.
+        played: the path played; empty if the turn was not begun.
+        start: start of the path played, or of the reference path if the turn was not begun.
+        target: position of the target.
+        end: end of the path played; None if the turn was not begun.
+    """
+
+    truth: str
+    played: str
+    start: tuple[float, float]
+    target: tuple[float, float]
+    end: tuple[float, float] | None
+
+
+def ground(section: Section) -> Ground:
+    """Return the map of a section."""
+    x0, z0, x1, z1 = section.bounds
+    return Ground(
+        round(x1 - x0 + 2 * MARGIN, 1),
+        round(z1 - z0 + 2 * MARGIN, 1),
+        tuple(_points(section, _corners(building)) for building in section.buildings),
+        tuple(_place(section, (prop.x, prop.z)) for prop in section.props),
+    )
+
+
+def track(section: Section, record: TurnRecord) -> Track:
+    """Return a turn's paths on the map of its section."""
+    path = record.path
+    return Track(
+        _points(section, record.reference_path),
+        _points(section, path),
+        _place(section, path[0] if path else record.reference_path[0]),
+        _place(section, (record.target_position[0], record.target_position[2])),
+        _place(section, path[-1]) if path else None,
+    )
+
+
+def _place(section: Section, point: Point2) -> tuple[float, float]:
+    x0, _, _, z1 = section.bounds
+    return round(point[0] - x0 + MARGIN, 2), round(z1 - point[1] + MARGIN, 2)
+
+
+def _points(section: Section, points: Sequence[Point2]) -> str:
+    return " ".join(f"{x:g},{y:g}" for x, y in (_place(section, point) for point in points))
+
+
+def _corners(building: Building) -> list[Point2]:
+    angle = math.radians(building.heading)
+    sin, cos = math.sin(angle), math.cos(angle)
+    ends = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    extents = [(a * building.half_width, b * building.half_length) for a, b in ends]
+    return [(building.x + u * cos + v * sin, building.z - u * sin + v * cos) for u, v in extents]

@@ -1,0 +1,338 @@
+"""The Leaderboard over gRPC: publish, list, withdraw; who may; and nothing of single episodes on a hidden split."""
+
+import csv
+import hashlib
+import io
+import json
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import grpc
+import pytest
+from google.protobuf.message import Message
+
+from arramon.v1 import evaluation_pb2, types_pb2
+from arramon.v1 import leaderboard_pb2 as pb
+from arramon.v1.evaluation_pb2_grpc import EvaluationStub
+from arramon.v1.leaderboard_pb2_grpc import LeaderboardStub
+from server.runs.accounts.callers import Role
+from tests import tiny
+from tests.api.people import Person, token_of
+from tests.api.player import Player, create
+from tests.api.test_runs import refused
+from tests.serving import METADATA, Server
+
+WRONG = [types_pb2.ACTION_INTERACT] * 4
+"""Takes nothing, and puts it down at once."""
+
+
+@pytest.fixture
+def board(server: Server) -> Iterator[LeaderboardStub]:
+    with grpc.insecure_channel(server.address) as channel:
+        yield LeaderboardStub(channel)
+
+
+def played(stub: EvaluationStub, actions: object = tiny.ACTIONS, **fields: object) -> str:
+    """A run that is over."""
+    run = create(stub, **fields)
+    with Player(stub, run.run_id, 3) as player:
+        player.play(actions)  # type: ignore[arg-type]
+    return run.run_id
+
+
+def publish(board: LeaderboardStub, run_id: str, note: str = "") -> pb.Entry:
+    return board.Publish(pb.PublishRequest(run_id=run_id, note=note), metadata=METADATA)
+
+
+def withdraw(board: LeaderboardStub, run_id: str) -> None:
+    board.Withdraw(pb.WithdrawRequest(run_id=run_id), metadata=METADATA)
+
+
+def listed(board: LeaderboardStub, language: str = "en", split: str = "tiny", **fields: object) -> pb.ListResponse:
+    request = pb.ListRequest(split=split, language=language, **fields)  # type: ignore[arg-type]
+    return board.List(request, metadata=METADATA)
+
+
+@pytest.fixture
+def published(stub: EvaluationStub, board: LeaderboardStub) -> Iterator[list[str]]:
+    """Runs on the leaderboard: a perfect one, one that does everything wrong, and a part of one; off it at the end."""
+    runs = [
+        played(stub, WRONG, agent="wrong", participant="b"),
+        played(stub, agent="perfect", participant="a"),
+        played(stub, agent="part", participant="a", episodes=2),
+    ]
+    for run_id in runs:
+        publish(board, run_id)
+    yield runs
+    for run_id in runs:
+        withdraw(board, run_id)
+
+
+def test_an_entry(stub: EvaluationStub, board: LeaderboardStub) -> None:
+    run_id = played(stub, agent="perfect", participant="a", sensors=["rgb"])
+    entry = publish(board, run_id, "with care")
+    report = stub.GetReport(evaluation_pb2.GetReportRequest(run_id=run_id), metadata=METADATA)
+    assert (entry.run.agent, entry.run.participant, list(entry.run.sensors)) == ("perfect", "a", ["rgb"])
+    assert (entry.run.published, entry.run.episodes, dict(entry.run.causes)) == (True, 6, {"AGENT_FINISHED": 6})
+    assert list(entry.rows) == list(report.rows)
+    assert (entry.signature, entry.note, entry.coverage, list(entry.marks)) == (report.signature, "with care", 1.0, [])
+    assert (len(entry.receipt_digest), len(entry.public_key)) == (32, 32)
+    assert entry == board.GetEntry(pb.GetEntryRequest(run_id=run_id), metadata=METADATA)
+    withdraw(board, run_id)
+
+
+def test_a_list_is_ranked_and_what_is_partial_stands_apart(board: LeaderboardStub, published: list[str]) -> None:
+    answer = listed(board)
+    lines = [(line.agent, line.rank, line.tied, list(line.marks)) for line in answer.standings]
+    assert lines == [
+        ("perfect", 1, False, []),
+        ("wrong", 2, False, []),
+        ("part", 0, False, [pb.MARK_PARTIAL]),
+    ]
+    assert (answer.sort, answer.total, answer.next_page_token) == ("PTC@CTC-3", 3, "")
+    assert [line.coverage for line in answer.standings] == pytest.approx([1.0, 1.0, 1 / 3])
+    assert [line.entries[0].run.run_id for line in answer.standings] == [published[1], published[0], published[2]]
+
+
+def test_episodes_that_were_named_are_a_part_of_the_split(stub: EvaluationStub, board: LeaderboardStub) -> None:
+    run_id = played(stub, agent="chosen", episode_ids=["4", "1"])
+    entry = publish(board, run_id)
+    assert list(entry.marks) == [pb.MARK_PARTIAL]
+    assert entry.coverage == pytest.approx(1 / 3)
+    assert [line.rank for line in listed(board).standings if line.agent == "chosen"] == [0]
+    withdraw(board, run_id)
+
+
+def test_equals_share_a_rank(stub: EvaluationStub, board: LeaderboardStub, published: list[str]) -> None:
+    again = played(stub, agent="again")
+    publish(board, again)
+    lines = [(line.agent, line.rank, line.tied) for line in listed(board).standings]
+    assert lines[:3] == [("perfect", 1, True), ("again", 1, True), ("wrong", 3, False)]
+    withdraw(board, again)
+
+
+def test_pages(board: LeaderboardStub, published: list[str]) -> None:
+    first = listed(board, page_size=2)
+    second = listed(board, page_size=2, page_token=first.next_page_token)
+    assert [line.agent for line in (*first.standings, *second.standings)] == ["perfect", "wrong", "part"]
+    assert (first.total, second.total, second.next_page_token) == (3, 3, "")
+
+
+@pytest.mark.parametrize(
+    ("fields", "code", "message"),
+    [
+        ({"split": "moon"}, "NOT_FOUND", "there is no split 'moon'; the leaderboard has secret, tiny"),
+        ({"split": ""}, "NOT_FOUND", "there is no split ''; the leaderboard has secret, tiny"),
+        ({"language": "fr"}, "NOT_FOUND", "split 'tiny' has no language 'fr'; it has en, hi, both"),
+        ({"sort": "fame"}, "INVALID_ARGUMENT", "cannot sort by 'fame'; expected one of nDTW, CTC-0, "),
+        ({"page_size": 1001}, "INVALID_ARGUMENT", "page_size is 1001, expected 1 to 1000"),
+        (
+            {"page_token": "-1"},
+            "INVALID_ARGUMENT",
+            "page_token is '-1', expected the next_page_token of the previous page",
+        ),
+        ({"page_token": "9" * 5000}, "INVALID_ARGUMENT", "page_token is '99999"),
+    ],
+)
+def test_lists_that_cannot_be(board: LeaderboardStub, fields: dict[str, object], code: str, message: str) -> None:
+    found, said = refused(lambda: listed(board, **fields))  # type: ignore[arg-type]
+    assert found == grpc.StatusCode[code]
+    assert said.startswith(message)
+    assert len(said) < 300
+
+
+def test_both_languages_together(stub: EvaluationStub, board: LeaderboardStub) -> None:
+    runs = [played(stub, agent="two"), played(stub, WRONG, agent="two", language="hi")]
+    for run_id in runs:
+        publish(board, run_id)
+    for language in ("both", ""):
+        (line,) = listed(board, language).standings
+        assert (line.agent, line.rank) == ("two", 1)
+        assert [entry.run.language for entry in line.entries] == ["en", "hi"]
+        total = {score.metric: score.mean for score in line.rows[2].scores}
+        assert total["PTC@CTC-3"] == 0.5
+    for run_id in runs:
+        withdraw(board, run_id)
+    assert not listed(board, "both").standings
+
+
+def test_withdrawn_runs_vanish_and_come_back(stub: EvaluationStub, board: LeaderboardStub) -> None:
+    run_id = played(stub, agent="shy")
+    publish(board, run_id)
+    withdraw(board, run_id)
+    assert not listed(board).standings
+    gone = refused(lambda: board.GetEntry(pb.GetEntryRequest(run_id=run_id), metadata=METADATA))
+    assert gone == (grpc.StatusCode.NOT_FOUND, f"there is no run '{run_id}' on the leaderboard")
+    assert refused(lambda: withdraw(board, run_id)) == (
+        grpc.StatusCode.NOT_FOUND, f"run '{run_id}' is not on the leaderboard",
+    )  # fmt: skip
+    publish(board, run_id)
+    assert [line.agent for line in listed(board).standings] == ["shy"]
+    withdraw(board, run_id)
+
+
+def test_runs_that_cannot_be_published(stub: EvaluationStub, board: LeaderboardStub) -> None:
+    running = create(stub).run_id
+    for run_id, code, message in (
+        ("x", "NOT_FOUND", "there is no run 'x'"),
+        (running, "FAILED_PRECONDITION", f"run '{running}' is still being played: 0 of 6 episodes have ended"),
+    ):
+        assert refused(lambda run_id=run_id: publish(board, run_id)) == (grpc.StatusCode[code], message)
+    assert refused(lambda: publish(board, running, "x" * 501)) == (
+        grpc.StatusCode.INVALID_ARGUMENT, "the note has 501 characters; at most 500 are allowed",
+    )  # fmt: skip
+
+
+def test_a_hidden_split_tells_nothing_of_single_episodes(stub: EvaluationStub, board: LeaderboardStub) -> None:
+    run_id = played(stub, split="secret", agent="perfect")
+    entry = publish(board, run_id)
+    answer = listed(board, split="secret")
+    exports = [
+        board.Export(pb.ExportRequest(split="secret", language="en", format=form), metadata=METADATA)
+        for form in (pb.ExportRequest.FORMAT_CSV, pb.ExportRequest.FORMAT_JSON)
+    ]
+    kinds = {kind for message in (entry, answer, *exports) for kind in inside(message)}
+    assert kinds == {"Entry", "ExportResponse", "Limits", "ListResponse", "Row", "Run", "Score", "Standing"}
+    assert {row.name for row in entry.rows} == {"turn 1", "turn 2", "total"}
+    document = json.loads(exports[1].content)
+    assert set(document["standings"][0]["rows"]) == {"turn 1", "turn 2", "total"}
+    assert b"episode_id" not in b"".join(message.SerializeToString() for message in (entry, answer, *exports))
+    withdraw(board, run_id)
+
+
+def inside(message: Message) -> Iterator[str]:
+    """The names of all messages in a message, its own too."""
+    yield message.DESCRIPTOR.name
+    for field, value in message.ListFields():
+        if field.message_type is not None and not field.message_type.GetOptions().map_entry:
+            for one in value if field.is_repeated else [value]:
+                yield from inside(one)
+
+
+def test_files(board: LeaderboardStub, published: list[str]) -> None:
+    def export(form: pb.ExportRequest.Format.ValueType) -> str:
+        request = pb.ExportRequest(split="tiny", language="en", format=form)
+        return board.Export(request, metadata=METADATA).content
+
+    lines = list(csv.DictReader(io.StringIO(export(pb.ExportRequest.FORMAT_CSV), newline="")))
+    document = json.loads(export(pb.ExportRequest.FORMAT_JSON))
+    assert [line["agent"] for line in lines] == ["perfect", "wrong", "part"]
+    assert [line["agent"] for line in document["standings"]] == ["perfect", "wrong", "part"]
+    assert refused(lambda: export(pb.ExportRequest.FORMAT_UNSPECIFIED)) == (
+        grpc.StatusCode.INVALID_ARGUMENT,
+        "the export has no format; expected FORMAT_CSV or FORMAT_JSON",
+    )
+
+
+def test_a_run_knows_whether_it_is_published(stub: EvaluationStub, board: LeaderboardStub) -> None:
+    run_id = played(stub)
+
+    def states() -> list[bool]:
+        run = stub.GetRun(evaluation_pb2.GetRunRequest(run_id=run_id), metadata=METADATA)
+        runs = stub.ListRuns(evaluation_pb2.ListRunsRequest(page_size=1), metadata=METADATA).runs
+        report = stub.GetReport(evaluation_pb2.GetReportRequest(run_id=run_id), metadata=METADATA)
+        return [run.published, runs[0].published, report.run.published]
+
+    assert states() == [False] * 3
+    publish(board, run_id)
+    assert states() == [True] * 3
+    withdraw(board, run_id)
+    assert states() == [False] * 3
+
+
+@pytest.fixture(scope="module")
+def closed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """A server on which nobody plays without a token."""
+    data = tmp_path_factory.mktemp("data")
+    tiny.write(data)
+    server = Server(data, "127.0.0.1:0", "--steps", "8", "--no-anonymous")
+    yield server
+    assert server.stop() == 0
+
+
+def test_who_may_publish_and_withdraw_on_a_server_with_accounts(closed: Server) -> None:
+    tokens = {"ann": token_of(closed.data, "ann"), "bob": token_of(closed.data, "bob"), "nobody": ""}
+    tokens["chair"] = token_of(closed.data, "chair", Role.HOST)
+    with ExitStack() as stack:
+        people = {name: stack.enter_context(Person(closed.address, token)) for name, token in tokens.items()}
+        boards = {name: person.board for name, person in people.items()}
+        run_id = played(people["ann"].stub, agent="walker")
+
+        def answer(name: str, call: Callable[[LeaderboardStub, str], object]) -> str:
+            try:
+                call(boards[name], run_id)
+            except grpc.RpcError as error:
+                return error.code().name
+            return "fine"
+
+        def lists() -> list[list[str]]:
+            """What everybody sees, in the order of names."""
+            return [[line.agent for line in listed(boards[name]).standings] for name in sorted(boards)]
+
+        for name, call, said, shown in (
+            ("nobody", publish, "UNAUTHENTICATED", []),
+            ("bob", publish, "NOT_FOUND", []),
+            ("ann", publish, "fine", ["walker"]),
+            ("nobody", withdraw, "UNAUTHENTICATED", ["walker"]),
+            ("bob", withdraw, "NOT_FOUND", ["walker"]),
+            ("ann", withdraw, "fine", []),
+            ("chair", publish, "fine", ["walker"]),
+            ("chair", withdraw, "fine", []),
+            ("ann", publish, "PERMISSION_DENIED", []),
+            ("chair", publish, "fine", ["walker"]),
+        ):
+            assert (name, answer(name, call), lists()) == (name, said, [shown] * 4)
+        entry = boards["nobody"].GetEntry(pb.GetEntryRequest(run_id=run_id), metadata=METADATA)
+        assert (entry.run.participant, entry.run.agent) == ("ann", "walker")
+        report = evaluation_pb2.GetReportRequest(run_id=run_id)
+        for name, code in (("nobody", "UNAUTHENTICATED"), ("bob", "NOT_FOUND")):
+            assert refused(lambda name=name: people[name].stub.GetReport(report, metadata=METADATA))[0].name == code
+        receipt = people["bob"].stub.GetReceipt(evaluation_pb2.GetReceiptRequest(run_id=run_id), metadata=METADATA)
+        assert hashlib.sha256(receipt.payload).digest() == entry.receipt_digest
+        assert receipt.public_key == entry.public_key
+
+
+def test_strangers_on_an_open_server_cannot_publish(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    server = Server(tmp_path, "127.0.0.1:0", "--steps", "8", "--anonymous", "--trust-proxy")
+    with grpc.insecure_channel(server.address) as channel:
+        run_id = played(EvaluationStub(channel))
+        board = LeaderboardStub(channel)
+        for call in (publish, withdraw):
+            assert refused(lambda call=call: call(board, run_id)) == (
+                grpc.StatusCode.PERMISSION_DENIED,
+                "authentication required: publishing and withdrawing need a token on this server; ask its host for one",
+            )
+    assert server.stop() == 0
+
+
+@contextmanager
+def served(data: Path, step_seconds: int) -> Iterator[grpc.Channel]:
+    server = Server(data, "127.0.0.1:0", "--steps", "8", "--step-seconds", str(step_seconds))
+    with grpc.insecure_channel(server.address) as channel:
+        yield channel
+    assert server.stop() == 0
+
+
+def standings(board: LeaderboardStub) -> list[tuple[str, int, list[int], str]]:
+    """Agent, rank, marks, and the marks in the file to download."""
+    form = pb.ExportRequest.FORMAT_CSV
+    text = board.Export(pb.ExportRequest(split="tiny", language="en", format=form), metadata=METADATA).content
+    lines = zip(listed(board).standings, csv.DictReader(io.StringIO(text, newline="")), strict=True)
+    return [(line.agent, line.rank, list(line.marks), cells["marks"]) for line, cells in lines]
+
+
+def test_a_host_who_changes_the_clocks_mixes_no_runs(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    with served(tmp_path, 60) as channel:
+        board = LeaderboardStub(channel)
+        publish(board, played(EvaluationStub(channel), agent="before"))
+        assert standings(board) == [("before", 1, [], "")]
+    with served(tmp_path, 0) as channel:
+        board = LeaderboardStub(channel)
+        publish(board, played(EvaluationStub(channel), agent="after"))
+        assert standings(board) == [("after", 1, [], ""), ("before", 0, [pb.MARK_OTHER_CLOCKS], "other-clocks")]
+    with served(tmp_path, 60) as channel:
+        board = LeaderboardStub(channel)
+        assert standings(board) == [("before", 1, [], ""), ("after", 0, [pb.MARK_OTHER_CLOCKS], "other-clocks")]

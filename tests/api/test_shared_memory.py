@@ -1,0 +1,169 @@
+"""Images in shared memory: what the server writes there, the client reads there; nobody else, and nothing is left."""
+
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import grpc
+import numpy as np
+import pytest
+
+from arramon.v1 import evaluation_pb2 as pb
+from arramon.v1 import types_pb2
+from arramon.v1.evaluation_pb2_grpc import EvaluationStub
+from arramon_client.observations import observation_of
+from arramon_client.transport.images import decode_depth, decode_rgb
+from arramon_client.transport.shared_memory import NotSharedError, shared_memory
+from server.api.encoding import STANDARD_ENCODINGS
+from server.api.shared_memory import SharedImages, offered_encodings
+from tests import tiny
+from tests.api.player import Player, create
+from tests.api.test_runs import refused
+from tests.serving import METADATA, Server
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="shared memory is offered on Linux only")
+
+RANDOM = np.random.default_rng(5)
+SHARED = types_pb2.ENCODING_SHARED
+
+
+@pytest.fixture(scope="module")
+def local(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    data = tmp_path_factory.mktemp("data")
+    tiny.write(data)
+    server = Server(data, f"unix:{data}/s", "--steps", "8")
+    yield server
+    assert server.stop() == 0
+
+
+@pytest.fixture
+def near(local: Server) -> Iterator[EvaluationStub]:
+    with grpc.insecure_channel(local.address) as channel:
+        yield EvaluationStub(channel)
+
+
+def test_what_is_written_is_read_until_the_episode_shows_something_else() -> None:
+    shared = SharedImages(2, ("depth", "rgb"), 4)
+    memory = shared_memory(shared.message)
+    shown = {}
+    for episode_id in ("a", "b", "a"):
+        rgb, depth = RANDOM.integers(0, 256, (4, 4, 3), np.uint8), RANDOM.integers(0, 65536, (4, 4), np.uint16)
+        message = pb.Observation()
+        shared.write(episode_id, [(rgb, message.rgb), (depth, message.depth)])
+        shown[episode_id] = rgb, depth, message
+        assert not message.rgb.data
+    for rgb, depth, message in shown.values():
+        assert np.array_equal(decode_rgb(message.rgb, memory), rgb)
+        assert np.array_equal(np.rint(decode_depth(message.depth, memory) * 1000.0), depth)
+    shared.close()
+    assert np.array_equal(decode_rgb(shown["a"][2].rgb, memory), shown["a"][0])
+
+
+def test_what_was_decoded_stays_as_it_was() -> None:
+    shared, message = SharedImages(1, ("rgb",), 4), pb.Observation()
+    memory = shared_memory(shared.message)
+    shared.write("a", [(np.full((4, 4, 3), 7, np.uint8), message.rgb)])
+    seen = observation_of(message, memory).rgb
+    shared.write("a", [(np.zeros((4, 4, 3), np.uint8), message.rgb)])
+    assert seen is not None
+    assert (seen == 7).all()
+
+
+def test_there_is_room_for_as_many_as_may_be_open() -> None:
+    shared = SharedImages(2, ("rgb",), 4)
+    for episode_id in ("a", "b"):
+        shared.write(episode_id, [(np.zeros((4, 4, 3), np.uint8), types_pb2.Image())])
+    assert [shared.has_room(episode_id) for episode_id in ("a", "b", "c")] == [True, True, False]
+    shared.forget("a")
+    shared.forget("nobody")
+    assert shared.has_room("c")
+
+
+def test_the_memory_is_the_user_s_own_and_cannot_be_made_smaller() -> None:
+    shared = SharedImages(1, ("rgb",), 4)
+    assert os.fstat(shared.message.descriptor).st_mode & 0o777 == 0o600
+    with pytest.raises(PermissionError):
+        os.ftruncate(shared.message.descriptor, 0)
+    assert shared_memory(shared.message).readonly
+
+
+@pytest.mark.parametrize(("changed", "said"), [
+    ({"token": b"0" * 16}, "is not the memory"), ({"token": b""}, "is not the memory"),
+    ({"size": 64}, "is not the memory"), ({"descriptor": 10_000}, "cannot be read"),
+    ({"process": 4_000_000_000}, "cannot be read"), ({"descriptor": 0}, "cannot be read|is not the memory"),
+])  # fmt: skip
+def test_what_is_not_the_memory(changed: dict[str, int | bytes], said: str) -> None:
+    shared = SharedImages(1, ("rgb",), 4)
+    message = types_pb2.SharedMemory()
+    message.CopyFrom(shared.message)
+    for name, value in changed.items():
+        setattr(message, name, value)
+    with pytest.raises(NotSharedError, match=said):
+        shared_memory(message)
+
+
+@pytest.mark.parametrize(("listen", "encodings"), [
+    ("unix:/tmp/s", (*STANDARD_ENCODINGS, SHARED)),
+    ("127.0.0.1:0", STANDARD_ENCODINGS),
+    ("0.0.0.0:50551", STANDARD_ENCODINGS),
+])  # fmt: skip
+def test_where_it_is_offered(listen: str, encodings: tuple[types_pb2.Encoding.ValueType, ...]) -> None:
+    assert offered_encodings(listen) == encodings
+
+
+def test_elsewhere_it_is_refused(stub: EvaluationStub) -> None:
+    run = create(stub, episodes=1, sensors=["rgb"])
+    with Player(stub, run.run_id, encoding=SHARED) as player:
+        code, said = refused(player.next)
+    assert (code, said) == (grpc.StatusCode.INVALID_ARGUMENT, "encoding 4 is not offered; see ServerInfo.encodings")
+
+
+def test_an_episode_in_shared_memory_is_the_same_as_in_messages(near: EvaluationStub) -> None:
+    info = near.GetServerInfo(pb.GetServerInfoRequest(), metadata=METADATA)
+    assert SHARED in info.encodings
+    sensors = ["rgb", "depth", "segmentation"]
+    shown: dict[int, list[bytes]] = {}
+    for encoding in (types_pb2.ENCODING_RAW, SHARED):
+        run = create(near, episodes=1, sensors=sensors)
+        with Player(near, run.run_id, encoding=encoding, image_size=128) as player:
+            opened = player.next().opened
+            memory = shared_memory(opened.shared) if opened.HasField("shared") else None
+            shown[encoding] = []
+            for step, action in enumerate(tiny.ACTIONS):
+                message = player.observation()
+                seen = observation_of(message, memory)
+                images = (seen.rgb, seen.depth, seen.segmentation)
+                assert all(getattr(message, name).encoding == encoding for name in sensors)
+                shown[encoding] += [image.tobytes() for image in images if image is not None]
+                player.act(message.episode_id, step, action)
+    assert len(shown[SHARED]) == 3 * len(tiny.ACTIONS)
+    assert shown[SHARED] == shown[types_pb2.ENCODING_RAW]
+
+
+def test_a_history_travels_in_messages(near: EvaluationStub) -> None:
+    run = create(near, episodes=1, sensors=["rgb"])
+    with Player(near, run.run_id, player="one", encoding=SHARED) as player:
+        first = player.observation()
+        for step, action in enumerate(tiny.ACTIONS[:2]):
+            player.act(first.episode_id, step, action)
+            player.observation()
+    with Player(near, run.run_id, player="one", encoding=SHARED, history=True) as player:
+        again = [player.observation() for _ in range(3)]
+    raw = types_pb2.ENCODING_RAW
+    assert [(o.step, o.rgb.encoding) for o in again] == [(0, raw), (1, raw), (2, SHARED)]
+
+
+def test_a_server_that_is_killed_leaves_nothing(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    server = Server(tmp_path, f"unix:{tmp_path}/s")
+    with grpc.insecure_channel(server.address) as channel:
+        stub = EvaluationStub(channel)
+        run = create(stub, episodes=1, sensors=["rgb"])
+        with Player(stub, run.run_id, encoding=SHARED) as player:
+            message = player.next().opened.shared
+            memory = shared_memory(message)
+            server.kill()
+    with pytest.raises(NotSharedError):
+        shared_memory(message)
+    assert bytes(memory[: len(message.token)]) == message.token  # For whoever still looks at it.

@@ -1,0 +1,90 @@
+"""Numbers in docs/agents.md, compared with the code."""
+
+import numpy as np
+import pytest
+
+from arramon.v1 import types_pb2
+from arramon_client import run_settings
+from arramon_client.plugin import arguments
+from arramon_client.recording import files, recorder
+from arramon_client.transport.images import THOUSANDTHS, decode_depth, decode_rgb, decode_segmentation
+from server.api.encoding import Encoder
+from server.configuration.config import Config
+from server.episodes.splits import SENSORS, Split
+from server.sim import cameras, geometry, room, rules
+from server.sim.view import view
+from tests import ROOT, tiny
+
+PAGE = (ROOT / "docs" / "agents.md").read_text()
+CONFIG = Config()
+LARGEST = 65535 * float(THOUSANDTHS)
+
+HIDDEN = Split("secret", hidden=True, source="", data_hash="", episodes={}, sections={})
+
+
+def _quoted(names: tuple[str, ...]) -> str:
+    return "(" + ", ".join(f'"{name}"' for name in names) + ")"
+
+
+SENTENCES = [
+    "| `rgb` | (size, size, 3) uint8, 0 to 255 |",
+    f"in steps of {float(THOUSANDTHS):.3f} |",
+    f"| `depth`, largest | {LARGEST:.3f}: that far and beyond; nothing beyond {cameras.FAR:g} units is drawn |",
+    f"| size | {CONFIG.image_sizes[0]} (default) or {CONFIG.image_sizes[1]}, or",
+    f"| field of view | {cameras.FIELD_OF_VIEW:g} degrees,",
+    f"| eye height | {geometry.EYE_HEIGHT:g} units, in the street and in the room |",
+    f"| forward, {rules.Action.FORWARD:d} | {geometry.STEP:g} unit ahead,",
+    f"| left, {rules.Action.LEFT:d}; right, {rules.Action.RIGHT:d} | {geometry.TURN:g} degrees |",
+    f"| pick up / place, {rules.Action.INTERACT:d} |",
+    f"one cell ahead ({room.CELL:g} units)",
+    f"| {geometry.TURN:g} degrees | {geometry.TURN:g} degrees |",
+    f"up to {rules.REACH_AHEAD + rules.REACH_MARGIN:g} units ahead and {rules.REACH_SIDE + rules.REACH_MARGIN:g} to",
+    f"a disc of radius {geometry.AGENT_RADIUS:g} units",
+    f"The room has {room.COLUMNS} columns and {room.ROWS} rows; every assembly begins at column {room.START.column},\n"
+    f"row {room.START.row}, heading 0",
+    f"A phase takes {rules.STEPS_PER_PHASE} steps at most",
+    f"`--parallel` ({run_settings.DEFAULT_PARALLEL} by default; "
+    f"a server allows up to {CONFIG.max_episodes_per_stream} on",
+    f"{CONFIG.step_seconds:g} seconds a step, and {CONFIG.first_step_seconds:g} seconds for",
+    f"the run's bank, {CONFIG.bank_seconds:g} seconds",
+    f"There can be {arguments.MOST_ARGUMENTS}, with names of up to {arguments.LONGEST_NAME} characters, "
+    f"values of up to\n{arguments.LONGEST_VALUE} and {arguments.LONGEST_IN_ALL} in all",
+    f"JPEG of quality {files.JPEG_QUALITY};",
+    f"where {recorder.MAX_QUEUED_BYTES // 2**20} MiB of pictures wait",
+    f"names what it needs, `{_quoted(run_settings.DEFAULT_SENSORS)}` by default",
+    f"A hidden split offers\n`{'` and `'.join(HIDDEN.sensors)}` alone",
+    f"others `{SENSORS[2]}`, `{SENSORS[3]}` and `{SENSORS[4]}` (ground truth",
+    "with t = 5 seconds, `--parallel 6` is the\nmost that fits 60 seconds",
+]
+
+
+@pytest.mark.parametrize("sentence", SENTENCES)
+def test_a_number_on_the_page(sentence: str) -> None:
+    assert " ".join(sentence.split()) in " ".join(PAGE.split())  # independent of line breaks
+
+
+def test_the_example_of_the_clocks() -> None:
+    assert 2 * 6 * 5 <= CONFIG.step_seconds < 2 * 7 * 5
+
+
+def test_the_eye_is_as_high_in_the_street_as_in_the_room() -> None:
+    layout = tiny.episode("a").layout
+    street = rules.begin(layout)
+    for phase in rules.Phase:
+        state = rules.State(street.pose, street.room, phase=phase)
+        assert view(state, layout).viewpoint.z == geometry.EYE_HEIGHT
+
+
+@pytest.mark.parametrize("encoding", [types_pb2.ENCODING_RAW, types_pb2.ENCODING_ZSTD, types_pb2.ENCODING_JPEG])
+def test_arrays_are_read_only_and_have_the_ranges_on_the_page(encoding: types_pb2.Encoding.ValueType) -> None:
+    encoder = Encoder(encoding)
+    rgb, numbers = types_pb2.Image(), types_pb2.Image()
+    encoder.write_rgb(np.full((16, 16, 3), 255, np.uint8), rgb)
+    encoder.write_numbers(np.array([[0, 1, 65535]], np.uint16), numbers)
+    colours, depth, places = decode_rgb(rgb), decode_depth(numbers), decode_segmentation(numbers)
+    assert colours.max() == 255
+    assert depth[0].tolist() == pytest.approx([0.0, 0.001, LARGEST])
+    for array in (colours, depth, places):
+        assert not array.flags.writeable
+        with pytest.raises(ValueError, match="read-only"):
+            array[0, 0] = 1

@@ -1,0 +1,193 @@
+"""The server's command line: what it says, and what it says when something is wrong."""
+
+import argparse
+import json
+import signal
+import socket
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from server.cli import FAMILIES
+from tests import ROOT, tiny
+from tests.forked import run
+from tests.release_format import record
+from tests.serving import Server
+
+
+def error(*arguments: object) -> str:
+    """What a command that must fail says, without its name; nothing else may be printed."""
+    done = run(*arguments)
+    assert (done.returncode, done.stdout) == (1, ""), done
+    assert "Traceback" not in done.stderr
+    return done.stderr.removeprefix("arramon-server: ").strip()
+
+
+def test_serve_without_episodes(tmp_path: Path) -> None:
+    said = error("serve", "--data", tmp_path)
+    assert said.startswith(f"there are no episodes in {tmp_path}; make some with `arramon-server generate")
+
+
+def test_serve_on_a_port_in_use(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        address = f"127.0.0.1:{other.getsockname()[1]}"
+        done = run("serve", "--data", tmp_path, "--listen", address)
+    assert done.returncode == 1
+    assert done.stderr.strip().endswith(f"cannot listen on '{address}': Address already in use")
+
+
+@pytest.mark.parametrize("listen", ["nonsense", "127.0.0.1:99999", ":50551", "unix:"])
+def test_serve_on_what_is_no_address(tmp_path: Path, listen: str) -> None:
+    said = error("serve", "--data", tmp_path, "--listen", listen)
+    assert said == f"listen (--listen) is '{listen}', expected host:port or unix:/path"
+
+
+def test_serve_on_an_address_that_cannot_be(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    for address, why in (
+        ("unix:/no/such/folder/socket", "No such file or directory"),
+        ("192.0.2.1:50551", "Cannot assign requested address"),
+    ):
+        assert error("serve", "--data", tmp_path, "--listen", address) == f"cannot listen on '{address}': {why}"
+
+
+def test_a_key_that_was_not_there_is_said_to_be_new(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    path = tmp_path / "signing-key.pem"
+    first, second = run("key", "--data", tmp_path), run("key", "--data", tmp_path)
+    assert first.stderr == f"no key at {path}: creating a new one\n"
+    assert (second.stdout, second.stderr) == (first.stdout, "")
+
+
+def test_serve_with_a_journal_that_cannot_be_written(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    (tmp_path / "journal.db").mkdir()
+    done = run("serve", "--data", tmp_path)
+    assert done.returncode == 1
+    assert "the journal cannot be used: unable to open database file" in done.stderr
+
+
+def test_serve_with_a_broken_journal(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    (tmp_path / "journal.db").write_bytes(b"this is no database, but it is long enough to look like a file" * 40)
+    done = run("serve", "--data", tmp_path)
+    assert done.returncode == 1
+    assert "the journal cannot be used: file is not a database" in done.stderr
+
+
+def test_serve_with_a_step_limit_out_of_range(tmp_path: Path) -> None:
+    assert error("serve", "--data", tmp_path, "--steps", 0) == (
+        "steps (--steps) is '0', expected a whole number of steps from 1 to 10000"
+    )
+
+
+@pytest.mark.usefixtures("interruptible")
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_signals_drain_and_exit_0(tmp_path: Path, number: signal.Signals) -> None:
+    tiny.write(tmp_path)
+    server = Server(tmp_path, anew=True)
+    server.process.send_signal(number)
+    assert server.stop() == 0
+
+
+def test_health_of_a_server_and_of_none(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    server = Server(tmp_path)
+    try:
+        healthy = run("health", "--address", server.address)
+        assert (healthy.returncode, healthy.stdout) == (0, f"{server.address} serves\n")
+    finally:
+        server.stop()
+    assert error("health", "--address", server.address) == f"no answer from {server.address}: UNAVAILABLE"
+
+
+def write(path: Path, records: Any) -> Path:
+    path.write_text(json.dumps(records))
+    return path
+
+
+def test_import_says_what_it_wrote(tmp_path: Path) -> None:
+    file = write(tmp_path / "mine.json", [record(7), record(8)])
+    done = run("import-release", file, "--data", tmp_path / "data")
+    assert done.returncode == 0
+    assert done.stdout.startswith("split mine (open): 2 in en; 1 sections; data ")
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("", "is not JSON: "),
+        ('[{"mapId": 1', "is not JSON: "),
+        ("{}", "input should be a valid list"),
+        ("[]", "contains no episodes"),
+        ("[{}]", "[0].mapId: field required"),
+    ],
+)
+def test_import_of_a_file_that_is_no_release(tmp_path: Path, content: str, message: str) -> None:
+    file = tmp_path / "bad.json"
+    file.write_text(content)
+    said = error("import-release", file, "--data", tmp_path / "data")
+    assert said.startswith(f"{file}: ")
+    assert message in said
+    assert not (tmp_path / "data").exists()
+
+
+def test_import_of_a_file_that_is_not_there(tmp_path: Path) -> None:
+    said = error("import-release", tmp_path / "gone.json", "--data", tmp_path)
+    assert said == f"{tmp_path / 'gone.json'}: cannot be read: No such file or directory"
+
+
+def test_import_in_an_unknown_language(tmp_path: Path) -> None:
+    file = write(tmp_path / "mine.json", [record(7)])
+    assert (
+        error("import-release", file, "--data", tmp_path, "--lang", "fr")
+        == "there is no language 'fr'; there are en, hi"
+    )
+
+
+def test_import_into_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
+    file = write(tmp_path / "mine.json", [record(7)])
+    said = error("import-release", file, "--data", file)
+    assert said == f"cannot write to {file}/splits/mine: Not a directory"
+
+
+def test_show_draws_and_names_what_is_missing(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    done = run("show", "3", "--data", tmp_path, "--output", tmp_path / "pictures")
+    names = ("map.png", "views.png", "instructions.txt")
+    assert done.stdout.split() == [str(tmp_path / "pictures" / f"tiny-3-{name}") for name in names]
+    texts = (tmp_path / "pictures" / "tiny-3-instructions.txt").read_text().splitlines()
+    assert [line.partition(": ")[0] for line in texts[:2]] == ["en, turn 1, navigation", "en, turn 1, assembly"]
+    assert error("show", "99", "--data", tmp_path) == "there is no episode '99' in tiny"
+    assert error("show", "3", "--split", "x", "--data", tmp_path) == "there is no split 'x'; there are tiny"
+    blocked = tmp_path / "pictures" / "tiny-3-map.png"
+    assert error("show", "3", "--data", tmp_path, "--output", blocked).startswith(f"cannot write {blocked}")
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_the_commands_of_each_family_are_those_that_it_is_loaded_for(family: str) -> None:
+    commands = argparse.ArgumentParser().add_subparsers()
+    import_module(f"server.commands.{family}").add(commands, argparse.ArgumentParser(add_help=False))
+    assert tuple(commands.choices) == FAMILIES[family]
+
+
+def test_every_family_is_in_the_help() -> None:
+    assert {command for its in FAMILIES.values() for command in its} <= set(run("--help").stdout.split())
+    modules = {path.stem for path in ROOT.glob("server/commands/*.py")}
+    assert modules - {"__init__", "journal", "wording"} == set(FAMILIES)
+
+
+def test_a_token_is_listed_without_loading_what_draws(tmp_path: Path) -> None:
+    code = (
+        f"import sys; from server.cli import main; main(['token', 'list', '--data', {str(tmp_path)!r}]); "
+        "print([name for name in ('numba', 'grpc', 'scipy') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"

@@ -1,0 +1,331 @@
+"""Settings from file, environment and flags: who wins, what is refused, and what is written about them."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from arramon_client.transport.connection import connect
+from server.addresses import is_loopback
+from server.cli import parser
+from server.commands.settings import as_table, as_toml
+from server.configuration.config import SETTINGS, Config, Contradiction
+from server.configuration.sources import Configuration, environment_of, load_configuration, without_settings
+from server.errors import BadInput
+from server.per_split import PerSplit
+from tests import ROOT, tiny
+from tests.serving import Server
+
+EVERYTHING: dict[str, tuple[str, Any]] = {
+    "data": ("elsewhere", Path("elsewhere")),
+    "listen": ("unix:/run/a", "unix:/run/a"),
+    "journal": ("postgresql://u:p@h/n", "postgresql://u:p@h/n"),
+    "fsync": ("false", False),
+    "workers": ("3", 3),
+    "camera": ("tiny", "tiny"),
+    "image_sizes": ("64,32", (64, 32)),
+    "steps": ("7", 7),
+    "step_seconds": ("1.5", 1.5),
+    "first_step_seconds": ("60", 60.0),
+    "bank_seconds": ("1800", 1800.0),
+    "idle_seconds": ("0", 0.0),
+    "keepalive_seconds": ("5", 5.0),
+    "max_episodes_per_stream": ("9", 9),
+    "max_calls": ("64", 64),
+    "max_message_bytes": ("65536", 65536),
+    "anonymous": ("true", True),
+    "runs_per_day": ("4", PerSplit(4)),
+    "runs_in_all": ("40,test_unseen=3", PerSplit(40, (("test_unseen", 3),))),
+    "runs_at_once": ("a=0,b=2", PerSplit(0, (("a", 0), ("b", 2)))),
+    "streams_at_once": ("8", PerSplit(8)),
+    "tls_certificate": ("c.pem", Path("c.pem")),
+    "tls_key": ("k.pem", Path("k.pem")),
+    "trust_proxy": ("true", True),
+    "signing_key": ("s.pem", Path("s.pem")),
+    "web": ("127.0.0.1:8080", "127.0.0.1:8080"),
+    "metrics": ("[::1]:9090", "[::1]:9090"),
+    "drain_seconds": ("2.5", 2.5),
+    "log": ("debug", "debug"),
+    "log_format": ("json", "json"),
+}
+"""A text and the value that it stands for, of each setting; none is its default."""
+
+
+def load(*arguments: str, file: Path | None = None, **variables: Any) -> Configuration:
+    named = ("--config", str(file)) if file else ()
+    return load_configuration(vars(parser().parse_args(["serve", *named, *arguments])), variables)
+
+
+def refusal(*arguments: str, file: Path | None = None, **variables: Any) -> str:
+    with pytest.raises(BadInput) as caught:
+        load(*arguments, file=file, **variables)
+    return str(caught.value)
+
+
+def test_everything_is_tried_here() -> None:
+    assert set(EVERYTHING) == {name for name, setting in SETTINGS.items() if not setting.description.internal}
+    assert all(value != SETTINGS[name].default for name, (_, value) in EVERYTHING.items())
+
+
+def test_defaults() -> None:
+    assert load() == Configuration(Config(), {})
+
+
+def test_everything_from_flags() -> None:
+    arguments = []
+    for name, (text, value) in EVERYTHING.items():
+        flag = "--" + name.replace("_", "-")
+        arguments += [flag] if value is True else ["--no-" + flag[2:]] if value is False else [flag, text]
+    assert load(*arguments).config == Config(**{name: value for name, (_, value) in EVERYTHING.items()})
+
+
+def test_everything_from_the_environment_and_back_again() -> None:
+    variables: dict[str, Any] = {f"ARRAMON_{name.upper()}": text for name, (text, _) in EVERYTHING.items()}
+    config = load(**variables).config
+    assert config == Config(**{name: value for name, (_, value) in EVERYTHING.items()})
+    assert environment_of(config) == variables
+    assert without_settings({**variables, "ARRAMON_CONFIG": "f", "HOME": "/"}) == {"HOME": "/"}
+
+
+# The two of TLS are not alone; they go together in the test before this one.
+@pytest.mark.parametrize("name", [name for name in EVERYTHING if not name.startswith("tls_")])
+def test_each_goes_to_another_process_as_it_is(name: str) -> None:
+    config = replace(Config(), **{name: EVERYTHING[name][1]})
+    variables: dict[str, Any] = {**environment_of(config)}
+    assert load(**variables).config == config
+
+
+def test_everything_from_a_file(tmp_path: Path) -> None:
+    file = tmp_path / "a.toml"
+    values = {name: list(value) if isinstance(value, tuple) else value for name, (_, value) in EVERYTHING.items()}
+    file.write_text("\n".join(f"{name} = {json.dumps(value, default=str)}" for name, value in values.items()))
+    expected = Config(**{name: value for name, (_, value) in EVERYTHING.items()})
+    assert load(file=file).config == expected
+    assert load(ARRAMON_CONFIG=str(file)).config == expected
+
+
+def test_flags_win_over_the_environment_and_that_over_the_file(tmp_path: Path) -> None:
+    file = tmp_path / "a.toml"
+    file.write_text("steps = 1\nruns_per_day = 1\nruns_in_all = 1")
+    found = load("--runs-in-all", "3", file=file, ARRAMON_RUNS_PER_DAY="2", ARRAMON_RUNS_IN_ALL="2", ARRAMON_STEPS="")
+    assert (found.config.steps, found.config.runs_per_day, found.config.runs_in_all) == (1, PerSplit(2), PerSplit(3))
+    assert found.origins == {
+        "steps": f"steps in {file}",
+        "runs_per_day": "$ARRAMON_RUNS_PER_DAY",
+        "runs_in_all": "--runs-in-all",
+    }
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "expected"),
+    [
+        ("steps", "0", "a whole number of steps from 1 to 10000"),
+        ("steps", "many", "a whole number of steps from 1 to 10000"),
+        ("workers", "257", "a whole number from 1 to 256"),
+        ("idle_seconds", "-1", "a number of seconds from 0"),
+        ("idle_seconds", "nan", "a number of seconds from 0"),
+        ("drain_seconds", "inf", "a number of seconds from 0 to 3600"),
+        ("camera", "none", "one of raster, tiny"),
+        ("log", "loud", "one of debug, info, warning, error"),
+        ("image_sizes", "224,8", "whole numbers of pixels from 16 to 1024, separated by commas"),
+        ("web", "unix:/run/web", "host:port"),
+        ("listen", "0.0.0.0", "host:port or unix:/path"),
+    ],
+)
+def test_what_is_out_of_range(tmp_path: Path, name: str, text: str, expected: str) -> None:
+    flag, variable, file = "--" + name.replace("_", "-"), "ARRAMON_" + name.upper(), tmp_path / "a.toml"
+    file.write_text(f"{name} = {json.dumps(text)}")
+    assert refusal(flag, text) == f"{name} ({flag}) is '{text}', expected {expected}"
+    variables: dict[str, Any] = {variable: text}
+    assert refusal(**variables) == f"{name} (${variable}) is '{text}', expected {expected}"
+    assert refusal(file=file) == f"{name} ({name} in {file}) is '{text}', expected {expected}"
+
+
+def test_a_variable_that_is_neither_true_nor_false() -> None:
+    assert refusal(ARRAMON_FSYNC="perhaps") == "fsync ($ARRAMON_FSYNC) is 'perhaps', expected true or false"
+
+
+@pytest.mark.parametrize("value", ["true", "[1]", "1979-05-27", "{a = 1}"])
+def test_a_value_of_another_kind_in_the_file(tmp_path: Path, value: str) -> None:
+    file = tmp_path / "a.toml"
+    file.write_text(f"steps = {value}" if value != "[1]" else "steps = [1, 2]")
+    assert refusal(file=file).startswith(f"steps (steps in {file}) is ")
+
+
+THREE_ON_THE_HIDDEN_ONE = PerSplit(0, (("test_unseen", 3),))
+
+
+@pytest.mark.parametrize(
+    ("toml", "expected"),
+    [
+        ("3", PerSplit(3)),
+        ("{test_unseen = 3}", THREE_ON_THE_HIDDEN_ONE),
+        ("{default = 5, test_unseen = 3}", PerSplit(5, (("test_unseen", 3),))),
+        ('"5,test_unseen=3"', PerSplit(5, (("test_unseen", 3),))),
+        ('{"a split" = 1}', PerSplit(0, (("a split", 1),))),
+    ],
+)
+def test_a_limit_names_a_split_in_the_file(tmp_path: Path, toml: str, expected: PerSplit) -> None:
+    file = tmp_path / "a.toml"
+    file.write_text(f"runs_per_day = {toml}")
+    assert load(file=file).config.runs_per_day == expected
+    file.write_text(as_toml(load(file=file)))
+    assert load(file=file).config.runs_per_day == expected
+
+
+def test_a_limit_names_a_split_elsewhere() -> None:
+    assert load("--runs-per-day", "test_unseen=3").config.runs_per_day == THREE_ON_THE_HIDDEN_ONE
+    assert load(ARRAMON_RUNS_PER_DAY="test_unseen=3").config.runs_per_day == THREE_ON_THE_HIDDEN_ONE
+    several = load("--runs-per-day", "5", "--runs-per-day", "b=1", "--runs-per-day", "a=0,c=7").config.runs_per_day
+    assert several == PerSplit(5, (("a", 0), ("b", 1), ("c", 7)))
+    assert [several.of(split) for split in ("a", "b", "c", "d")] == [0, 1, 7, 5]
+
+
+@pytest.mark.parametrize("text", ["a=", "=3", "a=-1", "a=x", "a=1,a=2", "3,4", "a=1000000001", "1.5", "a=1,", "a=٣"])
+def test_limits_that_are_none(text: str) -> None:
+    expected = "a whole number of runs from 0 to 1000000000, or SPLIT=NUMBER, separated by commas"
+    assert refusal("--runs-per-day", text) == f"runs_per_day (--runs-per-day) is {text!r}, expected {expected}"
+
+
+def test_a_limit_of_a_split_that_there_is_not(tmp_path: Path) -> None:
+    """A split with a misspelt name would have no limit, and nobody would know."""
+    tiny.write(tmp_path)
+    done = run(tmp_path, "serve", "--listen", "127.0.0.1:0", "--runs-at-once", "tiny=1,tinny=2")
+    assert (done.returncode, done.stderr) == (
+        1,
+        f"arramon-server: runs_at_once names the split 'tinny', which is not in {tmp_path}; existing splits: tiny\n",
+    )
+
+
+def test_the_documented_example_is_a_file_with_settings(tmp_path: Path) -> None:
+    text = (ROOT / "docs" / "configuration.md").read_text()
+    (example,) = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
+    file = tmp_path / "a.toml"
+    file.write_text(example)
+    assert load(file=file).config.runs_per_day == THREE_ON_THE_HIDDEN_ONE
+    (flags,) = re.findall(r"```sh\narramon-server serve (.*?)\n```", text, re.DOTALL)
+    assert load(*flags.split()).config.runs_per_day == THREE_ON_THE_HIDDEN_ONE
+
+
+def test_settings_that_there_are_not(tmp_path: Path) -> None:
+    file = tmp_path / "a.toml"
+    file.write_text("step = 3")
+    assert refusal(file=file) == f"{file}: there is no setting 'step'; did you mean 'steps'?"
+    file.write_text("shared_port = true")
+    assert refusal(file=file).startswith(f"{file}: there is no setting 'shared_port'")
+    assert refusal(ARRAMON_WROKERS="2") == "$ARRAMON_WROKERS: there is no setting 'wrokers'; did you mean 'workers'?"
+    said = "$ARRAMON_workers: there is no setting 'workers'; did you mean $ARRAMON_WORKERS?"
+    assert refusal(ARRAMON_workers="2") == said
+
+
+def test_an_empty_path_is_not_the_working_directory(tmp_path: Path) -> None:
+    file = tmp_path / "a.toml"
+    file.write_text('data = ""')
+    assert refusal(file=file) == f"data (data in {file}) is '', expected a path"
+
+
+@pytest.mark.parametrize("journal", ["nonsense", "mysql://a:b@host/name", "/var/lib/journal.db"])
+def test_a_journal_is_kept_in_sqlite_or_postgresql(journal: str) -> None:
+    said = refusal("--journal", journal)
+    assert said == "journal (--journal) is invalid, expected sqlite:///PATH or postgresql://USER:...@HOST/NAME"
+    assert refusal(ARRAMON_XYZ="2") == "$ARRAMON_XYZ: there is no setting 'xyz'; `arramon-server config` lists them"
+
+
+def test_variables_that_are_no_settings() -> None:
+    of_kubernetes = ("SERVICE_HOST", "SERVICE_PORT_GRPC", "PORT", "PORT_50551_TCP_ADDR", "WEB_SERVICE_PORT")
+    variables: dict[str, Any] = {f"ARRAMON_{name}": "tcp://10.0.0.1:80" for name in of_kubernetes}
+    assert load(**variables, ARRAMON_TOKEN="t", ARRAMON_RELEASE="r", HOME="/root") == load()
+
+
+def test_files_that_are_none(tmp_path: Path) -> None:
+    file = tmp_path / "a.toml"
+    assert refusal(file=file) == f"{file}: cannot be read: No such file or directory"
+    file.write_text("steps: 3")
+    assert refusal(file=file).startswith(f"{file}: is not TOML: ")
+
+
+def test_contradictions_name_both_sides() -> None:
+    assert refusal("--tls-key", "k", ARRAMON_ANONYMOUS="false") == (
+        "tls_key is set but tls_certificate is not; expected both or neither (tls_key: --tls-key)"
+    )
+    assert refusal("--web", "h:1", ARRAMON_LISTEN="h:1") == (
+        "web and listen are both h:1; expected different ones (web: --web; listen: $ARRAMON_LISTEN)"
+    )
+    with pytest.raises(Contradiction, match="tls_certificate is set but tls_key is not"):
+        Config(tls_certificate=Path("c"))
+
+
+def test_a_password_is_never_shown(tmp_path: Path) -> None:
+    done = run(tmp_path, "config", "--journal", "postgresql://host:hunter2@db/x", ARRAMON_STEPS="9")
+    assert 'journal = "postgresql://host:***@db/x"  # --journal' in done.stdout.splitlines()
+    assert "steps = 9  # $ARRAMON_STEPS" in done.stdout.splitlines()
+    assert "hunter2" not in done.stdout + done.stderr
+
+
+def run(data: Path, *arguments: str, **variables: str) -> "subprocess.CompletedProcess[str]":
+    command = [sys.executable, "-m", "server", *arguments, "--data", str(data)]
+    environment = {**os.environ, **variables}
+    return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=240, check=False)
+
+
+def test_what_config_prints_is_a_file_with_these_settings(tmp_path: Path) -> None:
+    config = Config(**{name: value for name, (_, value) in EVERYTHING.items() if name != "journal"})
+    file = tmp_path / "a.toml"
+    for each in (config, Config()):
+        file.write_text(as_toml(Configuration(each, {})))
+        assert load(file=file).config == each
+    assert tomllib.loads(as_toml(Configuration(config, {})))["image_sizes"] == [64, 32]
+
+
+def test_the_documented_table_is_what_the_code_says() -> None:
+    text = (ROOT / "docs" / "configuration.md").read_text()
+    assert as_table() in text, "renew it with: arramon-server config --table"
+    assert text.count("\n| `") == len(EVERYTHING)
+
+
+def test_every_command_says_what_is_wrong_before_it_does_anything(tmp_path: Path) -> None:
+    done = run(tmp_path, "serve", ARRAMON_STEP="3")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == "arramon-server: $ARRAMON_STEP: there is no setting 'step'; did you mean 'steps'?\n"
+
+
+def test_workers_get_the_same_settings(tmp_path: Path) -> None:
+    """The step limit of the runs that each worker makes is that of the file, which only the parent has read."""
+    tiny.write(tmp_path)
+    file = tmp_path / "a.toml"
+    file.write_text('steps = 17\nworkers = 2\nimage_sizes = [64]\nmax_episodes_per_stream = 5\ncamera = "tiny"')
+    server = Server(tmp_path, "127.0.0.1:0", "--config", str(file))
+    try:
+        with connect(server.address) as found:
+            addresses = list(found.info.addresses)
+        assert len(addresses) == 2
+        for address in addresses:
+            with connect(address) as worker:
+                assert worker.info.limits.steps_per_phase == 17
+                assert (list(worker.info.image_sizes), worker.info.max_episodes_per_stream) == ([64], 5)
+    finally:
+        assert server.stop() == 0
+
+
+@pytest.mark.parametrize(
+    ("address", "loopback"),
+    [
+        ("unix:/run/a", True),
+        ("127.0.0.1:1", True),
+        ("localhost:1", True),
+        ("[::1]:1", True),
+        ("10.1.2.3:1", False),
+        ("0.0.0.0:1", False),
+        ("[::]:1", False),
+        ("8.8.8.8:1", False),
+    ],
+)
+def test_who_reaches_an_address(address: str, loopback: bool) -> None:
+    assert is_loopback(address) == loopback

@@ -1,0 +1,92 @@
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import pytest
+
+from server.dataset.generation import Draft, Site, problems
+from server.dataset.plans import build_section, read_plan
+from server.sim.geometry import Point
+from server.sim.room import START, Placement
+from server.sim.rules import Action, PlacedObject
+
+
+@pytest.fixture(scope="module")
+def site() -> Iterator[Site]:
+    made = Site(build_section(read_plan("6"), "test"))
+    yield made
+    made.world.close()
+
+
+@pytest.fixture(scope="module")
+def draft(site: Site) -> Draft:
+    return site.sampler.draw("1", ("check", 3))
+
+
+def test_all_that_is_drawn_passes(site: Site) -> None:
+    for i in range(20):
+        assert problems(site.sampler.draw(str(i), ("passes", i)), site.solids, site.world) == ()
+
+
+def test_the_same_names_draw_the_same(site: Site) -> None:
+    assert (
+        site.sampler.draw("1", ("a",)) == Site(site.section).sampler.draw("1", ("a",)) != site.sampler.draw("1", ("b",))
+    )
+
+
+def of_turn(draft: Draft, number: int, **changes: object) -> Draft:
+    turns = list(draft.turns)
+    turns[number - 1] = replace(turns[number - 1], **changes)  # type: ignore[arg-type]
+    return replace(draft, turns=(turns[0], turns[1]))
+
+
+def moved_to_a_building(draft: Draft, site: Site) -> Draft:
+    street = draft.turns[1].street
+    inside = site.section.buildings[0]
+    item = replace(street[-1], position=Point(inside.x, 0.0, inside.z))
+    return of_turn(draft, 2, street=(*street[:-1], item))
+
+
+def twice_the_target(draft: Draft, site: Site) -> Draft:
+    street = draft.turns[0].street
+    return of_turn(draft, 1, street=(*street[:-1], replace(street[-1], type=street[0].type)))
+
+
+def in_one_place(draft: Draft, site: Site) -> Draft:
+    street = draft.turns[0].street
+    return of_turn(draft, 1, street=(*street[:-1], replace(street[-1], position=street[1].position)))
+
+
+def decoy_on(draft: Draft, cell: Placement) -> Draft:
+    return replace(draft, decoys=(*draft.decoys[:-1], replace(draft.decoys[-1], placement=cell)))
+
+
+CASES: list[tuple[Callable[[Draft, Site], Draft], str]] = [
+    (moved_to_a_building, "turn 2: .* inside something solid"),
+    (twice_the_target, "turn 1: two objects are a"),
+    (in_one_place, "turn 1: .* too close"),
+    (lambda d, _: replace(d, start=replace(d.start, heading=d.start.heading + 1)), "turn 1, navigation"),
+    (lambda d, s: replace(d, start=replace(d.start, x=s.section.buildings[0].x, z=s.section.buildings[0].z)), "start"),
+    (lambda d, _: of_turn(d, 1, actions=d.turns[0].actions[:-1]), "turn 1, navigation: not ended"),
+    (lambda d, _: of_turn(d, 2, actions=(*d.turns[1].actions, Action.LEFT)), "turn 2, navigation: ended before"),
+    (lambda d, _: of_turn(d, 1, path=d.turns[0].path[:-1]), "turn 1, navigation: .* follow the path"),
+    (lambda d, _: of_turn(d, 2, room_path=(*d.turns[1].room_path, START)), "turn 2, assembly: .* follow the path"),
+    (lambda d, _: of_turn(d, 2, target_cell=Placement(0, 1, 0)), "turn 2, assembly: does not end with"),
+    (lambda d, _: of_turn(d, 1, actions=(Action.LEFT,) * 3 + (Action.FORWARD,) * 140), "turn 1, navigation"),
+    (lambda d, _: replace(d, decoys=d.decoys[:-1]), "7 decoys, expected 8"),
+    (lambda d, _: decoy_on(d, d.decoys[0].placement), "each in a cell of its own"),
+    (lambda d, _: decoy_on(d, Placement(2, 1, 0)), "start tile"),
+    (lambda d, _: decoy_on(d, Placement(5, 1, 0)), "outside the room"),
+    (
+        lambda d, _: replace(d, decoys=(*d.decoys[:-1], PlacedObject(d.turns[0].target.type, d.decoys[-1].placement))),
+        "look the same",
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("spoil", "expected"), CASES, ids=[expected for _, expected in CASES])
+def test_what_is_wrong_is_found(draft: Draft, site: Site, spoil: Callable[[Draft, Site], Draft], expected: str) -> None:
+    assert problems(draft, site.solids, site.world) == ()
+    found = "\n".join(problems(spoil(draft, site), site.solids, site.world))
+
+    assert re.search(expected, found), found

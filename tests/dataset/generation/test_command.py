@@ -1,0 +1,106 @@
+import stat
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from server.dataset.generation.command import Progress, generate
+from server.dataset.generation.secret import host_secret
+from server.dataset.generation.sizes import SPLITS
+from server.dataset.generation.work import MakeWriter, generate_batch, make_batches
+from server.dataset.plans import build_section, read_plan
+from server.episodes.splits import Split, folder_of, read_split
+from server.errors import ArraMonError, BadInput
+from tests.dataset.generation.places import CROSSING, make_fussy, make_never, make_plain
+
+
+def make(
+    data: Path, *names: str, count: int = 4, seed: int = 1, jobs: int = 1, writer: MakeWriter = make_plain
+) -> tuple[list[Split], list[Progress]]:
+    told: list[Progress] = []
+    plans = [SPLITS[name] for name in names]
+    scale = count / plans[0].size
+    return generate(data, plans, scale=scale, seed=seed, jobs=jobs, make_writer=writer, tell=told.append), told
+
+
+def files_of(data: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(data)): path.read_bytes() for path in sorted(data.rglob("*")) if path.is_file()}
+
+
+def test_the_number_of_jobs_changes_no_byte(tmp_path: Path) -> None:
+    make(tmp_path / "one", "val_unseen", count=8)
+    make(tmp_path / "two", "val_unseen", count=8, jobs=2)
+
+    assert files_of(tmp_path / "one") == files_of(tmp_path / "two")
+    assert len(read_split(folder_of(tmp_path / "one", "val_unseen")).episodes) == 8
+
+
+def test_another_seed_gives_other_episodes_and_furniture(tmp_path: Path) -> None:
+    ((one,), (two,)) = (make(tmp_path / str(seed), "val_unseen", count=1, seed=seed)[0] for seed in (1, 2))
+
+    assert list(one.episodes) == list(two.episodes)
+    assert [episode.turns for episode in one.episodes.values()] != [episode.turns for episode in two.episodes.values()]
+    assert one.sections["6"].props != two.sections["6"].props
+
+
+def test_what_the_writer_refuses_is_drawn_anew_and_counted(tmp_path: Path) -> None:
+    (split,), told = make(tmp_path, "val_unseen", count=7, writer=make_fussy)
+
+    assert all(episode.turns[0].target.type.kind in ("ball", "mug", "tv") for episode in split.episodes.values())
+    assert [(progress.done, progress.total) for progress in told] == [(6, 7), (7, 7)]
+    assert told[-1].drafts > 7
+
+
+def test_a_hidden_split_comes_from_the_secret_alone(tmp_path: Path) -> None:
+    """The public seed gives neither its episodes nor its section, and changes nothing; only its owner reads it."""
+    (hidden,), _ = make(tmp_path / "host", "test_unseen", seed=1)
+    (again,), _ = make(tmp_path / "host", "test_unseen", seed=2)
+    (other,), _ = make(tmp_path / "other", "test_unseen", seed=1)
+    sections = {"7": build_section(read_plan("7"), "1")}
+    (batch,) = make_batches("1", "test_unseen", SPLITS["test_unseen"].episodes(4 / 1205), sections, make_plain)
+    public = {made.episode.episode_id: made.episode for made in generate_batch(batch)}
+
+    assert hidden.hidden
+    assert hidden.episodes == again.episodes
+    for elsewhere in (other.episodes, public):
+        assert list(elsewhere) == list(hidden.episodes)
+        for episode_id, episode in hidden.episodes.items():
+            assert episode.turns != elsewhere[episode_id].turns
+            assert episode.start != elsewhere[episode_id].start or episode.decoys != elsewhere[episode_id].decoys
+    assert hidden.sections["7"].props != other.sections["7"].props
+    assert stat.S_IMODE((tmp_path / "host" / "secret").stat().st_mode) == 0o600
+    assert stat.S_IMODE(folder_of(tmp_path / "host", "test_unseen").stat().st_mode) == 0o700
+
+
+def test_the_secret_is_in_no_other_file(tmp_path: Path) -> None:
+    make(tmp_path, "test_unseen", count=2)
+    secret = host_secret(tmp_path).encode()
+
+    assert [name for name, data in files_of(tmp_path).items() if secret in data] == ["secret"]
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_what_fails_leaves_the_split_that_was_there(tmp_path: Path, jobs: int) -> None:
+    make(tmp_path, "val_unseen", count=1)
+    before = files_of(tmp_path)
+
+    with pytest.raises(ArraMonError, match=r"no valid episode 55000 of split val_unseen found in \d+ attempts"):
+        make(tmp_path, "val_unseen", count=3, jobs=jobs, writer=make_never)
+
+    assert files_of(tmp_path) == before
+
+
+def test_orders_go_section_by_section() -> None:
+    sections = {name: replace(CROSSING, id=name) for name in "12345"}
+    batches = make_batches("1", "val_seen", SPLITS["val_seen"].episodes(40 / 1065), sections, make_plain)
+
+    assert [(batch.section.id, len(batch.episode_ids)) for batch in batches] == [
+        (s, n) for s in "12345" for n in (6, 2)
+    ]
+    assert batches[0].episode_ids[:2] == ("5016", "5056")
+
+
+@pytest.mark.parametrize("jobs", [-1, 257])
+def test_jobs_out_of_range_are_refused(tmp_path: Path, jobs: int) -> None:
+    with pytest.raises(BadInput, match="jobs"):
+        make(tmp_path, "val_unseen", jobs=jobs)

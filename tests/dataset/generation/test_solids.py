@@ -1,0 +1,49 @@
+import numpy as np
+import pytest
+
+from server.dataset.generation.ground import FAR, Ground
+from server.dataset.layout.solids import Solids
+from server.sim.section import Building, Prop
+from tests.dataset.generation.places import CROSSING
+
+LONG = Building(10.0, 0.0, 1.0, 4.0, 90.0, 3.0, "brick")
+"""Turned: 4 along x, 1 along z."""
+
+
+@pytest.mark.parametrize(
+    ("place", "distance"),
+    [
+        ((10.0, 0.0), 0.0),
+        ((13.9, 0.9), 0.0),
+        ((16.0, 0.0), 2.0),
+        ((10.0, 3.5), 2.5),
+        ((17.0, 5.0), 5.0),
+        ((3.0, -5.0), 5.0),
+    ],
+)
+def test_distances_to_a_turned_building(place: tuple[float, float], distance: float) -> None:
+    assert Solids.from_bodies([LONG]).distance(np.array([place]))[0] == pytest.approx(distance)
+
+
+def test_a_banner_is_not_solid_and_a_booth_is() -> None:
+    props = [Prop("banner", 0.0, 0.0, 0.0, "red", "star", "white"), Prop("phone_booth", 5.0, 0.0, 0.0)]
+    solids = Solids.from_bodies([], props)
+
+    assert len(solids.centres) == 1
+    assert solids.distance(np.array([[5.0, 1.27]]))[0] == pytest.approx(1.0)
+    assert Solids.from_bodies([]).distance(np.zeros((1, 2)))[0] == np.inf
+
+
+@pytest.mark.parametrize(
+    ("place", "clear"),
+    [
+        ((0.0, -8.0), 3.0),
+        ((2.0, -8.0), 1.0),
+        ((-8.0, 8.0), 0.0),
+        ((0.0, 12.9), 2.5),
+        ((0.0, 13.5), 0.0),
+        ((50, 50), 0.0),
+    ],
+)
+def test_clearance_of_the_crossing(place: tuple[float, float], clear: float) -> None:
+    assert Ground.of(CROSSING).clear_at(*place) == pytest.approx(min(clear, FAR / 1000), abs=0.1)

@@ -1,0 +1,110 @@
+"""Assembly plans: they lead to the target, mention only what is seen, and differ."""
+
+from collections import Counter
+from collections.abc import Iterator
+
+import pytest
+
+from lang.meaning import Assembly, Thing
+from server.dataset.instructions.assembly import plan_assembly
+from server.dataset.instructions.assembly_sight import seen_room, whole_room
+from server.dataset.randomness import seeded
+from server.dataset.release.extras import arrange_decoys
+from server.sim.catalogue import ALL_TYPES, ObjectType
+from server.sim.room import COLUMNS, ROWS, START, Placement, Square
+from server.sim.rules import PlacedObject
+from tests.agents.playing_room import play, things
+
+MUG = ObjectType("dotted", "red", "mug")
+
+
+def tasks(count: int) -> Iterator[tuple[ObjectType, Placement, tuple[PlacedObject, ...], int]]:
+    """Rooms with eight decoys and a cell to put something in, on the floor or on a decoy."""
+    for number in range(count):
+        random = seeded("rooms", number)
+        one, other = random.sample(ALL_TYPES, 2)
+        cells = [Square(c, r) for c in range(1, COLUMNS) for r in range(ROWS) if (c, r) != START]
+        cell = random.choice(cells)
+        place = Placement(cell.column, 2 if number % 3 == 0 else 1, cell.row)
+        found = arrange_decoys(str(number), (one, other), (place, place), ((), ()), ((), ()))
+        yield one, place, tuple(PlacedObject(t, Placement(c.column, 1, c.row)) for t, c in found), number
+
+
+def mentioned(meaning: Assembly) -> list[Thing]:
+    """The landmarks, and theirs."""
+    found = [thing for where in meaning.where for thing in where.things]
+    return found + [inner for thing in found for where in thing.where for inner in where.things]
+
+
+def test_who_follows_a_plan_puts_it_there() -> None:
+    planned = 0
+    for type_, place, room, number in tasks(60):
+        meaning = plan_assembly(type_, place, room, seeded("plan", number))
+        if meaning is not None:
+            planned += 1
+            assert play(meaning, room, type_)[0] == place, meaning
+    assert planned >= 57
+
+
+def test_plans_say_what_people_say() -> None:
+    counts: Counter[str] = Counter()
+    landmarks: Counter[int] = Counter()
+    for type_, place, room, number in tasks(150):
+        meaning = plan_assembly(type_, place, room, seeded("mix", number))
+        if meaning is None:
+            continue
+        kinds = {thing.kind for thing in mentioned(meaning)}
+        counts.update({where.relation for where in meaning.where} | (kinds & {"wall", "you"}) | set(meaning.turns[:1]))
+        counts["planned"] += 1
+        landmarks.update(
+            sum(map(bool, (t.kind, t.colour, t.look))) for t in mentioned(meaning) if t.kind not in ("wall", "you")
+        )
+    for said, low, high in (
+        ("on_top_of", 0.25, 0.4), ("left", 0.03, 0.2), ("right", 0.08, 0.3), ("wall", 0.12, 0.35), ("you", 0.04, 0.2),
+        ("left_of", 0.05, 0.25), ("right_of", 0.05, 0.25), ("in_front_of", 0.08, 0.3), ("behind", 0.05, 0.25),
+        ("between", 0.01, 0.12), ("diagonal_to", 0.0, 0.1),
+    ):  # fmt: skip
+        assert low <= counts[said] / counts["planned"] <= high, said
+    assert set(landmarks) == {1, 2, 3}
+    assert 0.4 < landmarks[3] / landmarks.total() < 0.8
+
+
+def test_what_is_hidden_is_not_mentioned() -> None:
+    room = things("striped blue tv 2 1 1", "dotted green bowl 2 1 3")
+    hidden = set(whole_room(room).things) - set(seen_room(room).things)
+    assert [thing.kind for thing in hidden] == ["bowl"]
+    assert plan_assembly(MUG, Placement(2, 2, 3), room, seeded(0)) is None
+    for number in range(10):
+        meaning = plan_assembly(MUG, Placement(2, 1, 2), room, seeded(number))
+        assert meaning is not None
+        assert "bowl" not in {thing.kind for thing in mentioned(meaning)}
+
+
+@pytest.mark.parametrize(
+    ("other", "allowed"),
+    [
+        ("striped red bowl", {("bowl", "", "dotted"), ("bowl", "red", "dotted")}),
+        ("dotted blue bowl", {("bowl", "red", ""), ("bowl", "red", "dotted")}),
+        ("dotted red mug", {("bowl", "", ""), ("bowl", "red", "dotted")}),
+    ],
+)
+def test_names_are_as_short_as_is_unique(other: str, allowed: set[tuple[str, str, str]]) -> None:
+    room = things("dotted red bowl 2 1 2", f"{other} 4 1 3")
+    names = set()
+    for number in range(40):
+        meaning = plan_assembly(ObjectType("striped", "green", "tv"), Placement(2, 2, 2), room, seeded(number))
+        assert meaning is not None
+        names |= {(t.kind, t.colour, t.look) for t in meaning.where[0].things}
+    assert names == allowed
+
+
+def test_plans_differ_by_chance_alone() -> None:
+    room = things("dotted red bowl 2 1 2", "striped blue tv 4 1 3", "dotted white ball 4 1 1", "striped red mug 1 1 3")
+    plans = [plan_assembly(MUG, Placement(3, 1, 3), room, seeded(number)) for number in range(30)]
+    assert plans == [plan_assembly(MUG, Placement(3, 1, 3), room, seeded(number)) for number in range(30)]
+    assert len(set(plans)) > 15
+
+
+def test_a_target_must_rest_on_something() -> None:
+    with pytest.raises(ValueError, match=r"level is 2 in column 3, row 3; expected one above the 0 objects"):
+        plan_assembly(MUG, Placement(3, 2, 3), things("dotted red bowl 2 1 2"), seeded(0))

@@ -1,0 +1,93 @@
+"""The navigation planner."""
+
+from dataclasses import replace
+
+import pytest
+
+from lang.meaning import Navigation, Rotate, Thing
+from server.dataset.instructions.navigation import plan_navigation
+from server.dataset.instructions.navigation_choice import name_of
+from server.dataset.instructions.navigation_target import describe
+from server.dataset.instructions.sight import Landmark, find_landmarks, poses_along
+from server.dataset.randomness import seeded
+from server.sim.city import city_scene
+from server.sim.geometry import Pose
+from server.sim.labels import Label
+from server.sim.raster.camera import RasterCamera
+from tests.dataset.instructions.town import ACTIONS, PATH, START, STREET, crossing, thing
+
+SECTION = crossing()
+
+
+@pytest.fixture(scope="module")
+def camera() -> RasterCamera:
+    return RasterCamera(city_scene(SECTION))
+
+
+def plan(camera: RasterCamera, attempt: int) -> Navigation | None:
+    poses = poses_along(START, PATH, ACTIONS)
+    marks = find_landmarks(poses, STREET, SECTION, camera)
+    return plan_navigation(PATH, poses, STREET[0], STREET, marks, seeded("plan", attempt))
+
+
+def test_it_turns_right_by_what_stands_at_the_crossing(camera: RasterCamera) -> None:
+    for attempt in range(10):
+        made = plan(camera, attempt)
+        assert made is not None
+        turns = [step for step in made.steps if isinstance(step, Rotate)]
+        assert [turn.direction for turn in turns] == ["right"]
+        assert (made.target.kind, made.target.colour, made.target.look)[0] == "mug"
+
+
+def test_another_draw_says_it_in_another_way_and_the_same_in_the_same(camera: RasterCamera) -> None:
+    made = [plan(camera, attempt) for attempt in range(12)]
+    assert len({repr(one) for one in made}) >= 4
+    assert plan(camera, 3) == made[3]
+
+
+def test_a_target_that_is_not_seen_in_the_end_is_not_described(camera: RasterCamera) -> None:
+    hidden = thing("striped red mug", -20.0, 0.0)
+    street = (hidden, *STREET[1:])
+    poses = poses_along(START, PATH, ACTIONS)
+    marks = find_landmarks(poses, street, SECTION, camera)
+    assert plan_navigation(PATH, poses, hidden, street, marks, seeded("x")) is None
+
+
+def mark(kind: str, x: float, z: float, *seen: int, colour: str = "") -> Landmark:
+    return Landmark(Label(kind, colour), x, z, seen, seen[0] if seen else None)
+
+
+VIEW = Pose(0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("rival", "named"),
+    [
+        (mark("bin", 0.5, 12.0, 0), None),  # not clearly farther away
+        (mark("bin", 0.5, 20.0, 0), (Thing("bin"), True)),
+        (mark("bin", 0.5, 8.0, 0), None),
+        (mark("bin", 0.5, 8.0), (Thing("bin"), False)),  # nearer, but never seen
+        (mark("bin", 0.5, 8.0, 90), (Thing("bin"), False)),  # seen too late to be mistaken
+        (mark("bin", 0.5, -8.0, 0), (Thing("bin"), True)),  # behind
+        (mark("bench", 0.5, 8.0, 0), (Thing("bin"), True)),
+    ],
+)
+def test_a_name_means_one_thing(rival: Landmark, named: tuple[Thing, bool] | None) -> None:
+    own = mark("bin", 1.0, 9.0, 0)
+    assert name_of(own, [own, rival], VIEW, 10, seeded("name")) == named
+
+
+def test_a_colour_tells_two_of_a_kind_apart() -> None:
+    own, rival = mark("cone", 0.0, 9.0, 0, colour="red"), mark("cone", 0.0, 8.0, 0, colour="blue")
+    assert {name_of(own, [own, rival], VIEW, 10, seeded("cone", i)) for i in range(9)} == {(Thing("cone", "red"), True)}
+    far = replace(rival, z=30.0)
+    names = {name_of(own, [own, far], VIEW, 10, seeded("cone", i)) for i in range(9)}
+    assert names == {(Thing("cone"), True), (Thing("cone", "red"), True)}
+
+
+def test_a_short_name_still_fits_the_target_alone() -> None:
+    target = STREET[0]
+    poses = poses_along(START, PATH, ACTIONS)
+    seen = Landmark(Label("mug", "red", "striped"), target.position.x, target.position.z, (len(poses) - 1,))
+    names = {describe(target, STREET, [seen], poses, seeded("name", i)) for i in range(60)}
+    assert names == {Thing("mug", "red", "striped"), Thing("mug", "", "striped")}

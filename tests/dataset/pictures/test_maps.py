@@ -1,0 +1,80 @@
+"""Maps show what is there."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from server.dataset.pictures.canvas import BLACK, GREEN, PINK, SWATCHES, WHITE, Canvas
+from server.dataset.pictures.maps import FLOOR, PROPS, ROOF, STREET, TILE, ground_map, room_map, section_map
+from server.dataset.plans import Plan, Street, build_section
+from server.sim.room import COLUMNS, ROWS, START
+from server.sim.section import Prop
+from tests import tiny
+
+PLAN = Plan("cross", "Cross", 0.0, (50.0, 20.0), (Street("Main", 6.0, ((0.0, -15.0), (0.0, 15.0))),))
+
+
+def test_the_ground_is_free_along_a_street_and_built_up_beside_it() -> None:
+    section = build_section(PLAN, "test")
+    # Half way up the street's far half: 8 units beyond its middle.
+    drawn = np.asarray(ground_map(section, 10.0).image)
+    x0, _, _, z1 = section.bounds
+    column, row = round((50.0 - x0 + 6) * 10), round((z1 + 6 - 8.0) * 10)
+    assert tuple(drawn[row, column]) == STREET
+    for house in (column - 55, column + 55):
+        assert (drawn[row - 20 : row + 20, house] == ROOF).all(axis=-1).mean() > 0.4
+
+
+def test_furniture_is_drawn_where_it_stands() -> None:
+    section = replace(tiny.SECTION, props=(Prop("phone_booth", -10.0, 5.0, 0.0),))
+    canvas = ground_map(section, 10.0)
+    assert canvas.image.size == (520, 520)  # the section's 40 units, and six more on every side
+    assert canvas.image.getpixel(pixel(canvas, -10.0, 5.0)) == PROPS
+    assert canvas.image.getpixel(pixel(canvas, 0.0, 12.0)) == ROOF
+    assert canvas.image.getpixel(pixel(canvas, 0.0, 5.0)) == STREET
+
+
+def test_a_section_s_map_shows_both_ways_their_ends_and_the_objects() -> None:
+    episode = tiny.episode("quokka")
+    drawn = section_map(tiny.SECTION, episode, 10.0)
+    assert drawn.width == 520
+    title = drawn.height - 520
+    assert 0 < title < 40
+    canvas = Canvas((-26.0, -26.0, 26.0, 26.0), 10.0, STREET)
+
+    def at(x: float, z: float) -> object:
+        column, row = pixel(canvas, x, z)
+        return drawn.getpixel((column, row + title))
+
+    assert at(0.0, 1.0) == PINK  # the way of turn 1
+    assert at(1.0, 2.0) == GREEN  # the way of turn 2
+    assert at(0.0, 0.0) == BLACK  # where it starts
+    assert at(0.0, 2.0) == WHITE  # where turn 2 does
+    assert at(0.0, 3.5) == SWATCHES["red"]  # the target of turn 1
+    assert at(3.5, 2.0) == SWATCHES["blue"]
+    assert at(-6.0, -6.0) == SWATCHES["green"]  # a distracter
+    assert at(-0.9, 3.5) == BLACK  # the ring around a target
+    assert at(-6.9, -6.0) == STREET  # and none around a distracter
+
+
+def test_a_room_s_map_shows_the_start_the_decoys_and_both_places() -> None:
+    episode = tiny.episode("quokka")
+    drawn = room_map(episode, 100.0)
+    assert drawn.width == COLUMNS * 100
+    title = drawn.height - ROWS * 100
+    canvas = Canvas((-0.5, -0.5, COLUMNS - 0.5, ROWS - 0.5), 100.0, FLOOR)
+
+    def at(column: float, row: float) -> object:
+        x, y = pixel(canvas, column, row)
+        return drawn.getpixel((x, y + title))
+
+    assert at(START[0] + 0.3, START[1] + 0.3) == TILE
+    assert at(0.0, 0.0) == SWATCHES["white"]  # the decoy
+    assert at(2.0, 0.5) == PINK  # the way of turn 1
+    assert at(2.08, 0.5) == GREEN  # that of turn 2, beside it
+    assert at(4.0, 4.3) == FLOOR
+
+
+def pixel(canvas: Canvas, x: float, z: float) -> tuple[int, int]:
+    u, v = canvas.at(x, z)
+    return round(u), round(v)

@@ -1,0 +1,60 @@
+"""Where the agent's disc can be in a section: one piece of ground, that it can walk over as a whole."""
+
+import math
+from functools import cache
+
+import numpy as np
+from scipy import ndimage
+
+from server.dataset.layout.grid import Mask, Points
+from server.dataset.layout.solids import Solids
+from server.sim.geometry import AGENT_RADIUS
+from server.sim.section import Section
+
+CELL = 0.1
+"""Side of the cells that connected ground is told by, in units."""
+
+MARGIN = 0.1
+"""How much more than its radius the disc has around a cell's middle, in units: enough for all of the cell."""
+
+
+def free_points(section: Section, spacing: float) -> Points:
+    """The points of a lattice at which the agent's disc has room, and that it can reach from one another.
+
+    Args:
+        section: buildings and street furniture.
+        spacing: of the lattice, in units. Points have x and z that are whole multiples of it.
+
+    Returns:
+        (n, 2) of (x, z), sorted.
+    """
+    x0, z0, x1, z1 = section.bounds
+    free = largest(clearance(section) > AGENT_RADIUS + MARGIN)
+    xs = np.arange(math.ceil(x0 / spacing), math.floor(x1 / spacing) + 1) * spacing
+    zs = np.arange(math.ceil(z0 / spacing), math.floor(z1 / spacing) + 1) * spacing
+    columns = np.minimum(((xs - x0) / CELL).astype(int), free.shape[0] - 1)
+    rows = np.minimum(((zs - z0) / CELL).astype(int), free.shape[1] - 1)
+    chosen = np.argwhere(free[np.ix_(columns, rows)])
+    return np.stack([xs[chosen[:, 0]], zs[chosen[:, 1]]], axis=1)
+
+
+@cache
+def clearance(section: Section) -> Points:
+    """(columns along x, rows along z): how far the middle of each cell of the bounds is from what is solid, in units.
+
+    The first cell's outer corner is the bounds' first corner.
+    """
+    x0, z0, x1, z1 = section.bounds
+    x = x0 + (np.arange(math.ceil((x1 - x0) / CELL)) + 0.5) * CELL
+    z = z0 + (np.arange(math.ceil((z1 - z0) / CELL)) + 0.5) * CELL
+    places = np.stack(np.meshgrid(x, z, indexing="ij"), axis=-1)
+    return Solids.of(section).distance(places.reshape(-1, 2)).reshape(len(x), len(z))
+
+
+def largest(free: Mask) -> Mask:
+    """The largest connected part of what is free."""
+    labels, _ = ndimage.label(free)
+    sizes = np.bincount(labels.ravel())
+    sizes[0] = 0
+    part: Mask = labels == sizes.argmax()
+    return part

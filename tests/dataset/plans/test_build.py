@@ -1,0 +1,160 @@
+"""Sections built from plans: every street can be walked, nobody gets out, and landmarks are never far."""
+
+import hashlib
+from collections import Counter
+from dataclasses import replace
+from functools import cache
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from server.dataset.layout.grid import sample_points
+from server.dataset.plans import build_section, plan_ids, read_plan
+from server.dataset.plans.landmarks import crossings, distances
+from server.dataset.plans.strips import surface
+from server.episodes.files import write_section
+from server.sim.bullet import World
+from server.sim.cameras import NOTHING, Viewpoint
+from server.sim.city import city_scene, label_of_prop
+from server.sim.geometry import AGENT_RADIUS
+from server.sim.raster.camera import RasterCamera
+from server.sim.section import FACADES, Section
+from tests.dataset.plans.free import CELL, clearance, free_points
+
+DIGESTS = ["434cb115", "54aaa2d8", "5cd9e1da", "7fa2c0af", "52cd888c", "68725082", "68565e1a"]
+"""Of the seven sections' files."""
+
+each_section = pytest.mark.parametrize("section_id", plan_ids())
+
+
+@cache
+def built(section_id: str) -> Section:
+    return build_section(read_plan(section_id), "arramon")
+
+
+@each_section
+def test_all_streets_are_one_piece_of_free_ground(section_id: str) -> None:
+    free = free_points(built(section_id), 0.2)
+    middles = sample_points(read_plan(section_id).lines(), 0.5)
+    ends = np.concatenate([line[[0, -1]] for line in read_plan(section_id).lines()])
+    inner = middles[distances(middles, ends).min(axis=1) > 0.75]
+    assert distances(inner, free).min(axis=1).max() < 0.3
+
+
+@each_section
+def test_nobody_gets_away_from_the_streets(section_id: str) -> None:
+    section = built(section_id)
+    x0, z0, x1, z1 = section.bounds
+    start = free_points(section, 0.5)[0]
+    reached = np.array(reachable(replace(section, bounds=(x0 - 12, z0 - 12, x1 + 12, z1 + 12)), start[0], start[1]))
+    ground = surface(read_plan(section_id))
+    apart = np.min([strip.distance(reached) for strip in ground.strips], axis=0)
+    beyond = ~ground.covers(reached) & (apart > 1.5)
+    assert not beyond.any(), reached[beyond]
+    assert len(reached) > 2300
+
+
+def reachable(section: Section, x: float, z: float) -> list[tuple[float, float]]:
+    """Where a walker in steps of half a unit gets to from (x, z), however close to walls."""
+    x0, z0 = section.bounds[:2]
+    free = clearance(section) > AGENT_RADIUS - CELL
+    todo, seen = [(x, z)], set[tuple[float, float]]()
+    while todo:
+        place = todo.pop()
+        cell = int((place[0] - x0) / CELL), int((place[1] - z0) / CELL)
+        outside = not (0 <= cell[0] < free.shape[0] and 0 <= cell[1] < free.shape[1])
+        if place in seen or outside or not free[cell]:
+            continue
+        seen.add(place)
+        todo += [(place[0] + dx, place[1] + dz) for dx, dz in ((0.5, 0), (-0.5, 0), (0, 0.5), (0, -0.5))]
+    return sorted(seen)
+
+
+@each_section
+def test_every_view_ends_at_a_wall(section_id: str) -> None:
+    camera = RasterCamera(city_scene(built(section_id)))
+    for x, z in free_points(built(section_id), 1.0)[::12].tolist():
+        for heading in range(0, 360, 60):
+            frame = camera.render(Viewpoint(x, z, heading), [], 64, segmentation=True)
+            assert frame.segmentation is not None
+            assert (frame.segmentation[31] != camera.labels.index(NOTHING)).all(), (x, z, heading)
+
+
+@each_section
+def test_free_points_are_free_in_the_physics(section_id: str) -> None:
+    points = free_points(built(section_id), 1.0)
+    assert 600 < len(points) < 1100
+    with World(city_scene(built(section_id))) as world:
+        for x, z in points[::7].tolist():
+            assert world.way_is_free((x, z), (x + 0.01, z)), (x, z)
+
+
+@each_section
+def test_a_section_has_the_extent_of_the_original_ones(section_id: str) -> None:
+    x0, z0, x1, z1 = built(section_id).bounds
+    assert 30 < x1 - x0 < 50
+    assert 30 < z1 - z0 < 50
+
+
+def test_sections_are_far_from_each_other() -> None:
+    for one, other in combinations([built(section_id).bounds for section_id in plan_ids()], 2):
+        apart = max(one[0] - other[2], other[0] - one[2], one[1] - other[3], other[1] - one[3])
+        assert apart > 10.0
+
+
+@each_section
+def test_landmarks_are_everywhere_and_told_apart(section_id: str) -> None:
+    plan, section = read_plan(section_id), built(section_id)
+    places = np.array([(prop.x, prop.z) for prop in section.props])
+    labels = [label_of_prop(prop) for prop in section.props]
+    assert 80 <= len(labels) <= 110
+    assert 12 <= Counter(label.kind for label in labels)["banner"] <= 20
+    assert len(set(labels)) >= 35
+    assert distances(sample_points(plan.lines(), 1.0), places).min(axis=1).max() < 5.0
+    assert (np.sort(distances(crossings(plan), places), axis=1)[:, 2] < 5.0).all()
+    same = [
+        np.hypot(*(places[i] - places[j])) for i, j in combinations(range(len(labels)), 2) if labels[i] == labels[j]
+    ]
+    assert min(same) > 7.0
+    assert np.mean(np.array(same) < 12.0) < 0.1
+
+
+@each_section
+def test_neighbouring_buildings_differ(section_id: str) -> None:
+    buildings = built(section_id).buildings
+    assert {building.facade for building in buildings} == set(FACADES)
+    assert min(building.height for building in buildings) < 2.6
+    assert max(building.height for building in buildings) > 6.5
+    places = np.array([(building.x, building.z) for building in buildings])
+    apart = distances(places, places) + 1e9 * np.eye(len(places))
+    nearest = apart.argmin(axis=1)
+    alike = [i for i, j in enumerate(nearest) if buildings[i].facade == buildings[int(j)].facade]
+    assert alike == []
+
+
+def test_sections_are_the_same_on_every_machine(tmp_path: Path) -> None:
+    """Whoever changes a plan or how it is built up changes all episodes that were ever made in it."""
+    digests = []
+    for section_id in plan_ids():
+        write_section(tmp_path / section_id, built(section_id))
+        digests.append(hashlib.sha256((tmp_path / section_id).read_bytes()).hexdigest()[:8])
+    assert digests == DIGESTS
+
+
+def test_a_section_follows_from_its_plan_and_the_seed() -> None:
+    plan = read_plan("7")
+    assert build_section(plan, "arramon") == built("7")
+    other = build_section(plan, "another secret")
+    assert other.props != built("7").props
+    assert other.bounds == built("7").bounds
+
+    def places(section: Section) -> list[tuple[float, ...]]:
+        return [(b.x, b.z, b.half_width, b.half_length, b.heading) for b in section.buildings]
+
+    def looks(section: Section) -> list[tuple[str, float]]:
+        return [(b.facade, b.height) for b in section.buildings]
+
+    assert places(other) == places(built("7"))
+    assert looks(other) != looks(built("7"))

@@ -1,0 +1,94 @@
+"""Furniture along buildings of several headings: nothing stands in a wall, banners hang on one and face the street."""
+
+import math
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from server.dataset.layout.grid import Points
+from server.dataset.plans import Plan, Street, build_section
+from server.dataset.plans.landmarks import COUNTS, crossings
+from server.sim.assets.furniture import COLOURS, piece_of
+from server.sim.labels import BANNER_COLOURS, BANNER_SHAPES
+from server.sim.section import Building, Prop
+
+SLANTED = Plan(
+    "slanted",
+    "Slanted",
+    17.0,
+    (5.0, -3.0),
+    (
+        Street("Long Street", 6.0, ((0.0, -18.0), (0.0, 18.0))),
+        Street("Slant", 5.0, ((-15.0, -9.0), (14.0, 7.74))),
+        Street("Alley", 2.4, ((-14.0, 12.0), (0.0, 10.0))),
+    ),
+)
+SECTION = build_section(SLANTED, "test")
+
+
+def depth(building: Building, points: Points) -> Points:
+    """(n,): how far points (n, 2) are inside a building; negative outside."""
+    angle = math.radians(building.heading)
+    dx, dz = (points - [building.x, building.z]).T
+    across = building.half_width - np.abs(dx * math.cos(angle) - dz * math.sin(angle))
+    along = building.half_length - np.abs(dx * math.sin(angle) + dz * math.cos(angle))
+    inside: Points = np.minimum(across, along)
+    return inside
+
+
+def footprint(prop: Prop) -> Points:
+    """(4, 2): the corners of what stands in the way."""
+    collider = piece_of(prop.kind, prop.colour).collider
+    assert collider
+    angle = math.radians(prop.heading)
+    right, ahead = np.array([math.cos(angle), -math.sin(angle)]), np.array([math.sin(angle), math.cos(angle)])
+    signs = ((-1, -1), (-1, 1), (1, 1), (1, -1))
+    corners: Points = np.array(
+        [[prop.x, prop.z] + a * collider.half_width * right + b * collider.half_length * ahead for a, b in signs]
+    )
+    return corners
+
+
+def test_the_streets_houses_have_three_headings() -> None:
+    assert len({building.heading for building in SECTION.buildings}) == 3
+
+
+def test_nothing_stands_in_a_building() -> None:
+    standing = [prop for prop in SECTION.props if prop.kind != "banner"]
+    assert len(standing) > 50
+    for prop in standing:
+        for building in SECTION.buildings:
+            assert depth(building, footprint(prop)).max() < 0.002, (prop, building)
+
+
+def test_things_keep_apart() -> None:
+    standing = [(prop.x, prop.z) for prop in SECTION.props if prop.kind != "banner"]
+    assert min(math.dist(one, other) for one, other in combinations(standing, 2)) > 0.7
+
+
+def test_banners_hang_on_walls_and_face_the_street() -> None:
+    banners = [prop for prop in SECTION.props if prop.kind == "banner"]
+    assert len(banners) >= 12
+    for banner in banners:
+        place = np.array([[banner.x, banner.z]])
+        angle = math.radians(banner.heading)
+        before = place + 0.4 * np.array([math.sin(angle), math.cos(angle)])
+        assert min(abs(float(depth(building, place)[0])) for building in SECTION.buildings) < 0.002
+        assert max(float(depth(building, before)[0]) for building in SECTION.buildings) < 0.0
+        assert banner.colour in BANNER_COLOURS
+        assert banner.shape in BANNER_SHAPES
+        assert banner.shape_colour != banner.colour
+
+
+def test_streets_meet_where_their_lines_cross() -> None:
+    found = sorted((round(x), round(z)) for x, z in crossings(SLANTED).tolist())
+    assert len(found) == 2
+    middle = SLANTED.world(np.array([[0.0, -0.34]]))[0]
+    assert min(math.dist(middle, place) for place in crossings(SLANTED).tolist()) < 0.6
+
+
+@pytest.mark.parametrize("kind", COLOURS)
+def test_what_comes_in_colours_is_seen_in_all_of_them(kind: str) -> None:
+    seen = {prop.colour for prop in SECTION.props if prop.kind == kind}
+    assert seen == set(COLOURS[kind]) if COUNTS[kind] > 6 else len(seen) >= 2

@@ -1,0 +1,125 @@
+"""Decoys that assembly instructions speak of: they stand where the instructions are true."""
+
+import pytest
+
+import lang
+from lang.meaning import Assembly, Thing
+from server.dataset.release.decoys import leads_to
+from server.dataset.release.extras import DECOYS, arrange_decoys, read_references
+from server.sim.catalogue import ObjectType
+from server.sim.room import START, Placement, Square
+from server.sim.rules import PlacedObject
+
+FIRST, SECOND = ObjectType("striped", "red", "mug"), ObjectType("dotted", "white", "book")
+ELSEWHERE = Placement(4, 1, 0)
+ENGLISH = lang.load("en")
+
+
+def meaning_of(text: str) -> Assembly | None:
+    if not text:
+        return None
+    meaning = ENGLISH.read(text, "assembly")
+    assert isinstance(meaning, Assembly)
+    return meaning
+
+
+def room(
+    texts: tuple[str, str],
+    placements: tuple[Placement, Placement],
+    walks: tuple[list[Square], list[Square]] = ([START], [START]),
+    episode_id: str = "7",
+) -> dict[Square, str]:
+    references = (read_references(texts[0], ENGLISH), read_references(texts[1], ENGLISH))
+    meanings = (meaning_of(texts[0]), meaning_of(texts[1]))
+    found = arrange_decoys(episode_id, (FIRST, SECOND), placements, walks, references, meanings)
+    items = [PlacedObject(kind, Placement(cell.column, 1, cell.row)) for kind, cell in found]
+    first = PlacedObject(FIRST, placements[0])
+    for meaning, placement, placed in zip(meanings, placements, ([], [first]), strict=True):
+        assert meaning is None or leads_to(meaning, items + placed, placement)
+    assert len(found) == len({kind for kind, _ in found}) == DECOYS
+    assert START not in {cell for _, cell in found}
+    return {cell: str(kind) for kind, cell in found}
+
+
+@pytest.mark.parametrize(
+    ("text", "target", "cell"),
+    [
+        ("Put it behind the dotted green ball.", (2, 2), (2, 1)),
+        ("Turn right and put it behind the dotted green ball.", (3, 1), (2, 1)),
+        ("Turn right and put it to the left of the dotted green ball.", (4, 2), (4, 1)),
+        ("Turn left and put it in front of the dotted green ball.", (1, 2), (0, 2)),
+        ("Turn around and put it to the right of the dotted green ball.", (2, 1), (3, 1)),
+        ("Put it between the dotted green ball and the brick wall.", (3, 3), (3, 2)),
+    ],
+)
+def test_a_landmark_stands_where_the_words_say_after_the_turns(
+    text: str, target: tuple[int, int], cell: tuple[int, int]
+) -> None:
+    column, row = target
+
+    assert room((text, ""), (Placement(column, 1, row), ELSEWHERE))[Square(*cell)] == "dotted green ball"
+
+
+def test_a_landmark_may_stand_where_the_ground_truth_walks() -> None:
+    walk = [START, Square(2, 1), Square(2, 2)]
+    found = room(("Put it behind the dotted green ball.", ""), (Placement(2, 1, 3), ELSEWHERE), (walk, walk))
+
+    assert found[Square(2, 2)] == "dotted green ball"
+    assert Square(2, 1) not in found
+
+
+def test_two_landmarks_stand_on_either_side() -> None:
+    text = "Put it between the dotted green ball and the striped blue book."
+    found = room((text, ""), (Placement(3, 1, 2), ELSEWHERE))
+
+    (ball,) = (cell for cell, name in found.items() if name == "dotted green ball")
+    (book,) = (cell for cell, name in found.items() if name == "striped blue book")
+    assert (ball.column + book.column, ball.row + book.row) == (6, 4)
+
+
+def test_an_incomplete_name_is_given_to_a_decoy_and_a_landmark_s_own_landmark_stands_by_it() -> None:
+    text = "Put it to the left of the purple bowl that is in front of the dotted green tv."
+    for number in range(10):
+        found = room((text, ""), (Placement(2, 1, 1), ELSEWHERE), episode_id=str(number))
+
+        assert found[Square(3, 1)] in ("dotted purple bowl", "striped purple bowl")
+        assert found[Square(3, 2)] == "dotted green tv"
+
+
+def test_the_first_object_is_the_second_one_s_landmark() -> None:
+    text = f"Turn right and put it to the left of the {FIRST}."
+    found = room(("", text), (Placement(3, 1, 1), Placement(3, 1, 2)))
+
+    assert str(FIRST) not in found.values()
+
+
+def test_both_turns_can_speak_of_one_decoy() -> None:
+    texts = ("Put it behind the dotted green ball.", "Put it to the left of the dotted green ball.")
+    found = room(texts, (Placement(3, 1, 3), Placement(2, 1, 2)))
+
+    assert found[Square(3, 2)] == "dotted green ball"
+
+
+def test_rooms_follow_from_the_episode_s_id() -> None:
+    texts = ("Put it near the dotted mug.", "Put it diagonally to the purple bowl.")
+    places = (Placement(2, 1, 2), Placement(3, 1, 1))
+
+    assert room(texts, places) == room(texts, places)
+    assert room(texts, places, episode_id="1") != room(texts, places, episode_id="2")
+
+
+def test_what_cannot_be_true_does_no_harm() -> None:
+    text = "Turn right and put it in front of the dotted green ball."  # which would stand beyond the wall
+    places = (Placement(4, 1, 1), Placement(1, 1, 3))
+    found = arrange_decoys("1", (FIRST, SECOND), places, ([START], [START]), ((), ()), (meaning_of(text), None))
+
+    assert len(found) == DECOYS
+    assert "dotted green ball" in {str(kind) for kind, _ in found}
+    assert not {(4, 1), (1, 3), START} & {cell for _, cell in found}
+
+
+def test_with_nothing_understood_of_where_it_goes_decoys_are_as_without_a_meaning() -> None:
+    arguments = "1", (FIRST, SECOND), (Placement(1, 1, 1), ELSEWHERE), ([START], [START]), ((), ())
+    nothing = Assembly(("right",), Thing("mug"), ())
+
+    assert arrange_decoys(*arguments, (nothing, None)) == arrange_decoys(*arguments)

@@ -1,0 +1,81 @@
+import re
+from pathlib import Path
+
+import pytest
+
+import lang
+from server.cli import main
+from server.dataset.generation import Site, problems
+from server.dataset.generation.command import Progress
+from server.dataset.instruction_writer import first_turn, passes
+from server.episodes.splits import folder_of, read_split
+from server.scoring.episode import METRICS, EpisodeScores
+from server.sim.rules import Action
+
+F, L, R, P = Action.FORWARD, Action.LEFT, Action.RIGHT, Action.INTERACT
+
+
+def test_the_command_makes_episodes_in_every_language(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["generate", "--data", str(tmp_path), "--split", "val_unseen", "--scale", "0.002", "--jobs", "1"]
+
+    assert main(arguments) == 0
+    said = capsys.readouterr()
+    split = read_split(folder_of(tmp_path, "val_unseen"))
+    site = Site(split.sections["6"])
+    assert said.out.startswith("split val_unseen (open): 2 in en, 2 in hi; 1 sections")
+    assert re.fullmatch(r"(val_unseen: \d of 2 episodes from \d+ drafts in 0:\d\d, 0:\d\d left\n)+", said.err)
+    assert list(split.episodes) == ["55000", "55008"]
+    for episode in split.episodes.values():
+        assert set(episode.instructions) == set(lang.available())
+        assert problems(episode, site.solids, site.world) == ()
+        for code, texts in episode.instructions.items():
+            for turn, text in zip(episode.turns, texts, strict=True):
+                read = lang.load(code).read(text.navigation, "navigation")
+                assert read.target.kind == turn.target.type.kind  # type: ignore[union-attr]
+    site.world.close()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (["--split", "val"], "there is no split 'val'; there are train, val_seen, val_unseen, test_unseen"),
+        (["--scale", "2"], "the scale is 2.0; expected more than 0 and at most 1"),
+        (["--jobs", "-1"], "the number of jobs is -1; expected 1 to 256, or 0 for one per core"),
+    ],
+)
+def test_what_is_asked_for_wrongly_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], problem: str
+) -> None:
+    assert main(["generate", "--data", str(tmp_path), *arguments]) == 1
+    assert capsys.readouterr().err == f"arramon-server: {problem}\n"
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("actions", "degrees"),
+    [((F, L, L), 0.0), ((L, L, F), 60.0), ((R,) * 6 + (F,), 180.0), ((L, R, F), 0.0), ((R, P), 30.0)],
+)
+def test_the_first_turn(actions: tuple[Action, ...], degrees: float) -> None:
+    assert first_turn(actions) == degrees
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "expected"),
+    [
+        ({}, {}, True),
+        ({"nDTW": 0.21}, {}, True),
+        ({"nDTW": 0.2}, {}, False),
+        ({}, {"nDTW": 0.1}, False),
+        ({"CTC-3": 0.0}, {}, False),
+        ({}, {"PTC": 0.0}, False),
+        ({"CTC-0": 0.0}, {}, True),
+    ],
+)
+def test_what_a_follower_must_reach(first: dict[str, float], second: dict[str, float], expected: bool) -> None:
+    perfect = dict.fromkeys(METRICS, 1.0)
+    assert passes(EpisodeScores("1", "6", (perfect | first, perfect | second))) is expected
+
+
+def test_progress_in_words() -> None:
+    said = str(Progress("train", 100, 400, 130, 65.0))
+    assert said == "train: 100 of 400 episodes from 130 drafts in 1:05, 3:15 left"

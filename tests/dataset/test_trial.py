@@ -1,0 +1,78 @@
+"""Episodes played in process."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import pytest
+
+from arramon_client.agent import Action, Episode, Label, Observation
+from server.dataset.trial import AGENT_LABELS, TrialWorld, play
+from server.episodes import episode as episodes
+from server.sim.bullet import World
+from server.sim.city import city_scene
+from server.sim.raster.camera import RasterCamera
+from server.sim.room import Placement, Square
+from server.sim.room_scene import room_scene
+from tests.dataset.instructions.town import ACTIONS, PATH, START, STREET, P, crossing
+
+
+class Replaying:
+    """Takes given actions, and keeps what it was shown."""
+
+    def __init__(self, actions: Sequence[int]) -> None:
+        self.actions = list(actions)
+        self.seen: list[Observation] = []
+        self.episode: Episode | None = None
+
+    def begin(self, episode: Episode) -> None:
+        self.episode = episode
+
+    def act(self, observations: Sequence[Observation]) -> list[int]:
+        self.seen += observations
+        return [self.actions.pop(0) if self.actions else Action.INTERACT for _ in observations]
+
+
+@pytest.fixture(scope="module")
+def place() -> Iterator[TrialWorld]:
+    scene = city_scene(crossing())
+    with World(scene) as world:
+        yield TrialWorld(world, RasterCamera(scene), RasterCamera(room_scene()))
+
+
+def episode() -> episodes.Episode:
+    cell = Placement(2, 1, 1)
+    first = episodes.Turn(PATH, ACTIONS, (Square(2, 0),), (P,), STREET, cell)
+    second = episodes.Turn((PATH[-1],), (P,), (Square(2, 0),), (P,), STREET, Placement(2, 2, 1))
+    texts = tuple(episodes.Instructions(f"go {i}", f"put {i}") for i in (1, 2))
+    return episodes.Episode("e", "test", START, (first, second), (), {"en": (texts[0], texts[1])})
+
+
+def test_the_ground_truth_scores_full_marks(place: TrialWorld) -> None:
+    agent = Replaying([*ACTIONS, P, P, P])
+    scores = play(agent, episode(), "en", place, size=64)
+    for turn in scores.turns:
+        assert [turn[name] for name in ("nDTW", "CTC-0", "CTC-3", "PTC")] == pytest.approx([1.0] * 4)
+
+
+def test_the_agent_is_shown_what_the_server_would_show(place: TrialWorld) -> None:
+    agent = Replaying([*ACTIONS, P, P, P])
+    play(agent, episode(), "en", place, size=64)
+    assert agent.episode == Episode("e", "en", "trial", labels=AGENT_LABELS)
+    assert [o.instruction for o in agent.seen[-3:]] == ["put 1", "go 2", "put 2"]
+    first = agent.seen[0]
+    assert (first.step, first.phase, first.turn, first.steps_left) == (0, "navigation", 1, 150)
+    assert first.pose is None
+    assert first.rgb is None
+    assert first.segmentation is not None
+    assert first.depth is not None
+    assert first.depth.dtype == np.float32
+    assert first.segmentation.dtype == np.uint16
+    labels = {AGENT_LABELS[number] for number in np.unique(first.segmentation).tolist()}
+    assert {Label("road"), Label("phone_booth"), Label("building", look="brick")} <= labels
+
+
+def test_one_who_only_turns_is_stopped_at_the_limit(place: TrialWorld) -> None:
+    agent = Replaying([Action.LEFT] * 600)
+    scores = play(agent, episode(), "en", place, size=16)
+    assert len(agent.seen) == 600
+    assert [turn["PTC"] for turn in scores.turns] == [0.0, 0.0]

@@ -1,0 +1,119 @@
+"""A process that is told to stop: it takes nothing new, and what it plays goes on elsewhere as if nothing had been."""
+
+import os
+import signal
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+
+import grpc
+import pytest
+from grpc_health.v1 import health_pb2, health_pb2_grpc
+
+from arramon.v1.evaluation_pb2_grpc import EvaluationStub
+from tests import tiny
+from tests.api.player import Player, create
+from tests.faults.clients import EPISODES, Peace, check_same, client, finish, journal_url, played_on, results, run_id
+from tests.faults.conftest import no_client_left  # noqa: F401 - in use wherever it is imported
+from tests.process.test_workers import addresses, children, listens_at
+from tests.serving import Server
+
+SERVING, NOT_SERVING = health_pb2.HealthCheckResponse.SERVING, health_pb2.HealthCheckResponse.NOT_SERVING
+
+LINUX = pytest.mark.skipif(
+    not Path("/proc/self/task").exists(), reason="finds the workers through /proc, which Linux alone has"
+)
+
+
+@pytest.fixture
+def workers(tmp_path: Path) -> Iterator[Server]:
+    tiny.write(tmp_path / "data", count=EPISODES)
+    server = Server(tmp_path / "data", "127.0.0.1:0", "--workers", "2")
+    yield server
+    assert server.stop() == 0
+
+
+@LINUX
+def test_a_run_moves_to_the_other_process_and_ends_with_the_same_scores(
+    workers: Server, tmp_path: Path, peace: Peace
+) -> None:
+    process = client(workers.address, tmp_path / "moved")
+    run = run_id(process)
+    played_on(journal_url(workers.data), run, EPISODES)
+    os.kill(children(workers.process.pid)[0], signal.SIGTERM)  # the client has a stream to each of the two
+    said = finish(process)
+    check_same(journal_url(workers.data), peace, results(tmp_path / "moved"))
+    for word in ("lost", "again", "shut", "UNAVAILABLE", "error", "Traceback"):
+        assert word not in said, said
+
+
+@LINUX
+def test_a_stream_ends_in_good_order_and_its_episode_is_free_at_once(workers: Server) -> None:
+    first, second = addresses(workers)
+    with grpc.insecure_channel(first) as channel:
+        stub = EvaluationStub(channel)
+        run = create(stub)
+        with Player(stub, run.run_id, player="one") as player:
+            episode_id = player.observation().episode_id
+            player.act(episode_id, 0, tiny.ACTIONS[0])
+            assert player.observation().step == 1
+            (worker,) = (each for each in children(workers.process.pid) if listens_at(each, first))
+            os.kill(worker, signal.SIGTERM)
+            with pytest.raises(StopIteration):
+                player.next()
+            assert player.call.code() == grpc.StatusCode.OK
+    with (
+        grpc.insecure_channel(second) as channel,
+        # Another player, who would have to wait for an episode that is not free.
+        Player(EvaluationStub(channel), run.run_id, player="another", adopt=True) as player,
+    ):
+        seen = player.observation()
+        assert (seen.episode_id, seen.step) == (episode_id, 0)
+        assert player.observation().step == 1
+
+
+class Held:
+    """A server with a call that does not end by itself: a watch of its health."""
+
+    def __init__(self, data: Path, drain_seconds: str) -> None:
+        tiny.write(data)
+        self.server = Server(data, "127.0.0.1:0", "--web", "127.0.0.1:0", "--drain-seconds", drain_seconds, anew=True)
+        (self.web,) = (line.split()[-1] for line in self.server.said if line.startswith("pages at "))
+        self.channel = grpc.insecure_channel(self.server.address)
+        watch = health_pb2_grpc.HealthStub(self.channel).Watch(health_pb2.HealthCheckRequest())
+        self.states = (answer.status for answer in watch)
+        assert next(self.states) == SERVING
+
+    def get(self, path: str) -> tuple[int, str]:
+        try:
+            with urllib.request.urlopen(self.web + path, timeout=120) as response:
+                return response.status, response.read().decode()
+        except urllib.error.HTTPError as error:
+            with error:
+                return error.code, error.read().decode()
+
+    def terminate(self) -> None:
+        self.server.process.send_signal(signal.SIGTERM)
+
+    def wait(self) -> int:
+        status = self.server.wait(240)
+        self.channel.close()
+        return status
+
+
+def test_draining_is_told_and_a_second_signal_ends_it(tmp_path: Path) -> None:
+    held = Held(tmp_path, "3600")
+    assert held.get("/readyz") == (200, "ready\n")
+    held.terminate()
+    assert next(held.states) == NOT_SERVING
+    assert held.get("/readyz") == (503, "the server is draining\n")
+    assert held.get("/healthz") == (200, "alive\n")
+    held.terminate()
+    assert held.wait() == 0
+
+
+def test_draining_is_bounded(tmp_path: Path) -> None:
+    held = Held(tmp_path, "0.5")
+    held.terminate()
+    assert held.wait() == 0

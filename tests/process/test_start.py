@@ -1,0 +1,49 @@
+"""A server that is told to stop before it serves: it ends at once, and its end is no failure."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from tests import tiny
+from tests.process.test_drain import LINUX
+from tests.process.test_workers import children
+
+
+def started(data: Path, *more: str) -> "subprocess.Popen[str]":
+    command = [sys.executable, "-m", "server", "serve", "--data", str(data), "--listen", "127.0.0.1:0", *more]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def ended(process: "subprocess.Popen[str]") -> tuple[int, str, list[str]]:
+    """Its status, what it complained of, and whether it said that it listens."""
+    process.send_signal(signal.SIGTERM)
+    said, complaints = process.communicate(timeout=240)
+    return process.returncode, complaints, [line for line in said.splitlines() if line.startswith("listening")]
+
+
+@pytest.mark.parametrize("workers", ["1", "2"])
+def test_while_it_reads_its_splits(tmp_path: Path, workers: str) -> None:
+    """A pipe in the place of a file: who opens it to write has met the server, which then waits for what is written."""
+    tiny.write(tmp_path)
+    episodes = tmp_path / "splits" / "tiny" / "episodes.jsonl"
+    episodes.unlink()
+    os.mkfifo(episodes)
+    process = started(tmp_path, "--workers", workers)
+    with episodes.open("w"):
+        assert ended(process) == (0, "", [])
+
+
+@LINUX
+def test_while_its_workers_start(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    process = started(tmp_path, "--workers", "2")
+    while len(own := children(process.pid)) < 2:
+        assert process.poll() is None
+        time.sleep(0.01)
+    assert ended(process) == (0, "", [])
+    assert not [each for each in own if Path(f"/proc/{each}").exists()]

@@ -1,0 +1,85 @@
+"""Long work for one stream is done in portions, between which others are served."""
+
+import asyncio
+from pathlib import Path
+
+import pytest
+
+from server.runs.play import engine as engines
+from server.runs.play.engine import Engine
+from server.runs.play.events import Observed, Opened
+from server.runs.storage.records import Batch, Run
+from server.sim.rules import Action
+from tests.runs.engines import House, Seat, quick, until
+
+__all__ = ["quick"]
+
+MANY, STEPS = 12, 149
+
+
+def left(house: House, engine: Engine, run: Run) -> None:
+    """Let a player begin many episodes, and leave all of them a step before the end of their first phase."""
+    seat = Seat(engine, run, MANY, "greedy")
+    batch = Batch()
+    for claim in house.journal.open_claims("run"):
+        if claim.player == "greedy":
+            for step in range(STEPS):
+                batch.add_step("run", claim.episode_id, claim.epoch, step, Action.LEFT)
+    house.journal.commit(batch)
+    engine.leave(seat.stream)
+
+
+def observed(seat: Seat) -> list[Observed]:
+    return [event for event in seat.events if isinstance(event, Observed)]
+
+
+@pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize("history", [False, True])
+def test_others_are_answered_while_long_episodes_are_opened(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, history: bool
+) -> None:
+    monkeypatch.setattr(engines, "OPENING_SECONDS", 0.0001)
+    house = House(tmp_path, MANY + 1)
+    run = house.run()
+
+    async def play() -> None:
+        async with house.engine() as engine:
+            neighbour = Seat(engine, run, 1, "neighbour")
+            first = await neighbour.observation()
+            left(house, engine, run)
+            greedy = Seat(engine, run, MANY, "greedy", history=history)
+            neighbour.act(first.episode.episode_id, 0, Action.LEFT)
+            assert (await neighbour.observation()).state.step == 1
+            assert len([event for event in observed(greedy) if event.taken is None]) < MANY
+            await until(lambda: len([event for event in observed(greedy) if event.taken is None]) == MANY)
+            (opened,) = [event for event in greedy.events if isinstance(event, Opened)]
+            assert len(opened.episode_ids) == MANY
+            assert {event.state.step for event in observed(greedy) if event.taken is None} == {STEPS}
+            assert len(observed(greedy)) == MANY * (STEPS + 1 if history else 1)
+
+    asyncio.run(asyncio.wait_for(play(), 60))
+
+
+@pytest.mark.usefixtures("quick")
+def test_unopened_episodes_are_released_with_their_waiting_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(engines, "OPENING_SECONDS", 0.0)
+    house = House(tmp_path, MANY)
+    run = house.run()
+
+    async def play() -> None:
+        async with house.engine() as engine:
+            greedy = Seat(engine, run, MANY, "greedy")
+            engine.leave(greedy.stream)
+            claims = house.journal.open_claims("run")
+            assert [claim.worker for claim in claims] == [None] * MANY
+            house.journal.release("run", {claim.episode_id: claim.epoch for claim in claims}, waited={"0": 7.0})
+            again = Seat(engine, run, MANY, "greedy")
+            assert not again.stream.sessions
+            engine.leave(again.stream)
+            claims = house.journal.open_claims("run")
+            assert [claim.worker for claim in claims] == [None] * MANY
+            assert [claim.waited for claim in claims if claim.waited] == [7.0]
+
+    asyncio.run(asyncio.wait_for(play(), 60))

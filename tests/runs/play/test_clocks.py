@@ -1,0 +1,259 @@
+"""Clocks of a stream, with a clock that only the test moves."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from server.runs.play.clocks import STALL_SECONDS, Bank, Clocks, Stopwatch, StreamClock, TimeLeft
+
+
+class Time:
+    """Clock that the test moves."""
+
+    def __init__(self) -> None:
+        self.now = 1000.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+class Desk:
+    """A stream's clock, and the operations of a test on it."""
+
+    def __init__(self, bank: float) -> None:
+        self.time = Time()
+        self.bank = Bank(bank, answered=True)
+        self.clock = StreamClock(Clocks(60.0, 600.0, bank), self.bank, self.time)
+
+    def show(self, *observations: tuple[str, int]) -> None:
+        """Deliver observations that leave the server at once."""
+        self.clock.send(observations)
+        self.clock.leave()
+
+    def answer(self, episode_id: str, step: int) -> None:
+        self.clock.charge(self.time.now)
+        self.clock.answer(episode_id, step)
+
+    def out_after(self, seconds: float) -> list[str]:
+        self.time.now += seconds
+        self.clock.charge(self.time.now)
+        return self.clock.out_of_time(self.time.now)
+
+
+def desk_with(*episodes: str, bank: float = 100.0) -> Desk:
+    desk = Desk(bank=bank)
+    for episode in episodes:
+        desk.clock.open(episode, 0.0)
+    return desk
+
+
+def test_an_answer_within_its_time_costs_nothing() -> None:
+    desk = desk_with("a")
+    desk.show(("a", 0))
+    desk.time.now += 60.0
+    desk.answer("a", 0)
+    assert desk.bank.left == 100.0
+    assert desk.clock.take_charges() == 0.0
+
+
+def test_overdue_time_is_charged_to_the_bank() -> None:
+    desk = desk_with("a")
+    desk.show(("a", 0))
+    desk.time.now += 75.0
+    desk.answer("a", 0)
+    assert desk.bank.left == 85.0
+    assert desk.clock.take_charges() == 15.0
+    assert desk.clock.take_charges() == 0.0  # it is to be written once
+
+
+def test_an_overdue_step_is_out_of_time_when_the_bank_is_empty() -> None:
+    desk = desk_with("a")
+    desk.show(("a", 0))
+    assert desk.out_after(159.0) == []
+    assert desk.bank.left == 1.0
+    assert desk.out_after(1.5) == ["a"]
+    assert desk.bank.left == 0.0
+
+
+def test_without_a_bank_there_is_only_the_time_of_the_step() -> None:
+    desk = desk_with("a", bank=0.0)
+    desk.show(("a", 0))
+    assert desk.out_after(60.0) == []
+    assert desk.out_after(0.01) == ["a"]
+
+
+def test_the_first_step_of_a_run_has_its_own_time() -> None:
+    desk = desk_with("a", "b")
+    desk.bank.answered = False
+    desk.show(("a", 0), ("b", 0))
+    assert desk.clock.time_left("a") == TimeLeft(600.0, 100.0)
+    desk.time.now += 590.0
+    desk.answer("a", 0)
+    desk.show(("a", 1))
+    assert desk.clock.time_left("a") == TimeLeft(60.0, 100.0)
+    assert desk.clock.time_left("b") == TimeLeft(10.0, 100.0)  # it was begun before the run's first answer
+    desk.time.now += 20.0
+    desk.answer("b", 0)
+    assert desk.bank.left == 90.0
+
+
+def test_overdue_time_of_many_episodes_counts_once() -> None:
+    desk = desk_with("a", "b", "c")
+    desk.show(("a", 0), ("b", 0))
+    desk.time.now += 10.0
+    desk.show(("c", 0))
+    desk.time.now += 60.0  # a and b are 10 late, c not at all
+    desk.answer("a", 0)
+    desk.time.now += 5.0
+    desk.answer("b", 0)
+    desk.answer("c", 0)
+    assert desk.bank.left == 100.0 - 15.0
+
+
+def test_two_streams_of_a_run_share_its_bank() -> None:
+    desk = desk_with("a")
+    other = StreamClock(Clocks(60.0, 600.0, 100.0), desk.bank, desk.time)
+    other.open("b", 0.0)
+    desk.show(("a", 0))
+    other.send([("b", 0)])
+    other.leave()
+    desk.time.now += 70.0
+    desk.answer("a", 0)
+    other.charge(desk.time.now)
+    assert desk.bank.left == 80.0
+
+
+def test_with_an_empty_bank_others_go_on_as_long_as_they_are_in_time() -> None:
+    desk = desk_with("slow", "quick", bank=5.0)
+    desk.show(("slow", 0), ("quick", 0))
+    desk.time.now += 50.0
+    desk.answer("quick", 0)
+    desk.show(("quick", 1))
+    assert desk.out_after(20.0) == ["slow"]
+    desk.clock.close("slow")
+    for step in range(1, 4):
+        assert desk.out_after(39.0) == []
+        desk.answer("quick", step)
+        desk.show(("quick", step + 1))
+    assert desk.bank.left == 0.0
+
+
+def test_the_time_begins_when_the_observation_has_left() -> None:
+    desk = desk_with("a")
+    desk.clock.send([("a", 0)])
+    desk.time.now += 59.0  # the client takes its time to read: that is free as a step is
+    assert desk.clock.time_left("a") == TimeLeft(60.0, 100.0)
+    desk.clock.leave()
+    desk.time.now += 60.0
+    desk.answer("a", 0)
+    assert desk.bank.left == 100.0
+
+
+def test_the_clocks_run_while_a_client_does_not_read() -> None:
+    desk = desk_with("a", "b", bank=30.0)
+    desk.show(("a", 0))
+    desk.clock.send([("b", 0)])
+    desk.time.now += 50.0
+    desk.answer("a", 0)
+    assert desk.out_after(30.0) == []
+    assert desk.bank.left == 10.0
+    assert sorted(desk.out_after(20.0)) == ["a", "b"]  # what a was to be told waits behind b's observation
+    desk.clock.close("a")
+    desk.clock.close("b")
+    desk.clock.open("c", 0.0)
+    assert desk.out_after(60.0) == []  # what takes their place has its own time to be read
+    assert desk.out_after(1.0) == ["c"]
+
+
+def test_the_same_observation_again_does_not_begin_the_time_again() -> None:
+    desk = desk_with("a")
+    desk.show(("a", 0))
+    desk.time.now += 50.0
+    desk.show(("a", 0))
+    assert desk.clock.time_left("a") == TimeLeft(10.0, 100.0)
+
+
+def test_an_observation_that_leaves_after_its_action_begins_no_step() -> None:
+    desk = desk_with("a")
+    desk.clock.send([("a", 0)])
+    desk.answer("a", 0)
+    desk.clock.leave()
+    assert desk.out_after(1000.0) == []
+    assert desk.bank.left == 100.0
+
+
+def test_an_episode_that_comes_back_goes_on_with_the_time_it_had() -> None:
+    desk = desk_with("a")
+    desk.show(("a", 0))
+    desk.time.now += 45.0
+    waited = desk.clock.waited()
+    assert waited == {"a": 45.0}
+    other = StreamClock(Clocks(60.0, 600.0, 100.0), desk.bank, desk.time)
+    other.open("a", waited["a"])
+    desk.time.now += 10_000.0  # no stream is open
+    other.send([("a", 0)])
+    other.leave()
+    assert other.time_left("a") == TimeLeft(15.0, 100.0)
+    desk.time.now += 20.0
+    other.charge(desk.time.now)
+    assert desk.bank.left == 95.0
+
+
+def test_what_was_overdue_before_is_not_charged_again() -> None:
+    desk = desk_with("a")
+    desk.clock.open("a", 80.0)
+    desk.show(("a", 0))
+    desk.time.now += 10.0
+    desk.answer("a", 0)
+    assert desk.bank.left == 90.0
+
+
+def test_an_episode_that_ended_is_charged_no_more() -> None:
+    desk = desk_with("a")
+    desk.show(("a", 0))
+    assert desk.out_after(70.0) == []
+    desk.clock.close("a")
+    assert desk.out_after(1000.0) == []
+    assert desk.bank.left == 90.0
+
+
+@given(st.lists(st.tuples(st.sampled_from("abc"), st.floats(0.0, 100.0)), max_size=30))
+def test_charges_never_exceed_the_elapsed_time_or_the_bank(moves: list[tuple[str, float]]) -> None:
+    desk = desk_with("a", "b", "c")
+    steps = dict.fromkeys("abc", 0)
+    desk.show(*steps.items())
+    began = desk.time.now
+    for episode, seconds in moves:
+        desk.time.now += seconds
+        desk.answer(episode, steps[episode])
+        steps[episode] += 1
+        desk.show((episode, steps[episode]))
+    charged = desk.clock.take_charges()
+    assert 0.0 <= charged <= max(0.0, desk.time.now - began - 60.0) + 1e-6
+    assert desk.bank.left == pytest.approx(max(0.0, 100.0 - charged))
+
+
+def test_a_stopwatch_leaves_out_stalls_of_the_server() -> None:
+    time = Time()
+    watch = Stopwatch(time)
+    began = watch()
+    time.now += 1.0
+    assert watch() - began == 1.0
+    time.now += STALL_SECONDS + 50.0
+    assert watch() - began == 1.0
+    time.now += 2.0
+    assert watch() - began == 3.0
+
+
+@pytest.mark.parametrize(
+    ("clocks", "text"),
+    [
+        (Clocks(), "none"),
+        (Clocks(0.0, 600.0, 3600.0), "none"),
+        (Clocks(60.0, 600.0, 3600.0), "60/600/3600"),
+        (Clocks(0.25, 10.5, 0.0), "0.25/10.5/0"),
+    ],
+)
+def test_clocks_in_a_signature(clocks: Clocks, text: str) -> None:
+    assert str(clocks) == text
+    assert bool(clocks) is (text != "none")

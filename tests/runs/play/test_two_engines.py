@@ -1,0 +1,203 @@
+"""Two processes that play one run: each is disconnected, has an outdated state, or dies in turn."""
+
+import asyncio
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+import pytest
+
+from server.errors import StorageError, TakenOver
+from server.runs.play.engine import Engine
+from server.runs.play.events import Observed, RunEnded
+from server.runs.storage.database import Database
+from server.runs.storage.records import COMPLETE, LEASE, Run
+from tests import tiny
+from tests.runs.engines import House, Seat, looks, quick, until
+
+__all__ = ["quick"]
+
+
+class Line(Database):
+    """A process's own connection to the database, which a test can cut."""
+
+    is_cut = False
+
+    @contextmanager
+    def _errors(self) -> Iterator[None]:
+        if self.is_cut:
+            raise StorageError("the line is cut")
+        with super()._errors():
+            yield
+
+
+@pytest.fixture
+def house(database_url: str, tmp_path: Path) -> Iterator[House]:
+    house = House(tmp_path, url=database_url)
+    with closing(house.database):
+        yield house
+
+
+@pytest.fixture
+def line(house: House) -> Iterator[Line]:
+    with closing(Line(house.url, clock=lambda: house.wall)) as line:
+        yield line
+
+
+def check_played_to_the_end(house: House) -> None:
+    """Check that every episode has the steps of the ground truth, each once, and its scores."""
+    assert house.journal.run("run").state == COMPLETE
+    assert house.causes() == {"AGENT_FINISHED": 3}
+    for ending in house.journal.endings("run"):
+        assert house.journal.actions("run", ending.episode_id) == [*tiny.ACTIONS]
+        assert [turn["PTC"] for turn in ending.scores] == [1.0, 1.0]
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_process_that_was_cut_off_learns_that_its_episode_is_played_elsewhere(house: House, line: Line) -> None:
+    async def body() -> None:
+        run = house.run()
+        async with house.engine(database=line) as one, house.engine() as other:
+            old = Seat(one, run)
+            episode_id = (await old.observation()).episode.episode_id
+            old.act(episode_id, 0, tiny.F)
+            assert (await old.observation()).state.step == 1
+            line.is_cut = True
+            new = Seat(other, run)  # the same client, whose connection broke
+            assert (await new.observation()).state.step == 1
+            line.is_cut = False
+            old.act(episode_id, 1, tiny.L)
+            await until(lambda: bool(old.closed))
+            assert isinstance(old.closed[0], TakenOver)
+            new.act(episode_id, 1, tiny.F)
+            assert (await new.observation()).state.step == 2
+            assert house.journal.actions("run", episode_id) == [tiny.F, tiny.F]
+            (claim,) = house.journal.open_claims("run")
+            assert claim.worker == other.worker  # what the loser let go of was not its own
+            new.act(episode_id, 2, tiny.ACTIONS[2])
+            await new.play()
+        check_played_to_the_end(house)
+
+    asyncio.run(body())
+
+
+@pytest.mark.usefixtures("quick")
+def test_only_the_stream_that_lost_an_episode_is_closed(house: House, line: Line) -> None:
+    async def body() -> None:
+        run = house.run()
+        async with house.engine(database=line) as one, house.engine() as other:
+            old, beside = Seat(one, run), Seat(one, run, player="beside")
+            lost, kept = [(await seat.observation()).episode.episode_id for seat in (old, beside)]
+            new = Seat(other, run)
+            assert (await new.observation()).episode.episode_id == lost
+            # Both act in the same turn, and so in the same commit.
+            old.act(lost, 0, tiny.L)
+            beside.act(kept, 0, tiny.F)
+            assert (await beside.observation()).state.step == 1
+            await until(lambda: bool(old.closed))
+            assert isinstance(old.closed[0], TakenOver)
+            assert not beside.closed
+            assert (house.journal.actions("run", lost), house.journal.actions("run", kept)) == ([], [tiny.F])
+
+    asyncio.run(body())
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_disconnected_process_does_not_answer_actions(house: House, line: Line) -> None:
+    async def body() -> None:
+        run = house.run()
+        async with house.engine(database=line) as one, house.engine() as other:
+            old = Seat(one, run)
+            episode_id = (await old.observation()).episode.episode_id
+            line.is_cut = True
+            told = len(old.events)
+            old.act(episode_id, 0, tiny.L)
+            await until(lambda: bool(old.closed))
+            assert isinstance(old.closed[0], StorageError)
+            assert len(old.events) == told
+            await Seat(other, run).play()
+            line.is_cut = False
+            await until(lambda: house.journal.run("run").state == COMPLETE)
+        check_played_to_the_end(house)
+
+    asyncio.run(body())
+
+
+@pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize("seconds", [LEASE + 1.0, -3600.0, 86_400.0], ids=["waits", "jumps back", "jumps on"])
+def test_episodes_of_a_dead_process_are_free_after_a_lease_whatever_the_clock_does(
+    tmp_path: Path, seconds: float
+) -> None:
+    house = House(tmp_path)
+
+    async def body() -> None:
+        run = house.run()
+        with closing(Line(house.url, clock=lambda: house.wall)) as line:
+            async with house.engine(database=line) as one, house.engine() as other:
+                dead = Seat(one, run, episodes=3)
+                await dead.observation()
+                line.is_cut = True  # nothing more is heard of it
+                heir = Seat(other, run, episodes=3, player="heir")
+                await looks(other)
+                assert not any(isinstance(event, Observed) for event in heir.events)
+                house.wall += seconds
+                await heir.play()
+        check_played_to_the_end(house)
+
+    with closing(house.database):
+        asyncio.run(body())
+
+
+@pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize("seconds", [-3600.0, 3600.0])
+def test_a_clock_that_jumps_under_two_living_processes_costs_nothing(tmp_path: Path, seconds: float) -> None:
+    house = House(tmp_path)
+
+    async def body() -> None:
+        run = house.run()
+        with closing(Database(house.url, clock=lambda: house.wall)) as own:
+            async with house.engine(database=own) as one, house.engine() as other:
+                playing = [
+                    asyncio.create_task(keep_playing(engine, run, name)) for engine, name in ((one, "a"), (other, "b"))
+                ]
+                await until(lambda: house.journal.progress("run").steps > 5)
+                house.wall += seconds
+                await asyncio.gather(*playing)
+        check_played_to_the_end(house)
+
+    with closing(house.database):
+        asyncio.run(body())
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_client_that_connects_twice_at_once_takes_every_step_once(house: House, line: Line) -> None:
+    async def body() -> None:
+        run = house.run()
+        async with house.engine(database=line) as one, house.engine() as other:
+            lost = await asyncio.gather(*(keep_playing(engine, run, "the same", episodes=3) for engine in (one, other)))
+            assert sum(lost) > 0
+        check_played_to_the_end(house)
+
+    asyncio.run(body())
+
+
+async def keep_playing(engine: Engine, run: Run, player: str, episodes: int = 2) -> int:
+    """Play the ground truth like a client that joins again when its stream is closed; return how often it was.
+
+    It is sent away for one reason alone: another process has taken one of its episodes over.
+    """
+    lost = 0
+    while True:
+        seat, taken = Seat(engine, run, episodes, player), 0
+        while not seat.closed:
+            await asyncio.sleep(0.001)
+            for event in seat.events[taken:]:
+                taken += 1
+                if isinstance(event, Observed) and event.taken is None and not seat.closed:
+                    seat.act(event.episode.episode_id, event.state.step, tiny.ACTIONS[event.state.step])
+        over = any(isinstance(event, RunEnded) for event in seat.events)
+        assert [type(error) for error in seat.closed] == [type(None) if over else TakenOver], seat.closed
+        if over:
+            return lost
+        lost += 1
+        await asyncio.sleep(0.005 * lost)  # or the two might send each other away for ever

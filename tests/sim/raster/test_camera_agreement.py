@@ -1,0 +1,26 @@
+"""The proof that anyone can run, on a few poses: the sample's sections, two of the project's own, the room."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+from tests import ROOT
+
+SCRIPT = ROOT / "benchmarks" / "camera_agreement.py"
+
+
+def test_the_cameras_agree_in_the_samples_sections_in_own_ones_and_in_the_room(tmp_path: Path) -> None:
+    command = [sys.executable, str(SCRIPT), "--poses", "50", "--own", "3", "7", "--json", str(tmp_path / "rows.json")]
+    done = subprocess.run([*command, "--pictures", str(tmp_path)], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1].startswith("all")
+    rows = json.loads((tmp_path / "rows.json").read_text())["places"]
+    assert [row["place"] for row in rows] == ["sample 1", "sample 2", "own section 3", "own section 7", "room"]
+    for row in rows:
+        assert row["poses"] == 10
+        assert row["depth"] > 0.9995 * row["pixels"]
+        assert row["segmentation"] > 0.9995 * row["pixels"]
+        assert row["beyond_edges"] < 50
+        assert row["unexplained"] <= 1
+        assert row["colour"] < 10 * row["poses"]
+        assert row["colour_without_mipmaps"] < 0.5 * row["poses"]

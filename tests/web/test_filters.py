@@ -1,0 +1,115 @@
+"""What a reader chooses, and how it stands in an address."""
+
+import pytest
+
+from server.board.ranking import ranked
+from server.board.standings import Mark, Standing
+from server.errors import NotFound
+from server.web.filters import Choice, read_choice
+from tests.board.made import interval, standing
+
+LANGUAGES = {"open": ("en", "hi"), "english": ("en",), "bare": ()}
+USUAL = Choice("open", "hi")
+
+
+@pytest.mark.parametrize(
+    ("query", "choice"),
+    [
+        ({}, USUAL),
+        ({"split": "open", "language": "both"}, Choice("open", "both")),
+        ({"split": "english"}, Choice("english", "en")),
+        ({"split": "english", "language": "hi"}, Choice("english", "en")),
+        ({"turns": "2", "sort": "ndtw", "order": "asc"}, Choice("open", "hi", turns="2", sort="ndtw", order="asc")),
+        ({"sensors": "plain", "coverage": "whole"}, Choice("open", "hi", sensors="plain", coverage="whole")),
+        ({"page": "3", "utm_source": "x"}, Choice("open", "hi", page=3)),
+    ],
+)
+def test_a_choice_is_read(query: dict[str, str], choice: Choice) -> None:
+    assert read_choice(query, LANGUAGES, USUAL) == choice
+
+
+@pytest.mark.parametrize(
+    "query",
+    [
+        {"split": "no"},
+        {"language": "fr"},
+        {"turns": "3"},
+        {"sensors": "rgb"},
+        {"coverage": ""},
+        {"sort": "PTC@CTC-3"},
+        {"order": "up"},
+        {"page": "0"},
+        {"page": "-1"},
+        {"page": "x"},
+        {"page": "٣"},
+        {"page": ""},
+    ],
+)
+def test_what_cannot_be_chosen_is_not_found(query: dict[str, str]) -> None:
+    with pytest.raises(NotFound, match="there is no"):
+        read_choice(query, LANGUAGES, USUAL)
+
+
+def test_an_address_leaves_out_what_is_usual() -> None:
+    choice = Choice("open", "hi", turns="1", page=4)
+    assert choice.link() == "?split=open&language=hi&turns=1"
+    assert choice.link(page=2, turns="total") == "?split=open&language=hi&page=2"
+    assert Choice("a b&c", "en").link() == "?split=a+b%26c&language=en"
+
+
+def test_a_column_sorts_its_best_first_and_then_the_other_way_round() -> None:
+    choice = Choice("open", "hi")
+    assert choice.sorting("ndtw") == "?split=open&language=hi&sort=ndtw"
+    assert choice.sorting("agent") == "?split=open&language=hi&sort=agent&order=asc"
+    assert choice.sorting("ptc") == "?split=open&language=hi&order=asc"
+    assert Choice("open", "hi", order="asc").sorting("ptc") == "?split=open&language=hi"
+
+
+def lines() -> list[Standing]:
+    """Three that are ranked and one that is not, though its scores are the best."""
+    return [
+        standing("low", {"PTC@CTC-3": interval(0.1), "nDTW": interval(0.9)}, published=3),
+        standing("high", {"PTC@CTC-3": interval(0.9), "nDTW": interval(0.1)}, published=1),
+        standing("Middle", {"PTC@CTC-3": interval(0.5), "nDTW": interval(0.5)}, published=2),
+        standing("apart", {"PTC@CTC-3": interval(1.0)}, marks=(Mark.PARTIAL,), coverage=0.5, published=4),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("sort", "order", "agents"),
+    [
+        ("ptc", "desc", ["high", "Middle", "low", "apart"]),
+        ("ptc", "asc", ["low", "Middle", "high", "apart"]),
+        ("ndtw", "desc", ["low", "Middle", "high", "apart"]),
+        ("agent", "asc", ["apart", "high", "low", "Middle"]),
+        ("agent", "desc", ["Middle", "low", "high", "apart"]),
+        ("published", "desc", ["apart", "low", "Middle", "high"]),
+        ("published", "asc", ["high", "Middle", "low", "apart"]),
+    ],
+)
+def test_sorting(sort: str, order: str, agents: list[str]) -> None:
+    choice = Choice("open", "en", sort=sort, order=order)
+    assert [one.agent for one in choice.sorted(ranked(lines(), choice.metric))] == agents
+
+
+def test_sorting_by_one_turn() -> None:
+    first = standing("first", {"PTC@CTC-3": interval(0.9)})
+    second = standing("second", {"PTC@CTC-3": interval(0.1)})
+    better = {**second.rows, "turn 2": {**second.rows["turn 2"], "PTC@CTC-3": interval(0.7)}}
+    second = Standing(second.entries, better)
+    ordered = ranked([first, second], "PTC@CTC-3")
+    assert [one.agent for one in Choice("open", "en").sorted(ordered)] == ["first", "second"]
+    assert [one.agent for one in Choice("open", "en", turns="2").sorted(ordered)] == ["second", "first"]
+    assert [one.agent for one in Choice("open", "en", turns="2", order="asc").sorted(ordered)] == ["first", "second"]
+
+
+def test_filters() -> None:
+    plain, partial = lines()[0], lines()[3]
+    assert [Choice("open", "en", coverage=c).fits(plain) for c in ("all", "whole", "partial")] == [True, True, False]
+    assert [Choice("open", "en", coverage=c).fits(partial) for c in ("all", "whole", "partial")] == [True, False, True]
+    assert [Choice("open", "en", sensors=s).fits(plain) for s in ("all", "plain", "segmentation", "privileged")] == [
+        True,
+        True,
+        False,
+        False,
+    ]

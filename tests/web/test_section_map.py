@@ -1,0 +1,29 @@
+"""A section from above, and the paths on it."""
+
+from server.scoring.trajectory import TurnRecord
+from server.sim.section import Building, Prop, Section
+from server.web.section_map import ground, track
+
+SECTION = Section(
+    "1",
+    0.0,
+    (-10.0, 0.0, 10.0, 30.0),
+    (Building(0.0, 10.0, 2.0, 1.0, 90.0, 3.0, "brick"),),
+    (Prop("cone", 1.0, 2.0, 0.0, "orange"),),
+)
+
+
+def test_ground() -> None:
+    seen = ground(SECTION)
+    assert (seen.width, seen.height) == (32.0, 42.0)
+    assert seen.roofs == ("15,24 15,28 17,28 17,24",)
+    assert seen.props == ((17.0, 34.0),)
+
+
+def test_a_turn_that_was_played_and_one_that_was_not() -> None:
+    record = TurnRecord(((0.0, 0.0), (0.0, 1.0)), (0.0, 0.1, 2.5), (2, 1, 2), path=((0.0, 0.0), (0.5, 0.0)))
+    played = track(SECTION, record)
+    assert (played.truth, played.played) == ("16,36 16,35", "16,36 16.5,36")
+    assert (played.start, played.target, played.end) == ((16.0, 36.0), (16.0, 33.5), (16.5, 36.0))
+    unplayed = track(SECTION, TurnRecord(((3.0, 0.0),), (0.0, 0.1, 2.5), (2, 1, 2)))
+    assert (unplayed.played, unplayed.start, unplayed.end) == ("", (19.0, 36.0), None)
