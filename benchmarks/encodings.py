@@ -25,8 +25,8 @@ from common import data_or_sample
 from PIL import Image as Pillow
 
 from arramon.v1.types_pb2 import ENCODING_JPEG, ENCODING_RAW, ENCODING_ZSTD, Encoding, Image
-from arramon_client.transport.images import decode_depth, decode_rgb
-from server.api.encoding import Encoder
+from arramon_client.transport.images import ImageDecoder
+from server.api.encoding import MessageEncoder
 from server.episodes.episode import Episode
 from server.episodes.splits import read_splits
 from server.runs.play.session import Session
@@ -130,14 +130,14 @@ def depth_ways() -> list[Way]:
 
 
 def _offered(name: str, encoding: Encoding.ValueType, quality: int = 0, *, depth: bool = False) -> Way:
-    encoder = Encoder(encoding, quality)
+    encoder, decoder = MessageEncoder(encoding, quality), ImageDecoder()
 
     def encode(pixels: Pixels) -> Image:
         image = Image()
-        (encoder.depth if depth else encoder.rgb)(pixels, image)
+        encoder.write("", [(pixels, image)], latest=True)
         return image
 
-    return Way(name, encode, decode_depth if depth else decode_rgb, lambda image: len(image.data))
+    return Way(name, encode, decoder.depth if depth else decoder.rgb, lambda image: len(image.data))
 
 
 def _png() -> Way:

@@ -65,10 +65,13 @@ class Service:
             sa.select(sa.func.max(steps.step))
             .where(steps.run_id == episodes.run_id, steps.episode_id == episodes.episode_id)
             .scalar_subquery()
+            .label("last")
         )
         query = sa.select(episodes.run_id, episodes.episode_id, episodes.epoch, last).where(episodes.state == OPEN)
-        rows = self._database.read(query)
-        return {(run, episode): (epoch, 0 if step is None else step + 1) for run, episode, epoch, step in rows}
+        return {
+            (row.run_id, row.episode_id): (row.epoch, 0 if row.last is None else row.last + 1)
+            for row in self._database.read(query)
+        }
 
     def wait_for_steps(self) -> None:
         """Wait until a new step is recorded."""
@@ -105,7 +108,7 @@ class Service:
         for host in self.hosts:
             if host not in self.away and host.process.poll() is not None:
                 self.given_up += 1
-                host.process.communicate()
+                host.process.wait(PATIENCE)
                 host.start()
 
     def _looks(self) -> Iterator[None]:

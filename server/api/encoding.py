@@ -1,14 +1,26 @@
-"""Encoding of images for messages: raw, losslessly compressed, or JPEG, as defined in `types.proto`."""
+"""The contract of image encoders, and the encoder into messages: raw, losslessly compressed, or JPEG.
+
+The encodings are defined in `types.proto`. `shared_memory.py` holds the other encoder, and `encoders.py` chooses one.
+"""
 
 import threading
+from collections.abc import Iterable
+from typing import Protocol, Self
 
 import numpy as np
 import numpy.typing as npt
 import simplejpeg
 import zstandard
 
-from arramon.v1.types_pb2 import ENCODING_JPEG, ENCODING_RAW, ENCODING_SHARED, ENCODING_ZSTD, Encoding, Image
+from arramon.v1.evaluation_pb2 import Opened
+from arramon.v1.types_pb2 import ENCODING_JPEG, ENCODING_RAW, ENCODING_ZSTD, Encoding, Image
 from server.errors import BadInput
+
+Pixels = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
+"""(height, width, 3) uint8 for RGB; (height, width) uint16 for depth and segmentation."""
+
+Images = Iterable[tuple[Pixels, Image]]
+"""Pairs of pixels and the empty message for them."""
 
 STANDARD_ENCODINGS = (ENCODING_RAW, ENCODING_ZSTD, ENCODING_JPEG)
 """Encodings that every server offers, in its order of preference."""
@@ -20,69 +32,96 @@ ZSTD_LEVEL = 1
 """Higher levels gain next to nothing: frames are flat colours and repeated textures (benchmarks/encodings.py)."""
 
 
-class Encoder:
-    """Encodes the images of one stream.
-
-    Args:
-        encoding: of RGB images; ENCODING_UNSPECIFIED for the first one offered. With ENCODING_SHARED, this encodes the
-            images that do not go through shared memory, as ENCODING_RAW.
-        jpeg_quality: 1 to 100 if `encoding` is ENCODING_JPEG, or 0 for `JPEG_QUALITY`.
-        offered: encodings that a client may choose.
-
-    Raises:
-        BadInput: if the encoding is not offered, or the quality is out of range or given for another encoding.
+class ImageEncoder(Protocol):
+    """Encodes the images of one stream, as a context manager around its messages.
 
     Attributes:
         encoding: the encoding in use.
         jpeg_quality: the quality in use; 0 if the encoding is not JPEG.
     """
 
-    def __init__(
-        self,
-        encoding: Encoding.ValueType,
-        jpeg_quality: int = 0,
-        offered: tuple[Encoding.ValueType, ...] = STANDARD_ENCODINGS,
-    ) -> None:
-        self.encoding = encoding or offered[0]
-        if self.encoding not in offered:
-            raise BadInput(f"encoding {self.encoding} is not offered; see ServerInfo.encodings")
-        if jpeg_quality and self.encoding != ENCODING_JPEG:
-            name = Encoding.Name(self.encoding)
-            raise BadInput(f"jpeg_quality is {jpeg_quality}, expected 0 with {name}: only ENCODING_JPEG has a quality")
-        if jpeg_quality > 100:
-            raise BadInput(f"jpeg_quality is {jpeg_quality}, expected 1 to 100, or 0 for {JPEG_QUALITY}")
-        self._lossless = ENCODING_RAW if self.encoding in (ENCODING_RAW, ENCODING_SHARED) else ENCODING_ZSTD
-        self.jpeg_quality = (jpeg_quality or JPEG_QUALITY) if self.encoding == ENCODING_JPEG else 0
+    encoding: Encoding.ValueType
+    jpeg_quality: int
 
     @property
     def form(self) -> str:
         """Quality of the images, on which an agent's score may depend: "lossless", or "jpeg" with its quality."""
+
+    def announce(self, opened: Opened) -> None:
+        """Write to a stream's first message what the client needs to decode the images."""
+
+    def write(self, episode_id: str, images: Images, *, latest: bool) -> None:
+        """Write the images of one observation into their empty messages.
+
+        Args:
+            episode_id: the observation's episode.
+            images: pairs of pixels and message.
+            latest: False for an observation of a history, which later ones of the same delivery follow.
+        """
+
+    def forget(self, episode_id: str) -> None:
+        """Free what is held for an episode that has ended."""
+
+    def __enter__(self) -> Self:
+        """Acquire what the stream needs."""
+
+    def __exit__(self, *error: object) -> None:
+        """Release it."""
+
+
+class MessageEncoder:
+    """Encodes images into the messages themselves: raw, Zstandard or JPEG.
+
+    Args:
+        encoding: of RGB images, one of `STANDARD_ENCODINGS`.
+        jpeg_quality: 1 to 100 if `encoding` is ENCODING_JPEG, or 0 for `JPEG_QUALITY`.
+
+    Raises:
+        BadInput: if the quality is out of range or given for another encoding.
+    """
+
+    def __init__(self, encoding: Encoding.ValueType, jpeg_quality: int = 0) -> None:
+        self.encoding = encoding
+        check_quality(encoding, jpeg_quality)
+        self._lossless = ENCODING_RAW if encoding == ENCODING_RAW else ENCODING_ZSTD
+        self.jpeg_quality = (jpeg_quality or JPEG_QUALITY) if encoding == ENCODING_JPEG else 0
+
+    @property
+    def form(self) -> str:
+        """Quality of the images: "lossless", or "jpeg" with its quality."""
         return f"jpeg{self.jpeg_quality}" if self.jpeg_quality else "lossless"
 
-    def write(self, pixels: npt.NDArray[np.uint8] | npt.NDArray[np.uint16], image: Image) -> None:
-        """Write an image into an empty message: (height, width, 3) is RGB, (height, width) depth or segmentation."""
-        if pixels.ndim == 3:
-            self.write_rgb(pixels.astype(np.uint8, copy=False), image)
-        else:
-            self.write_numbers(pixels.astype(np.uint16, copy=False), image)
+    def announce(self, opened: Opened) -> None:
+        """Write the encoding to a stream's first message."""
+        opened.encoding, opened.jpeg_quality = self.encoding, self.jpeg_quality
 
-    def write_rgb(self, pixels: npt.NDArray[np.uint8], image: Image) -> None:
-        """Write a (height, width, 3) uint8 image into an empty message, in place, which saves a copy."""
-        if self.encoding != ENCODING_JPEG:
-            self._raw_or_zstd(pixels, image)
-            return
-        image.height, image.width = pixels.shape[:2]
+    def write(self, episode_id: str, images: Images, *, latest: bool) -> None:  # noqa: ARG002, part of the contract
+        """Write the images of one observation into their empty messages, in place, which saves a copy."""
+        for pixels, image in images:
+            image.height, image.width = pixels.shape[:2]
+            if pixels.ndim == 3 and self.encoding == ENCODING_JPEG:
+                self._write_jpeg(pixels, image)
+            else:
+                self._write_lossless(pixels, image)
+
+    def forget(self, episode_id: str) -> None:
+        """Do nothing: no episode's images are held."""
+
+    def __enter__(self) -> Self:
+        """Do nothing."""
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Do nothing."""
+
+    def _write_jpeg(self, pixels: Pixels, image: Image) -> None:
         image.encoding = ENCODING_JPEG
         image.data = simplejpeg.encode_jpeg(
             np.ascontiguousarray(pixels), quality=self.jpeg_quality, colorspace="RGB", colorsubsampling="420"
         )
 
-    def write_numbers(self, pixels: npt.NDArray[np.uint16], image: Image) -> None:
-        """Write a (height, width) uint16 depth map or segmentation into an empty message, always losslessly."""
-        self._raw_or_zstd(pixels.astype("<u2", copy=False), image)
-
-    def _raw_or_zstd(self, pixels: npt.NDArray[np.uint8] | npt.NDArray[np.uint16], image: Image) -> None:
-        image.height, image.width = pixels.shape[:2]
+    def _write_lossless(self, pixels: Pixels, image: Image) -> None:
+        pixels = little_endian(pixels)
         image.encoding = self._lossless
         if self._lossless == ENCODING_RAW:
             image.data = pixels.tobytes()
@@ -90,6 +129,20 @@ class Encoder:
             # No filter comes first (neighbour differences, byte planes): none makes these frames smaller. A level
             # camera sees walls as repeated rows, which the compressor handles best unfiltered.
             image.data = _threads.compressor.compress(np.ascontiguousarray(pixels).data)
+
+
+def check_quality(encoding: Encoding.ValueType, jpeg_quality: int) -> None:
+    """Raise BadInput if the JPEG quality is out of range, or given for another encoding."""
+    if jpeg_quality and encoding != ENCODING_JPEG:
+        name = Encoding.Name(encoding)
+        raise BadInput(f"jpeg_quality is {jpeg_quality}, expected 0 with {name}: only ENCODING_JPEG has a quality")
+    if jpeg_quality > 100:
+        raise BadInput(f"jpeg_quality is {jpeg_quality}, expected 1 to 100, or 0 for {JPEG_QUALITY}")
+
+
+def little_endian(pixels: Pixels) -> Pixels:
+    """Return pixels in the byte order of the protocol."""
+    return pixels.astype("<u2", copy=False) if pixels.dtype.itemsize == 2 else pixels
 
 
 class _Threads(threading.local):

@@ -11,6 +11,7 @@ from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationServicer
 from server import __version__
 from server.api.authentication import anonymous_caller, caller_of, is_on_same_machine
+from server.api.encoders import offered_encodings
 from server.api.interceptor import Origin
 from server.api.messages import (
     account_message,
@@ -21,7 +22,6 @@ from server.api.messages import (
     split_message,
 )
 from server.api.play_stream import PlayHandler
-from server.api.shared_memory import offered_encodings
 from server.api.stream_limits import StreamLimits
 from server.configuration.config import Config
 from server.errors import BadInput

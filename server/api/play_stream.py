@@ -6,9 +6,9 @@ from collections.abc import AsyncGenerator, AsyncIterator, Sequence
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
-from server.api.encoding import Encoder
+from server.api.encoders import choose_encoder, offered_encodings
 from server.api.messages import ACTIONS, LABEL_MESSAGES, PHASES, oracle_message, pose_message, run_message
-from server.api.shared_memory import IMAGES, SharedImages, offered_encodings
+from server.api.shared_memory import IMAGE_SENSORS
 from server.configuration.config import Config
 from server.errors import ArraMonError, BadInput
 from server.runs.accounts.accounts import is_visible
@@ -17,7 +17,6 @@ from server.runs.play.engine import Engine
 from server.runs.play.events import EpisodeEnded, EpisodeStarted, Event, Observed, Opened, PhaseOver, Problem
 from server.runs.play.stream import Act, Stream
 from server.runs.service import Runs
-from server.sim.cameras import Frame
 from server.sim.view import visible_pose
 
 MAX_ACTS = 4096
@@ -42,7 +41,6 @@ class PlayHandler:
         self._outbox: asyncio.Queue[pb.PlayResponse | ArraMonError | None] = asyncio.Queue()
         self._waiting = 0  # Bytes in the outbox.
         self._engine = engine
-        self._encoder = Encoder(open_.encoding, open_.jpeg_quality, offered_encodings(config.listen))
         if open_.image_size and open_.image_size not in config.image_sizes:
             sizes = ", ".join(map(str, config.image_sizes))
             raise BadInput(f"image_size is {open_.image_size}, expected one of {sizes}")
@@ -53,19 +51,27 @@ class PlayHandler:
         if not is_visible(open_.player):
             raise BadInput(f"the player's name is {open_.player!r}, expected visible text")
         run, size = runs.playable(caller, open_.run_id), open_.image_size or config.image_sizes[0]
+        self._image_sensors = [name for name in IMAGE_SENSORS if name in run.sensors]
+        self._encoder = choose_encoder(
+            open_.encoding,
+            open_.jpeg_quality,
+            offered_encodings(config.listen),
+            episodes=open_.max_episodes,
+            sensors=run.sensors,
+            size=size,
+        )
         self._stream = Stream(
             run=run,
             player=open_.player or uuid.uuid4().hex,
             max_episodes=open_.max_episodes,
             image_size=size,
-            images=f"{self._encoder.form}-{size}" if IMAGES.keys() & run.sensors else "",
+            images=f"{self._encoder.form}-{size}" if self._image_sensors else "",
             history=open_.history,
             adopt=open_.adopt,
             deliver=self._deliver,
             close=self._outbox.put_nowait,
             backlog=lambda: self._waiting,
         )
-        self._shared: SharedImages | None = None
 
     @property
     def stream(self) -> Stream:
@@ -78,22 +84,19 @@ class PlayHandler:
         Raises:
             ArraMonError: the error that closed the stream.
         """
-        if self._encoder.encoding == types_pb2.ENCODING_SHARED:
-            self._shared = SharedImages(self._stream.max_episodes, self._stream.run.sensors, self._stream.image_size)
-        reader = asyncio.create_task(self._read(requests))
-        try:
-            self._engine.join(self._stream)
-            while (item := await self._outbox.get()) is not None:
-                if isinstance(item, ArraMonError):
-                    raise item
-                yield item
-                self._waiting -= item.ByteSize()
-                self._engine.has_left(self._stream)
-        finally:
-            self._engine.leave(self._stream)
-            reader.cancel()
-            if self._shared is not None:
-                self._shared.close()
+        with self._encoder:
+            reader = asyncio.create_task(self._read(requests))
+            try:
+                self._engine.join(self._stream)
+                while (item := await self._outbox.get()) is not None:
+                    if isinstance(item, ArraMonError):
+                        raise item
+                    yield item
+                    self._waiting -= item.ByteSize()
+                    self._engine.has_left(self._stream)
+            finally:
+                self._engine.leave(self._stream)
+                reader.cancel()
 
     async def _read(self, requests: AsyncIterator[pb.PlayRequest]) -> None:
         """Pass the client's messages to the engine. A client that closes its half of the stream has left."""
@@ -128,16 +131,13 @@ class PlayHandler:
                 end = message.episode_ended
                 end.episode_id, end.episodes_ended = episode_id, ended
                 end.cause = types_pb2.Cause.Value(f"CAUSE_{cause}")
-                if self._shared is not None:
-                    self._shared.forget(episode_id)
+                self._encoder.forget(episode_id)
             case Opened(run, progress, episode_ids):
                 opened = message.opened
                 opened.run.CopyFrom(run_message(run, progress))
                 opened.episode_ids.extend(episode_ids)
-                opened.encoding, opened.jpeg_quality = self._encoder.encoding, self._encoder.jpeg_quality
+                self._encoder.announce(opened)
                 opened.image_size = self._stream.image_size
-                if self._shared is not None:
-                    opened.shared.CopyFrom(self._shared.message)
                 if "segmentation" in run.sensors:
                     opened.labels.extend(LABEL_MESSAGES)
             case Problem(code, text, episode_id, step):
@@ -167,22 +167,10 @@ class PlayHandler:
             message.step_seconds_left = event.time_left.step_seconds
             message.bank_seconds_left = event.time_left.bank_seconds
         if event.frame is not None:
-            self._write_images(event, event.frame, message)
+            images = [(getattr(event.frame, name), getattr(message, name)) for name in self._image_sensors]
+            self._encoder.write(message.episode_id, images, latest=event.taken is None)
         if "pose" in sensors:
             message.pose.CopyFrom(pose_message(visible_pose(state)))
-
-    def _write_images(self, event: Observed, frame: Frame, message: pb.Observation) -> None:
-        """Write an observation's images to the shared memory if there is one, which holds each episode's latest ones.
-
-        The observations of a history carry their images in the message.
-        """
-        images = [(getattr(frame, name), getattr(message, name)) for name in IMAGES if name in event.run.sensors]
-        episode_id = event.episode.episode_id
-        if self._shared is not None and event.taken is None and self._shared.has_room(episode_id):
-            self._shared.write(episode_id, images)
-            return
-        for pixels, image in images:
-            self._encoder.write(pixels, image)
 
 
 def _acts(request: pb.PlayRequest) -> list[Act]:

@@ -8,34 +8,27 @@ import fcntl
 import mmap
 import os
 import secrets
-import sys
 from collections.abc import Iterable
+from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 
-from arramon.v1.types_pb2 import ENCODING_SHARED, Encoding, Image, SharedMemory
-from server.api.encoding import STANDARD_ENCODINGS
+from arramon.v1.evaluation_pb2 import Opened
+from arramon.v1.types_pb2 import ENCODING_RAW, ENCODING_SHARED, SharedMemory
+from server.api.encoding import Images, MessageEncoder, little_endian
 
-IMAGES = {"rgb": 3, "depth": 2, "segmentation": 2}
-"""Bytes per pixel, by sensor."""
+IMAGE_SENSORS = {"rgb": 3, "depth": 2, "segmentation": 2}
+"""Bytes per pixel of the images that sensors give."""
 
 _TOKEN = 16
 _HEADER = 64
 """Bytes before the first image: the token, and padding that aligns images to cache lines."""
 
 
-def offered_encodings(listen: str) -> tuple[Encoding.ValueType, ...]:
-    """Return the encodings offered at an address: shared memory only on a Unix socket, so on one machine."""
-    return (
-        (*STANDARD_ENCODINGS, ENCODING_SHARED)
-        if listen.startswith("unix:") and sys.platform == "linux"
-        else STANDARD_ENCODINGS
-    )
+class SharedMemoryEncoder:
+    """Writes the images of each open episode's latest observation to shared memory, and all others into messages, raw.
 
-
-class SharedImages:
-    """Shared memory of one stream: the images of the latest observation of each open episode.
+    The memory exists while the encoder is used as a context manager.
 
     Args:
         episodes: number that may be open at once.
@@ -43,8 +36,54 @@ class SharedImages:
         size: side length of the images, in pixels.
     """
 
+    encoding = ENCODING_SHARED
+    jpeg_quality = 0
+    form = "lossless"
+
     def __init__(self, episodes: int, sensors: Iterable[str], size: int) -> None:
-        self._each = _aligned(size * size * sum(IMAGES.get(sensor, 0) for sensor in sensors))
+        self._episodes = episodes
+        self._each = size * size * sum(IMAGE_SENSORS.get(sensor, 0) for sensor in sensors)
+        self._in_messages = MessageEncoder(ENCODING_RAW)
+        self._memory: SharedImages | None = None
+
+    def __enter__(self) -> Self:
+        """Allocate the memory."""
+        self._memory = SharedImages(self._episodes, self._each)
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Close the memory. It is freed when the client does not map it any more."""
+        if self._memory is not None:
+            self._memory.close()
+            self._memory = None
+
+    def announce(self, opened: Opened) -> None:
+        """Write to a stream's first message where the memory is."""
+        opened.encoding = self.encoding
+        if self._memory is not None:
+            opened.shared.CopyFrom(self._memory.message)
+
+    def write(self, episode_id: str, images: Images, *, latest: bool) -> None:
+        """Write the images of one observation: the latest one over those of the episode's last one."""
+        if not (latest and self._memory is not None and self._memory.write(episode_id, images)):
+            self._in_messages.write(episode_id, images, latest=latest)
+
+    def forget(self, episode_id: str) -> None:
+        """Free the room of an episode that has ended."""
+        if self._memory is not None:
+            self._memory.forget(episode_id)
+
+
+class SharedImages:
+    """Shared memory with room for the images of one observation of each open episode.
+
+    Args:
+        episodes: number that may be open at once.
+        each: bytes of one observation's images.
+    """
+
+    def __init__(self, episodes: int, each: int) -> None:
+        self._each = -(-each // _HEADER) * _HEADER
         length = _HEADER + episodes * self._each
         self._file = os.memfd_create("arramon-images", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
         os.fchmod(self._file, 0o600)
@@ -61,37 +100,27 @@ class SharedImages:
         """Close the file. The memory is freed when neither this object nor the client maps it any more."""
         os.close(self._file)
 
-    def has_room(self, episode_id: str) -> bool:
-        """Return whether there is room for the images of an episode."""
-        return episode_id in self._places or bool(self._free)
-
-    def write(
-        self, episode_id: str, images: Iterable[tuple[npt.NDArray[np.uint8] | npt.NDArray[np.uint16], Image]]
-    ) -> None:
+    def write(self, episode_id: str, images: Images) -> bool:
         """Write an observation's images over those of the episode's last one, and their place into empty messages.
 
-        Args:
-            episode_id: of an open episode for which `has_room` is true.
-            images: pairs of pixels, (height, width, 3) uint8 or (height, width) uint16, and their empty message.
+        Returns:
+            False, without having written anything, if there is no room for another episode.
         """
         if episode_id not in self._places:
+            if not self._free:
+                return False
             self._places[episode_id] = self._free.pop()
         place = self._places[episode_id]
         for pixels, image in images:
-            flat = (
-                pixels.astype("<u2" if pixels.dtype == np.uint16 else np.uint8, copy=False).reshape(-1).view(np.uint8)
-            )
+            flat = little_endian(pixels).reshape(-1).view(np.uint8)
             self._bytes[place : place + flat.size] = flat
             image.height, image.width = pixels.shape[:2]
             image.encoding, image.place = ENCODING_SHARED, place
             place += flat.size
+        return True
 
     def forget(self, episode_id: str) -> None:
         """Free the room of an episode that has ended."""
         place = self._places.pop(episode_id, None)
         if place is not None:
             self._free.append(place)
-
-
-def _aligned(length: int) -> int:
-    return -(-length // _HEADER) * _HEADER

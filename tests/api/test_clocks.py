@@ -12,6 +12,7 @@ from arramon.v1 import types_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon_client import Episode, Observation, Settings, connect, play, receipts
 from arramon_client.observations import observation_of
+from arramon_client.transport.images import ImageDecoder
 from tests import tiny
 from tests.api.player import Player, create
 from tests.serving import METADATA, Server
@@ -49,7 +50,7 @@ def test_a_host_s_clocks_are_a_run_s_and_every_observation_says_what_is_left(stu
         player.act(first.episode_id, 0, tiny.F)
         second = player.observation()
     assert [(seen.step_seconds_left, seen.bank_seconds_left) for seen in (first, second)] == [(600, 3600), (60, 3600)]
-    told = observation_of(second)
+    told = observation_of(second, ImageDecoder())
     assert (told.step_seconds_left, told.bank_seconds_left) == (60.0, 3600.0)
 
 

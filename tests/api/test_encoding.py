@@ -14,8 +14,9 @@ from arramon.v1.types_pb2 import (
     Encoding,
     Image,
 )
-from arramon_client.transport.images import decode_depth, decode_rgb
-from server.api.encoding import STANDARD_ENCODINGS, Encoder
+from arramon_client.transport.images import ImageDecoder
+from server.api.encoders import choose_encoder
+from server.api.encoding import STANDARD_ENCODINGS, ImageEncoder, MessageEncoder
 from server.errors import BadInput
 from server.sim.bullet import World
 from server.sim.cameras import Actor, Frame, Viewpoint
@@ -39,14 +40,18 @@ def rgb(
     encoding: Encoding.ValueType, pixels: npt.NDArray[np.uint8], quality: int = 0
 ) -> tuple[Image, npt.NDArray[np.uint8]]:
     image = Image()
-    Encoder(encoding, quality).write_rgb(pixels, image)
-    return image, decode_rgb(image)
+    MessageEncoder(encoding, quality).write("", [(pixels, image)], latest=True)
+    return image, ImageDecoder().rgb(image)
+
+
+def chosen(encoding: Encoding.ValueType, quality: int) -> ImageEncoder:
+    return choose_encoder(encoding, quality, STANDARD_ENCODINGS, episodes=1, sensors=["rgb"], size=8)
 
 
 def depth(encoding: Encoding.ValueType, pixels: npt.NDArray[np.uint16]) -> tuple[Image, npt.NDArray[np.uint16]]:
     image = Image()
-    Encoder(encoding).write_numbers(pixels, image)
-    return image, np.rint(decode_depth(image).astype(np.float64) * 1000).astype(np.uint16)
+    MessageEncoder(encoding).write("", [(pixels, image)], latest=True)
+    return image, np.rint(ImageDecoder().depth(image).astype(np.float64) * 1000).astype(np.uint16)
 
 
 @pytest.mark.parametrize("encoding", [ENCODING_RAW, ENCODING_ZSTD])
@@ -121,7 +126,7 @@ def test_compressed_is_small(frames: dict[int, list[Frame]]) -> None:
     (ENCODING_JPEG, 100, ENCODING_JPEG, 100),
 ])  # fmt: skip
 def test_what_is_in_force(asked: Encoding.ValueType, quality: int, encoding: Encoding.ValueType, in_force: int) -> None:
-    encoder = Encoder(asked, quality)
+    encoder = chosen(asked, quality)
     assert (encoder.encoding, encoder.jpeg_quality) == (encoding, in_force)
 
 
@@ -134,5 +139,5 @@ def test_what_is_in_force(asked: Encoding.ValueType, quality: int, encoding: Enc
 ])  # fmt: skip
 def test_what_cannot_be(asked: int, quality: int, said: str) -> None:
     with pytest.raises(BadInput) as caught:
-        Encoder(Encoding.ValueType(asked), quality)
+        chosen(Encoding.ValueType(asked), quality)
     assert str(caught.value) == said

@@ -9,7 +9,7 @@ import pytest
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
-from arramon_client.transport.images import decode_depth, decode_rgb, decode_segmentation
+from arramon_client.transport.images import ImageDecoder
 from server.sim.labels import LABELS
 from tests import tiny
 from tests.api.player import Player, create
@@ -60,7 +60,7 @@ def test_images_are_the_same_in_every_lossless_encoding(stub: EvaluationStub, si
         run = create(stub, episodes=1, sensors=["rgb", "depth"])
         with Player(stub, run.run_id, encoding=encoding, image_size=size) as player:
             seen = player.observation()
-        frames[encoding] = decode_rgb(seen.rgb), decode_depth(seen.depth)
+        frames[encoding] = ImageDecoder().rgb(seen.rgb), ImageDecoder().depth(seen.depth)
         assert frames[encoding][0].shape == (size, size, 3)
     raw, compressed, jpeg = frames.values()
     assert (raw[0] == compressed[0]).all()
@@ -81,10 +81,10 @@ def test_a_segmentation_is_read_by_the_labels_of_its_stream(
         seen = player.observation()
         assert not seen.HasField("rgb")
         assert not seen.HasField("depth")
-        city = decode_segmentation(seen.segmentation)
+        city = ImageDecoder().segmentation(seen.segmentation)
         for step, action in enumerate(tiny.ACTIONS[:3]):
             player.act(seen.episode_id, step, action)
-            room = decode_segmentation(player.observation().segmentation)
+            room = ImageDecoder().segmentation(player.observation().segmentation)
     assert labels == [(label.kind, label.colour, label.look) for label in LABELS]
     assert labels[city[64, 64]] == ("building", "", "brick")
     assert labels[city[0, 0]] == ("nothing", "", "")

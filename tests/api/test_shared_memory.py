@@ -12,11 +12,13 @@ import pytest
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
+from arramon_client.errors import ProtocolError
 from arramon_client.observations import observation_of
-from arramon_client.transport.images import decode_depth, decode_rgb
-from arramon_client.transport.shared_memory import NotSharedError, shared_memory
+from arramon_client.transport.images import ImagesUnreadableError
+from arramon_client.transport.shared_memory import decoder_of, map_memory
+from server.api.encoders import offered_encodings
 from server.api.encoding import STANDARD_ENCODINGS
-from server.api.shared_memory import SharedImages, offered_encodings
+from server.api.shared_memory import SharedImages, SharedMemoryEncoder
 from tests import tiny
 from tests.api.player import Player, create
 from tests.api.test_runs import refused
@@ -43,49 +45,67 @@ def near(local: Server) -> Iterator[EvaluationStub]:
         yield EvaluationStub(channel)
 
 
+def opened(encoder: SharedMemoryEncoder) -> pb.Opened:
+    message = pb.Opened()
+    encoder.announce(message)
+    return message
+
+
 def test_what_is_written_is_read_until_the_episode_shows_something_else() -> None:
-    shared = SharedImages(2, ("depth", "rgb"), 4)
-    memory = shared_memory(shared.message)
-    shown = {}
-    for episode_id in ("a", "b", "a"):
-        rgb, depth = RANDOM.integers(0, 256, (4, 4, 3), np.uint8), RANDOM.integers(0, 65536, (4, 4), np.uint16)
-        message = pb.Observation()
-        shared.write(episode_id, [(rgb, message.rgb), (depth, message.depth)])
-        shown[episode_id] = rgb, depth, message
-        assert not message.rgb.data
-    for rgb, depth, message in shown.values():
-        assert np.array_equal(decode_rgb(message.rgb, memory), rgb)
-        assert np.array_equal(np.rint(decode_depth(message.depth, memory) * 1000.0), depth)
-    shared.close()
-    assert np.array_equal(decode_rgb(shown["a"][2].rgb, memory), shown["a"][0])
+    with SharedMemoryEncoder(2, ("depth", "rgb"), 4) as encoder:
+        decoder = decoder_of(opened(encoder))
+        shown = {}
+        for episode_id in ("a", "b", "a"):
+            rgb, depth = RANDOM.integers(0, 256, (4, 4, 3), np.uint8), RANDOM.integers(0, 65536, (4, 4), np.uint16)
+            message = pb.Observation()
+            encoder.write(episode_id, [(rgb, message.rgb), (depth, message.depth)], latest=True)
+            shown[episode_id] = rgb, depth, message
+            assert not message.rgb.data
+        for rgb, depth, message in shown.values():
+            assert np.array_equal(decoder.rgb(message.rgb), rgb)
+            assert np.array_equal(np.rint(decoder.depth(message.depth) * 1000.0), depth)
+    assert np.array_equal(decoder.rgb(shown["a"][2].rgb), shown["a"][0])
 
 
 def test_what_was_decoded_stays_as_it_was() -> None:
-    shared, message = SharedImages(1, ("rgb",), 4), pb.Observation()
-    memory = shared_memory(shared.message)
-    shared.write("a", [(np.full((4, 4, 3), 7, np.uint8), message.rgb)])
-    seen = observation_of(message, memory).rgb
-    shared.write("a", [(np.zeros((4, 4, 3), np.uint8), message.rgb)])
+    with SharedMemoryEncoder(1, ("rgb",), 4) as encoder:
+        message = pb.Observation()
+        encoder.write("a", [(np.full((4, 4, 3), 7, np.uint8), message.rgb)], latest=True)
+        seen = observation_of(message, decoder_of(opened(encoder))).rgb
+        encoder.write("a", [(np.zeros((4, 4, 3), np.uint8), message.rgb)], latest=True)
     assert seen is not None
     assert (seen == 7).all()
 
 
 def test_there_is_room_for_as_many_as_may_be_open() -> None:
-    shared = SharedImages(2, ("rgb",), 4)
-    for episode_id in ("a", "b"):
-        shared.write(episode_id, [(np.zeros((4, 4, 3), np.uint8), types_pb2.Image())])
-    assert [shared.has_room(episode_id) for episode_id in ("a", "b", "c")] == [True, True, False]
-    shared.forget("a")
-    shared.forget("nobody")
-    assert shared.has_room("c")
+    def encoding(episode_id: str, *, latest: bool = True) -> int:
+        image = types_pb2.Image()
+        encoder.write(episode_id, [(np.zeros((4, 4, 3), np.uint8), image)], latest=latest)
+        return image.encoding
+
+    with SharedMemoryEncoder(2, ("rgb",), 4) as encoder:
+        raw = types_pb2.ENCODING_RAW
+        assert [encoding(each) for each in ("a", "b", "c", "a")] == [SHARED, SHARED, raw, SHARED]
+        assert encoding("a", latest=False) == raw
+        encoder.forget("a")
+        encoder.forget("nobody")
+        assert encoding("c") == SHARED
+
+
+def test_an_image_outside_the_memory_is_refused() -> None:
+    with SharedMemoryEncoder(1, ("rgb",), 4) as encoder:
+        decoder = decoder_of(opened(encoder))
+        image = types_pb2.Image(height=4, width=4, encoding=SHARED, place=96)
+        with pytest.raises(ProtocolError, match="an image of 48 bytes at 96 is outside the shared memory of 128"):
+            decoder.rgb(image)
 
 
 def test_the_memory_is_the_user_s_own_and_cannot_be_made_smaller() -> None:
-    shared = SharedImages(1, ("rgb",), 4)
+    shared = SharedImages(1, 48)
     assert os.fstat(shared.message.descriptor).st_mode & 0o777 == 0o600
     with pytest.raises(PermissionError):
         os.ftruncate(shared.message.descriptor, 0)
-    assert shared_memory(shared.message).readonly
+    assert map_memory(shared.message).readonly
 
 
 @pytest.mark.parametrize(("changed", "said"), [
@@ -94,13 +114,13 @@ def test_the_memory_is_the_user_s_own_and_cannot_be_made_smaller() -> None:
     ({"process": 4_000_000_000}, "cannot be read"), ({"descriptor": 0}, "cannot be read|is not the memory"),
 ])  # fmt: skip
 def test_what_is_not_the_memory(changed: dict[str, int | bytes], said: str) -> None:
-    shared = SharedImages(1, ("rgb",), 4)
+    shared = SharedImages(1, 48)
     message = types_pb2.SharedMemory()
     message.CopyFrom(shared.message)
     for name, value in changed.items():
         setattr(message, name, value)
-    with pytest.raises(NotSharedError, match=said):
-        shared_memory(message)
+    with pytest.raises(ImagesUnreadableError, match=said):
+        map_memory(message)
 
 
 @pytest.mark.parametrize(("listen", "encodings"), [
@@ -128,11 +148,11 @@ def test_an_episode_in_shared_memory_is_the_same_as_in_messages(near: Evaluation
         run = create(near, episodes=1, sensors=sensors)
         with Player(near, run.run_id, encoding=encoding, image_size=128) as player:
             opened = player.next().opened
-            memory = shared_memory(opened.shared) if opened.HasField("shared") else None
+            decoder = decoder_of(opened)
             shown[encoding] = []
             for step, action in enumerate(tiny.ACTIONS):
                 message = player.observation()
-                seen = observation_of(message, memory)
+                seen = observation_of(message, decoder)
                 images = (seen.rgb, seen.depth, seen.segmentation)
                 assert all(getattr(message, name).encoding == encoding for name in sensors)
                 shown[encoding] += [image.tobytes() for image in images if image is not None]
@@ -162,8 +182,8 @@ def test_a_server_that_is_killed_leaves_nothing(tmp_path: Path) -> None:
         run = create(stub, episodes=1, sensors=["rgb"])
         with Player(stub, run.run_id, encoding=SHARED) as player:
             message = player.next().opened.shared
-            memory = shared_memory(message)
+            memory = map_memory(message)
             server.kill()
-    with pytest.raises(NotSharedError):
-        shared_memory(message)
+    with pytest.raises(ImagesUnreadableError):
+        map_memory(message)
     assert bytes(memory[: len(message.token)]) == message.token  # For whoever still looks at it.

@@ -7,8 +7,8 @@ from arramon.v1 import types_pb2
 from arramon_client import run_settings
 from arramon_client.plugin import arguments
 from arramon_client.recording import files, recorder
-from arramon_client.transport.images import THOUSANDTHS, decode_depth, decode_rgb, decode_segmentation
-from server.api.encoding import Encoder
+from arramon_client.transport.images import THOUSANDTHS, ImageDecoder
+from server.api.encoding import MessageEncoder
 from server.configuration.config import Config
 from server.episodes.splits import SENSORS, Split
 from server.sim import cameras, geometry, room, rules
@@ -77,11 +77,15 @@ def test_the_eye_is_as_high_in_the_street_as_in_the_room() -> None:
 
 @pytest.mark.parametrize("encoding", [types_pb2.ENCODING_RAW, types_pb2.ENCODING_ZSTD, types_pb2.ENCODING_JPEG])
 def test_arrays_are_read_only_and_have_the_ranges_on_the_page(encoding: types_pb2.Encoding.ValueType) -> None:
-    encoder = Encoder(encoding)
+    encoder = MessageEncoder(encoding)
     rgb, numbers = types_pb2.Image(), types_pb2.Image()
-    encoder.write_rgb(np.full((16, 16, 3), 255, np.uint8), rgb)
-    encoder.write_numbers(np.array([[0, 1, 65535]], np.uint16), numbers)
-    colours, depth, places = decode_rgb(rgb), decode_depth(numbers), decode_segmentation(numbers)
+    images = (np.full((16, 16, 3), 255, np.uint8), rgb), (np.array([[0, 1, 65535]], np.uint16), numbers)
+    encoder.write("", images, latest=True)
+    colours, depth, places = (
+        ImageDecoder().rgb(rgb),
+        ImageDecoder().depth(numbers),
+        ImageDecoder().segmentation(numbers),
+    )
     assert colours.max() == 255
     assert depth[0].tolist() == pytest.approx([0.0, 0.001, LARGEST])
     for array in (colours, depth, places):

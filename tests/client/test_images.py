@@ -9,7 +9,7 @@ import zstandard
 from arramon.v1 import types_pb2
 from arramon.v1.types_pb2 import ENCODING_JPEG, ENCODING_RAW, ENCODING_UNSPECIFIED, ENCODING_ZSTD
 from arramon_client import ProtocolError
-from arramon_client.transport.images import decode_depth, decode_rgb, decode_segmentation
+from arramon_client.transport.images import ImageDecoder
 
 RGB = np.random.default_rng(0).integers(0, 256, (5, 7, 3), np.uint8)
 DEPTH = np.array([[0, 1, 999], [1000, 65534, 65535]], np.uint16)
@@ -31,14 +31,14 @@ def jpeg(pixels: npt.NDArray[np.uint8]) -> bytes:
 
 
 def test_raw_rgb_is_a_view_of_the_data() -> None:
-    decoded = decode_rgb(message(RGB, ENCODING_RAW, RGB.tobytes()))
+    decoded = ImageDecoder().rgb(message(RGB, ENCODING_RAW, RGB.tobytes()))
     assert np.array_equal(decoded, RGB)
     assert not decoded.flags.owndata
     assert not decoded.flags.writeable
 
 
 def test_compressed_rgb_is_exact() -> None:
-    decoded = decode_rgb(message(RGB, ENCODING_ZSTD, zstd(RGB.tobytes())))
+    decoded = ImageDecoder().rgb(message(RGB, ENCODING_ZSTD, zstd(RGB.tobytes())))
     assert decoded.dtype == np.uint8
     assert np.array_equal(decoded, RGB)
 
@@ -46,11 +46,11 @@ def test_compressed_rgb_is_exact() -> None:
 def test_a_frame_of_another_encoder() -> None:
     """Six zeros and the frame's own words: magic, single segment, content size 6, one last RLE block."""
     data = bytes.fromhex("28b52ffd200633000000")
-    assert decode_rgb(message(RGB[:1, :2], ENCODING_ZSTD, data)).tolist() == [[[0, 0, 0], [0, 0, 0]]]
+    assert ImageDecoder().rgb(message(RGB[:1, :2], ENCODING_ZSTD, data)).tolist() == [[[0, 0, 0], [0, 0, 0]]]
 
 
 def test_jpeg_rgb_is_similar() -> None:
-    decoded = decode_rgb(message(SMOOTH, ENCODING_JPEG, jpeg(SMOOTH)))
+    decoded = ImageDecoder().rgb(message(SMOOTH, ENCODING_JPEG, jpeg(SMOOTH)))
     assert decoded.shape == SMOOTH.shape
     assert decoded.dtype == np.uint8
     assert np.abs(decoded.astype(int) - SMOOTH).max() <= 3
@@ -60,7 +60,7 @@ def test_jpeg_rgb_is_similar() -> None:
     (ENCODING_RAW, DEPTH.astype("<u2").tobytes()), (ENCODING_ZSTD, zstd(DEPTH.astype("<u2").tobytes())),
 ])  # fmt: skip
 def test_depth_is_in_metres(encoding: int, data: bytes) -> None:
-    decoded = decode_depth(message(DEPTH, encoding, data))
+    decoded = ImageDecoder().depth(message(DEPTH, encoding, data))
     assert decoded.dtype == np.float32
     assert np.allclose(decoded, METRES, rtol=1e-6, atol=0)
     assert np.array_equal(np.rint(decoded.astype(np.float64) * 1000), DEPTH)
@@ -70,7 +70,7 @@ def test_depth_is_in_metres(encoding: int, data: bytes) -> None:
     (ENCODING_RAW, DEPTH.astype("<u2").tobytes()), (ENCODING_ZSTD, zstd(DEPTH.astype("<u2").tobytes())),
 ])  # fmt: skip
 def test_a_segmentation_is_unchanged(encoding: int, data: bytes) -> None:
-    decoded = decode_segmentation(message(DEPTH, encoding, data))
+    decoded = ImageDecoder().segmentation(message(DEPTH, encoding, data))
     assert decoded.dtype == np.uint16
     assert np.array_equal(decoded, DEPTH)
 
@@ -94,18 +94,13 @@ def test_a_segmentation_is_unchanged(encoding: int, data: bytes) -> None:
 ])  # fmt: skip
 def test_invalid_images(encoding: int, data: bytes, said: str) -> None:
     with pytest.raises(ProtocolError, match=said):
-        decode_rgb(message(RGB, encoding, data))
+        ImageDecoder().rgb(message(RGB, encoding, data))
 
 
-@pytest.mark.parametrize(("place", "shared", "said"), [
-    (0, None, "an image is in shared memory, but the server shares none"),
-    (8, bytes(112), "an image of 105 bytes at 8 is outside the shared memory of 112"),
-])  # fmt: skip
-def test_invalid_shared_images(place: int, shared: bytes | None, said: str) -> None:
-    image = types_pb2.Image(height=5, width=7, encoding=types_pb2.ENCODING_SHARED, place=place)
-    with pytest.raises(ProtocolError, match=said):
-        decode_rgb(image, None if shared is None else memoryview(shared))
-    assert decode_rgb(image, memoryview(bytes(113))).shape == (5, 7, 3)
+def test_shared_images_without_shared_memory() -> None:
+    image = types_pb2.Image(height=5, width=7, encoding=types_pb2.ENCODING_SHARED)
+    with pytest.raises(ProtocolError, match="an image with 3 bytes per pixel has the encoding 4"):
+        ImageDecoder().rgb(image)
 
 
 @pytest.mark.parametrize(("encoding", "data", "said"), [
@@ -116,6 +111,6 @@ def test_invalid_shared_images(place: int, shared: bytes | None, said: str) -> N
 ])  # fmt: skip
 def test_invalid_depth_maps(encoding: int, data: bytes, said: str) -> None:
     with pytest.raises(ProtocolError, match=said):
-        decode_depth(message(DEPTH, encoding, data))
+        ImageDecoder().depth(message(DEPTH, encoding, data))
     with pytest.raises(ProtocolError, match=said):
-        decode_segmentation(message(DEPTH, encoding, data))
+        ImageDecoder().segmentation(message(DEPTH, encoding, data))

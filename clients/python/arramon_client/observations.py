@@ -2,7 +2,7 @@
 
 from arramon.v1 import evaluation_pb2, types_pb2
 from arramon_client.agent import Episode, Label, Observation
-from arramon_client.transport.images import decode_depth, decode_rgb, decode_segmentation
+from arramon_client.transport.images import ImageDecoder
 
 PHASES = {types_pb2.PHASE_NAVIGATION: "navigation", types_pb2.PHASE_ASSEMBLY: "assembly"}
 
@@ -23,8 +23,8 @@ def episode_of(started: evaluation_pb2.EpisodeStarted, labels: tuple[Label, ...]
     )
 
 
-def observation_of(message: evaluation_pb2.Observation, shared: memoryview | None = None) -> Observation:
-    """Return a message's observation with its images decoded, from shared memory if they are there.
+def observation_of(message: evaluation_pb2.Observation, decoder: ImageDecoder) -> Observation:
+    """Return a message's observation with its images decoded.
 
     Raises:
         ProtocolError: if an image cannot be decoded.
@@ -38,10 +38,10 @@ def observation_of(message: evaluation_pb2.Observation, shared: memoryview | Non
         instruction=message.instruction,
         phase_step=message.phase_step,
         steps_left=message.steps_left,
-        rgb=decode_rgb(message.rgb, shared) if message.HasField("rgb") else None,
-        depth=decode_depth(message.depth, shared) if message.HasField("depth") else None,
+        rgb=decoder.rgb(message.rgb) if message.HasField("rgb") else None,
+        depth=decoder.depth(message.depth) if message.HasField("depth") else None,
         pose=(pose.x, pose.z, pose.heading) if message.HasField("pose") else None,
-        segmentation=decode_segmentation(message.segmentation, shared) if message.HasField("segmentation") else None,
+        segmentation=decoder.segmentation(message.segmentation) if message.HasField("segmentation") else None,
         step_seconds_left=message.step_seconds_left if message.HasField("step_seconds_left") else None,
         bank_seconds_left=message.bank_seconds_left if message.HasField("bank_seconds_left") else None,
     )

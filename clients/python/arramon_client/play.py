@@ -13,8 +13,8 @@ from arramon_client.plugin.failures import FailureCounter
 from arramon_client.recording.recorder import Recording
 from arramon_client.session import AgentFailure, Session
 from arramon_client.transport.connection import CONNECTION_LOST, explain
+from arramon_client.transport.images import ImagesUnreadableError
 from arramon_client.transport.retry import PATIENCE, Retry
-from arramon_client.transport.shared_memory import NotSharedError
 from arramon_client.transport.stream import PlayStream, StreamEnded
 
 BACKLOG = 256
@@ -135,10 +135,10 @@ def play(
         try:
             session.start_stream(history=history)
             _play_stream(stream, session, progress, retry)
-        except NotSharedError as error:
-            if settings.encoding != types_pb2.ENCODING_SHARED:
-                raise ProtocolError(f"the server shares memory that was not requested: {error}") from error
-            notify(f"shared memory is not available, images are sent in messages: {error}")
+        except ImagesUnreadableError as error:
+            if settings.encoding == types_pb2.ENCODING_RAW:
+                raise ProtocolError(f"the server uses an encoding that was not requested: {error}") from error
+            notify(f"images are sent in messages: {error}")
             settings = replace(settings, encoding=types_pb2.ENCODING_RAW)
         except StreamEnded:
             broken, moved = "the server closed the stream", True

@@ -15,7 +15,8 @@ from arramon_client.observations import episode_of, labels_of, observation_of
 from arramon_client.plugin import agent_calls
 from arramon_client.plugin.failures import FailureCounter
 from arramon_client.recording.recorder import Recording
-from arramon_client.transport.shared_memory import shared_memory
+from arramon_client.transport.images import ImageDecoder
+from arramon_client.transport.shared_memory import decoder_of
 
 Problem = evaluation_pb2.Problem
 
@@ -94,7 +95,7 @@ class Session:
         self._rebuilding: set[str] = set()  # Episodes whose history is being replayed to the agent.
         self._history = False  # Whether the current stream replays the history of its episodes.
         self._labels: tuple[Label, ...] = ()  # Labels of the current stream's segmentations.
-        self._shared: memoryview | None = None  # The current stream's shared memory for images, if any.
+        self._decoder = ImageDecoder()  # Of the current stream's images.
         self._warned = False
 
     @property
@@ -125,7 +126,7 @@ class Session:
         Raises:
             AgentStoppedError: if the agent fails and the run must stop; no episode is given up for that failure.
             ProtocolError: if the event reports a protocol violation by this client.
-            NotSharedError: if the event offers shared memory that this client cannot open.
+            ImagesUnreadableError: if this client cannot read images in the stream's encoding.
         """
         match event.WhichOneof("event"):
             case "opened":
@@ -166,7 +167,7 @@ class Session:
         return acts
 
     def _ask_agent(self, batch: list[tuple[_Open, evaluation_pb2.Observation]]) -> list[evaluation_pb2.Act]:
-        observations = [observation_of(message, self._shared) for _, message in batch]
+        observations = [observation_of(message, self._decoder) for _, message in batch]
         try:
             actions = agent_calls.act(self._agent, observations)
         except AgentError as error:
@@ -220,7 +221,7 @@ class Session:
     def _take_opened(self, opened: evaluation_pb2.Opened) -> None:
         self.run = opened.run
         self._labels = labels_of(opened)
-        self._shared = shared_memory(opened.shared) if opened.HasField("shared") else None
+        self._decoder = decoder_of(opened)
         self.episodes_ended = max(self.episodes_ended, opened.run.episodes_ended)
         for episode_id in self._open.keys() - set(opened.episode_ids):
             self._forget(episode_id)

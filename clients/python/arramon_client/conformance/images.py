@@ -1,6 +1,6 @@
 """Checks of images: every offered encoding decodes, lossless ones equal raw pixels, and sizes are as requested."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,15 +12,8 @@ from arramon.v1 import types_pb2
 from arramon_client.conformance.outcomes import Skipped, expect, expect_equal, need
 from arramon_client.conformance.suite import check
 from arramon_client.conformance.target import Target
-from arramon_client.transport.images import decode_depth, decode_rgb, decode_segmentation
-from arramon_client.transport.shared_memory import NotSharedError, shared_memory
-
-DECODERS: Mapping[str, Callable[[types_pb2.Image, memoryview | None], npt.NDArray[Any]]] = {
-    "rgb": decode_rgb,
-    "depth": decode_depth,
-    "segmentation": decode_segmentation,
-}
-"""Decoder of each sensor's images."""
+from arramon_client.transport.images import ImageDecoder, ImagesUnreadableError
+from arramon_client.transport.shared_memory import decoder_of
 
 QUALITY = 95
 """JPEG quality requested."""
@@ -119,7 +112,7 @@ def _show(target: Target, run: pb.Run, encoding: types_pb2.Encoding.ValueType, s
         expect_equal("the image size in `opened`", opened.image_size, size)
         if quality:
             expect_equal("the JPEG quality in `opened`", opened.jpeg_quality, quality)
-        memory = _memory(opened)
+        decoder = _decoder(opened)
         images: dict[str, npt.NDArray[Any]] = {}
         for name in run.sensors:
             image = getattr(seen, name)
@@ -129,16 +122,14 @@ def _show(target: Target, run: pb.Run, encoding: types_pb2.Encoding.ValueType, s
             expect_equal(f"the encoding of {name}", image.encoding, own)
             if own == types_pb2.ENCODING_JPEG:
                 expect_equal("the JPEG's chroma", simplejpeg.decode_jpeg_header(image.data)[3], "420")
-            images[name] = DECODERS[name](image, memory)
+            images[name] = getattr(decoder, name)(image)
     return images
 
 
-def _memory(opened: pb.Opened) -> memoryview | None:
-    if opened.encoding != types_pb2.ENCODING_SHARED:
-        return None
+def _decoder(opened: pb.Opened) -> ImageDecoder:
     try:
-        return shared_memory(opened.shared)
-    except NotSharedError as error:
+        return decoder_of(opened)
+    except ImagesUnreadableError as error:
         raise Skipped(f"{error}; the suite on the server's machine, as the same user, would make it run") from error
 
 

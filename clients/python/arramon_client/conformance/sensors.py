@@ -5,7 +5,7 @@ import math
 from arramon_client.conformance.outcomes import expect, expect_equal, need
 from arramon_client.conformance.suite import check
 from arramon_client.conformance.target import Target
-from arramon_client.transport.images import decode_segmentation
+from arramon_client.transport.images import ImageDecoder
 
 
 @check("sensors.asked", runs=2)
@@ -44,7 +44,7 @@ def segmentation(target: Target) -> None:
     with target.play(run, image_size=target.smallest()) as player:
         opened, _, seen = player.begin()
     expect(all(label.kind for label in opened.labels), "a label has no kind, expected a word such as 'road'")
-    most = int(decode_segmentation(seen.segmentation).max())
+    most = int(ImageDecoder().segmentation(seen.segmentation).max())
     expect(
         most < len(opened.labels), f"a pixel has the number {most}, expected less than {len(opened.labels)}, the labels"
     )

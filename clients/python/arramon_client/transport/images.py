@@ -1,6 +1,8 @@
 """Decoding of the protocol's images into arrays."""
 
 import threading
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 
 import numpy as np
 import numpy.typing as npt
@@ -13,92 +15,82 @@ from arramon_client.errors import ProtocolError
 THOUSANDTHS = np.float32(0.001)
 """Factor from the protocol's depth values, whole thousandths of a unit, to units."""
 
-
-def decode_rgb(image: types_pb2.Image, shared: memoryview | None = None) -> npt.NDArray[np.uint8]:
-    """Decode an RGB image.
-
-    Args:
-        image: an image in any encoding of the protocol.
-        shared: the memory shared by the server, if any.
-
-    Returns:
-        (height, width, 3) uint8, read-only.
-
-    Raises:
-        ProtocolError: if the data does not match the message's encoding and size.
-    """
-    shape = (image.height, image.width, 3)
-    if image.encoding == types_pb2.ENCODING_JPEG:
-        return _jpeg(image.data, shape)
-    return np.frombuffer(_bytes(image, 3, shared), np.uint8).reshape(shape)
+PixelReader = Callable[[types_pb2.Image, int], bytes | memoryview]
+"""Returns the pixels of a lossless image as bytes, of exactly the length given. Raises ProtocolError."""
 
 
-def decode_depth(image: types_pb2.Image, shared: memoryview | None = None) -> npt.NDArray[np.float32]:
-    """Decode a depth map.
+class ImagesUnreadableError(Exception):
+    """The images of a stream cannot be read here in the encoding that was requested; another one works."""
+
+
+class ImageDecoder:
+    """Decodes the images of one stream.
 
     Args:
-        image: an image in any encoding of the protocol except JPEG.
-        shared: the memory shared by the server, if any.
-
-    Returns:
-        (height, width) float32, units ("metres") along the viewing direction; 0 where nothing was hit; read-only.
-
-    Raises:
-        ProtocolError: if the data does not match the message's encoding and size.
+        readers: further encodings, with what returns the pixels of a lossless image as bytes: called with the image and
+            the expected length. What it returns may change later.
     """
-    metres = np.frombuffer(_bytes(image, 2, shared, copied=False), "<u2").astype(np.float32)
-    metres *= THOUSANDTHS
-    metres.flags.writeable = False
-    return metres.reshape(image.height, image.width)
+
+    def __init__(self, readers: Mapping[int, PixelReader] = MappingProxyType({})) -> None:
+        self._readers = {types_pb2.ENCODING_RAW: _raw, types_pb2.ENCODING_ZSTD: _decompressed, **readers}
+
+    def rgb(self, image: types_pb2.Image) -> npt.NDArray[np.uint8]:
+        """Decode an RGB image, in any encoding of the stream.
+
+        Returns:
+            (height, width, 3) uint8, read-only.
+
+        Raises:
+            ProtocolError: if the data does not match the message's encoding and size.
+        """
+        shape = (image.height, image.width, 3)
+        if image.encoding == types_pb2.ENCODING_JPEG:
+            return _jpeg(image.data, shape)
+        return np.frombuffer(bytes(self._pixels(image, 3)), np.uint8).reshape(shape)
+
+    def depth(self, image: types_pb2.Image) -> npt.NDArray[np.float32]:
+        """Decode a depth map, in any encoding of the stream except JPEG.
+
+        Returns:
+            (height, width) float32, units ("metres") along the viewing direction; 0 where nothing was hit; read-only.
+
+        Raises:
+            ProtocolError: if the data does not match the message's encoding and size.
+        """
+        metres = np.frombuffer(self._pixels(image, 2), "<u2").astype(np.float32)
+        metres *= THOUSANDTHS
+        metres.flags.writeable = False
+        return metres.reshape(image.height, image.width)
+
+    def segmentation(self, image: types_pb2.Image) -> npt.NDArray[np.uint16]:
+        """Decode a segmentation, in any encoding of the stream except JPEG.
+
+        Returns:
+            (height, width) uint16, each pixel's index in the stream's labels; read-only.
+
+        Raises:
+            ProtocolError: if the data does not match the message's encoding and size.
+        """
+        places = np.frombuffer(bytes(self._pixels(image, 2)), "<u2").reshape(image.height, image.width)
+        return places.astype(np.uint16, copy=False)
+
+    def _pixels(self, image: types_pb2.Image, bytes_a_pixel: int) -> bytes | memoryview:
+        """Return the pixels of a lossless image, of exactly the expected length; they may change later."""
+        reader = self._readers.get(image.encoding)
+        if reader is None:
+            raise ProtocolError(f"an image with {bytes_a_pixel} bytes per pixel has the encoding {image.encoding}")
+        return reader(image, image.height * image.width * bytes_a_pixel)
 
 
-def decode_segmentation(image: types_pb2.Image, shared: memoryview | None = None) -> npt.NDArray[np.uint16]:
-    """Decode a segmentation.
-
-    Args:
-        image: an image in any encoding of the protocol except JPEG.
-        shared: the memory shared by the server, if any.
-
-    Returns:
-        (height, width) uint16, each pixel's index in the stream's labels; read-only.
-
-    Raises:
-        ProtocolError: if the data does not match the message's encoding and size.
-    """
-    places = np.frombuffer(_bytes(image, 2, shared), "<u2").reshape(image.height, image.width)
-    return places.astype(np.uint16, copy=False)
-
-
-def _bytes(
-    image: types_pb2.Image, bytes_a_pixel: int, shared: memoryview | None, *, copied: bool = True
-) -> bytes | memoryview:
-    """Return the pixels of a lossless image, of exactly the expected length.
-
-    Shared memory is overwritten later, so pixels in it are copied unless `copied` is False and the caller copies them.
-    """
-    expected = image.height * image.width * bytes_a_pixel
-    if image.encoding == types_pb2.ENCODING_SHARED:
-        pixels = _shared(image.place, expected, shared)
-        return bytes(pixels) if copied else pixels
+def _raw(image: types_pb2.Image, expected: int) -> bytes:
     data = image.data  # Accessed only once: each access copies it.
-    if image.encoding == types_pb2.ENCODING_ZSTD:
-        return _decompressed(data, expected)
-    if image.encoding != types_pb2.ENCODING_RAW:
-        raise ProtocolError(f"an image with {bytes_a_pixel} bytes per pixel has the encoding {image.encoding}")
     if len(data) != expected:
         raise ProtocolError(f"a raw image of {image.height} x {image.width} has {len(data)} bytes, expected {expected}")
     return data
 
 
-def _shared(place: int, expected: int, shared: memoryview | None) -> memoryview:
-    if shared is None:
-        raise ProtocolError("an image is in shared memory, but the server shares none")
-    if place + expected > len(shared):
-        raise ProtocolError(f"an image of {expected} bytes at {place} is outside the shared memory of {len(shared)}")
-    return shared[place : place + expected]
-
-
-def _decompressed(data: bytes, expected: int) -> bytes:
+def _decompressed(image: types_pb2.Image, expected: int) -> bytes:
+    data = image.data
     try:
         stated = zstandard.frame_content_size(data)
         if stated != expected:  # Checked before decompression, which allocates that much memory.

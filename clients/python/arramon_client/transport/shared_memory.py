@@ -6,13 +6,34 @@ import stat
 from contextlib import suppress
 
 from arramon.v1 import types_pb2
+from arramon.v1.evaluation_pb2 import Opened
+from arramon_client.errors import ProtocolError
+from arramon_client.transport.images import ImageDecoder, ImagesUnreadableError
 
 
-class NotSharedError(Exception):
-    """The shared memory cannot be opened, or is not the server's, for example because it is in another container."""
+def decoder_of(opened: Opened) -> ImageDecoder:
+    """Return the decoder of a stream's images, from the server's first message.
+
+    Raises:
+        ImagesUnreadableError: if the images are in shared memory that cannot be opened, or is not the server's, for
+            example because it is in another container.
+    """
+    if opened.encoding != types_pb2.ENCODING_SHARED:
+        return ImageDecoder()
+    memory = map_memory(opened.shared)
+
+    def read(image: types_pb2.Image, expected: int) -> memoryview:
+        end = image.place + expected
+        if end > len(memory):
+            raise ProtocolError(
+                f"an image of {expected} bytes at {image.place} is outside the shared memory of {len(memory)}"
+            )
+        return memory[image.place : end]
+
+    return ImageDecoder({types_pb2.ENCODING_SHARED: read})
 
 
-def shared_memory(message: types_pb2.SharedMemory) -> memoryview:
+def map_memory(message: types_pb2.SharedMemory) -> memoryview:
     """Map the memory shared by a server, read-only.
 
     Args:
@@ -22,7 +43,7 @@ def shared_memory(message: types_pb2.SharedMemory) -> memoryview:
         (message.size,) bytes, which change as the server writes; an image stays until its observation is answered.
 
     Raises:
-        NotSharedError: if it cannot be opened, or does not match the description.
+        ImagesUnreadableError: if it cannot be opened, or does not match the description.
     """
     path = f"/proc/{message.process:d}/fd/{message.descriptor:d}"
     try:
@@ -30,13 +51,13 @@ def shared_memory(message: types_pb2.SharedMemory) -> memoryview:
         try:
             found = os.fstat(file)
             if not stat.S_ISREG(found.st_mode) or found.st_size != message.size or not message.token:
-                raise NotSharedError(f"{path} is not the memory that the server shares")
+                raise ImagesUnreadableError(f"{path} is not the memory that the server shares")
             content = memoryview(mmap.mmap(file, message.size, access=mmap.ACCESS_READ))
         finally:
             with suppress(OSError):
                 os.close(file)
     except (OSError, ValueError) as error:
-        raise NotSharedError(f"{path} cannot be read: {error}") from error
+        raise ImagesUnreadableError(f"{path} cannot be read: {error}") from error
     if content[: len(message.token)] != message.token:
-        raise NotSharedError(f"{path} is not the memory that the server shares")
+        raise ImagesUnreadableError(f"{path} is not the memory that the server shares")
     return content
