@@ -10,6 +10,7 @@ baseline of the ratios: one core in process, rules and frames alone, without gRP
 import argparse
 import json
 import os
+import re
 import statistics
 import subprocess
 import sys
@@ -197,6 +198,8 @@ def measure(data: Path, split: Split, setting: Setting, seconds: float, postgres
         steps, waits, elapsed = agent.steps, sorted(agent.waits), time.perf_counter() - started
         work = sum(cpu_seconds(pid) for pid in family(process.pid)) - before
         memory = sum(resident(pid) for pid in family(process.pid))
+        if not playing.is_alive():
+            sys.exit(f"{split.name} has too few episodes: all were played within the round; give more with --data")
         server.stub.CancelRun(evaluation_pb2.CancelRunRequest(run_id=run.run_id), metadata=METADATA)
         playing.join()
     return Measured(
@@ -265,10 +268,10 @@ def median(rounds: Sequence[Measured]) -> Measured:
 def main() -> None:
     """Run the benchmark and print its table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    parser.add_argument("--data", type=Path, help="data folder (default: the sample episodes)")
+    parser.add_argument("--data", type=Path, help="data folder (default: the few sample episodes)")
     parser.add_argument("--seconds", type=float, default=6.0, help="duration of each round (default: %(default)s)")
     parser.add_argument("--rounds", type=int, default=3, help="number of rounds (default: %(default)s)")
-    parser.add_argument("--only", default="", help="only rows whose name contains this text")
+    parser.add_argument("--only", default="", help="only rows whose name matches this regular expression")
     parser.add_argument("--postgres", default="", help="URL of an empty database, for the rows with PostgreSQL")
     parser.add_argument("--json", type=Path, help="output file for the results")
     options = parser.parse_args()
@@ -277,7 +280,7 @@ def main() -> None:
         chosen = [
             setting
             for setting in SETTINGS
-            if options.only in setting.name and (options.postgres or not setting.postgres)
+            if re.search(options.only, setting.name) and (options.postgres or not setting.postgres)
         ]
         rounds: dict[str, list[Measured]] = {"in process": [], **{setting.name: [] for setting in chosen}}
         for _ in range(options.rounds):
