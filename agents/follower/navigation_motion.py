@@ -1,11 +1,12 @@
 """A* over the agent's motion on its own map: unit steps at multiples of 30 degrees from its first heading."""
 
 import math
-from collections.abc import Callable
-from heapq import heappop, heappush
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from itertools import pairwise
 
 from agents.follower.map import CELL, SIDE, Map
+from agents.search import a_star
 from arramon_client.agent import Action
 
 HEADINGS = 12
@@ -24,6 +25,9 @@ HEURISTIC_WEIGHT = 1.15
 
 MAX_EXPANDED = 350
 """Number of places expanded before the search returns the path to the nearest place found."""
+
+MARGIN = 0.3
+"""How much nearer to the goal a place must be to count as nearer, in units."""
 
 TURNED = tuple(sorted(range(HEADINGS), key=lambda i: min(i, HEADINGS - i)))
 AHEAD_TURNED = tuple(i for i in TURNED if min(i, HEADINGS - i) <= 3)
@@ -47,6 +51,54 @@ def can_step(ground: Map, x: float, z: float, heading: int) -> bool:
     return True
 
 
+@dataclass(frozen=True)
+class _Motion:
+    """Problem of walking to a goal on the agent's map; arguments as for `find_path`."""
+
+    ground: Map
+    start: Pose
+    goal: tuple[float, float]
+    radius: float
+    is_there: Callable[[float, float, int], bool] | None
+    closed_steps: frozenset[tuple[int, int, int]]
+
+    def key(self, pose: Pose) -> tuple[int, int]:
+        """Return the square of a pose, in any heading."""
+        return round(pose[0] / RESOLUTION), round(pose[1] / RESOLUTION)
+
+    def remaining(self, pose: Pose) -> float:
+        """Return the weighted distance to the goal."""
+        return HEURISTIC_WEIGHT * math.hypot(self.goal[0] - pose[0], self.goal[1] - pose[1])
+
+    def is_goal(self, pose: Pose) -> bool:
+        """Return whether the agent has arrived at a pose, after a turn if needed."""
+        return self.last_heading(pose) is not None
+
+    def last_heading(self, pose: Pose) -> int | None:
+        """Return the heading nearest to a pose's own with which the agent has arrived there; None if there is none."""
+        x, z, heading = pose
+        if math.hypot(self.goal[0] - x, self.goal[1] - z) > self.radius:
+            return None
+        for turned in AHEAD_TURNED if self.is_there else (0,):
+            if self.is_there is None or self.is_there(x, z, (heading + turned) % HEADINGS):
+                return (heading + turned) % HEADINGS
+        return None
+
+    def successors(self, pose: Pose) -> Iterator[tuple[Pose, float]]:
+        """Yield the poses one step away that are free as far as is known."""
+        x, z, heading = pose
+        free, half = self.ground.free, SIDE / 2
+        for turned in TURNED if pose is self.start else AHEAD_TURNED:
+            new = (heading + turned) % HEADINGS
+            if not can_step(self.ground, x, z, new) or (self.closed_steps and step_key(x, z, new) in self.closed_steps):
+                continue
+            nx, nz = x + STEPS[new][0], z + STEPS[new][1]
+            cost = 1.0 + TURN_COST * min(turned, HEADINGS - turned)
+            if not free[int(nx / CELL + half) * SIDE + int(nz / CELL + half)]:
+                cost += UNKNOWN_COST
+            yield (nx, nz, new), cost
+
+
 def find_path(
     ground: Map,
     start: Pose,
@@ -65,42 +117,13 @@ def find_path(
         is_there: further condition on the last pose (x, z, heading).
         closed_steps: `step_key`s of steps that turned out to be blocked.
     """
-    free, half = ground.free, SIDE / 2
-    goal_x, goal_z = goal
-    nodes: list[tuple[float, float, int, int]] = [(*start, -1)]
-    costs = [0.0]
-    distance = math.hypot(goal_x - start[0], goal_z - start[1])
-    queue = [(distance * HEURISTIC_WEIGHT, 0)]
-    closed: set[tuple[int, int]] = set()
-    best, best_left = 0, distance
-    while queue and len(closed) < MAX_EXPANDED:
-        _, number = heappop(queue)
-        x, z, heading, _ = nodes[number]
-        key = round(x / RESOLUTION), round(z / RESOLUTION)
-        if key in closed:
-            continue
-        closed.add(key)
-        left = math.hypot(goal_x - x, goal_z - z)
-        if left <= radius:
-            for turned in AHEAD_TURNED if is_there else (0,):
-                if is_there is None or is_there(x, z, (heading + turned) % HEADINGS):
-                    return _actions(nodes, number, (heading + turned) % HEADINGS)
-        if left < best_left - 0.3:
-            best, best_left = number, left
-        for turned in TURNED if number == 0 else AHEAD_TURNED:
-            new = (heading + turned) % HEADINGS
-            if not can_step(ground, x, z, new) or (closed_steps and step_key(x, z, new) in closed_steps):
-                continue
-            nx, nz = x + STEPS[new][0], z + STEPS[new][1]
-            if (round(nx / RESOLUTION), round(nz / RESOLUTION)) in closed:
-                continue
-            cost = costs[number] + 1.0 + TURN_COST * min(turned, HEADINGS - turned)
-            if not free[int(nx / CELL + half) * SIDE + int(nz / CELL + half)]:
-                cost += UNKNOWN_COST
-            nodes.append((nx, nz, new, number))
-            costs.append(cost)
-            heappush(queue, (cost + HEURISTIC_WEIGHT * math.hypot(goal_x - nx, goal_z - nz), len(nodes) - 1))
-    return _actions(nodes, best, nodes[best][2])
+    motion = _Motion(ground, start, goal, radius, is_there, closed_steps)
+    poses = a_star(motion, start, MAX_EXPANDED, margin=MARGIN * HEURISTIC_WEIGHT).states
+    actions: list[Action] = []
+    for before, after in pairwise(poses):
+        actions += [*turns(before[2], after[2]), Action.FORWARD]
+    last = motion.last_heading(poses[-1])
+    return actions if last is None else actions + turns(poses[-1][2], last)
 
 
 def turns(heading: int, to: int) -> list[Action]:
@@ -114,16 +137,3 @@ def turns(heading: int, to: int) -> list[Action]:
 def step_key(x: float, z: float, heading: int) -> tuple[int, int, int]:
     """Return a key of the step that starts at a pose, robust to rounding."""
     return round(x * 10), round(z * 10), heading
-
-
-def _actions(nodes: list[tuple[float, float, int, int]], number: int, last: int) -> list[Action]:
-    """Return the actions from the first node to node `number`, and from its heading to the heading `last`."""
-    headings = [nodes[number][2]]
-    while nodes[number][3] >= 0:
-        number = nodes[number][3]
-        headings.append(nodes[number][2])
-    headings.reverse()
-    actions: list[Action] = []
-    for before, after in pairwise(headings):
-        actions += [*turns(before, after), Action.FORWARD]
-    return actions + turns(headings[-1], last)

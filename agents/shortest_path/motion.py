@@ -1,10 +1,11 @@
 """A* over the agent's motion, unit steps and turns of 30 degrees, from a pose to one with the target in reach."""
 
 import math
-from collections.abc import Callable
-from heapq import heappop, heappush
+from collections.abc import Callable, Iterator
+from itertools import pairwise
 from typing import NamedTuple
 
+from agents.search import a_star
 from agents.shortest_path.ground import Ground, Place
 from agents.shortest_path.route import Route, Router
 from arramon_client.agent import Action
@@ -37,12 +38,56 @@ class Walk(NamedTuple):
 
 
 class _Node(NamedTuple):
+    """A pose: x and z in units, and the number of turns of 30 degrees clockwise since the start, in [0, 12)."""
+
     x: float
     z: float
     turned: int
-    cost: float
-    action: Action | None
-    before: "_Node | None"
+
+
+class _Motion:
+    """Problem of walking along a route until the target is in reach; arguments as for `plan`."""
+
+    def __init__(
+        self,
+        ground: Ground,
+        router: Router,
+        route: Route,
+        start: Walk,
+        target: Place,
+        is_open: Callable[[Walk, Walk], bool],
+    ) -> None:
+        self._ground, self._router, self._route, self._target, self._is_open = ground, router, route, target, is_open
+        self._first_heading = start.heading
+        angles = [math.radians(start.heading + TURN * i) for i in range(HEADINGS)]
+        self._steps = [(math.sin(angle), math.cos(angle)) for angle in angles]
+
+    def key(self, node: _Node) -> tuple[int, int, int]:
+        """Return the square and heading of a node."""
+        return round(node.x / RESOLUTION), round(node.z / RESOLUTION), node.turned
+
+    def remaining(self, node: _Node) -> float:
+        """Return the remaining cost of the route."""
+        return self._router.left(self._route, node.x, node.z)
+
+    def is_goal(self, node: _Node) -> bool:
+        """Return whether the target is in reach."""
+        sin, cos = self._steps[node.turned]
+        dx, dz = self._target[0] - node.x, self._target[1] - node.z
+        if not REACH_FROM <= dx * sin + dz * cos <= REACH_TO:
+            return False
+        return abs(dx * cos - dz * sin) <= REACH_SIDE and math.hypot(dx, dz) <= REACH_TO
+
+    def successors(self, node: _Node) -> Iterator[tuple[_Node, float]]:
+        """Yield the poses after each action."""
+        yield _Node(node.x, node.z, (node.turned - 1) % HEADINGS), TURN_COST
+        yield _Node(node.x, node.z, (node.turned + 1) % HEADINGS), TURN_COST
+        sin, cos = self._steps[node.turned]
+        x, z = node.x + sin, node.z + cos
+        heading = (self._first_heading + TURN * node.turned) % 360.0
+        free = self._ground.is_free((node.x, node.z), (x, z))
+        if free and self._is_open(Walk(node.x, node.z, heading), Walk(x, z, heading)):
+            yield _Node(x, z, node.turned), 1.0 + STRAYING_COST * self._route.distance(x, z) ** 2
 
 
 def plan(
@@ -58,49 +103,11 @@ def plan(
         target: (x, z) of the target.
         is_open: returns whether a free step from one pose to another is allowed.
     """
-    angles = [math.radians(start.heading + TURN * i) for i in range(HEADINGS)]
-    steps = [(math.sin(angle), math.cos(angle)) for angle in angles]
-    first = _Node(start.x, start.z, 0, 0.0, None, None)
-    queue: list[tuple[float, int, _Node]] = [(router.left(route, start.x, start.z), 0, first)]
-    closed: set[tuple[int, int, int]] = set()
-    pushed = 0
-    while queue and len(closed) < MAX_EXPANDED:
-        _, _, node = heappop(queue)
-        if _in_reach(node, steps[node.turned], target):
-            return _actions(node)
-        key = round(node.x / RESOLUTION), round(node.z / RESOLUTION), node.turned
-        if key in closed:
-            continue
-        closed.add(key)
-        sin, cos = steps[node.turned]
-        x, z = node.x + sin, node.z + cos
-        following = [
-            _Node(node.x, node.z, (node.turned - 1) % HEADINGS, node.cost + TURN_COST, Action.LEFT, node),
-            _Node(node.x, node.z, (node.turned + 1) % HEADINGS, node.cost + TURN_COST, Action.RIGHT, node),
-        ]
-        heading = (start.heading + TURN * node.turned) % 360.0
-        if ground.is_free((node.x, node.z), (x, z)) and is_open(Walk(node.x, node.z, heading), Walk(x, z, heading)):
-            cost = node.cost + 1.0 + STRAYING_COST * route.distance(x, z) ** 2
-            following.append(_Node(x, z, node.turned, cost, Action.FORWARD, node))
-        for new in following:
-            if (round(new.x / RESOLUTION), round(new.z / RESOLUTION), new.turned) not in closed:
-                pushed += 1
-                heappush(queue, (new.cost + router.left(route, new.x, new.z), pushed, new))
-    return None
+    motion = _Motion(ground, router, route, start, target, is_open)
+    nodes, reached = a_star(motion, _Node(start.x, start.z, 0), MAX_EXPANDED)
+    return [_action(before, after) for before, after in pairwise(nodes)] if reached else None
 
 
-def _in_reach(node: _Node, ahead: tuple[float, float], target: Place) -> bool:
-    sin, cos = ahead
-    dx, dz = target[0] - node.x, target[1] - node.z
-    if not REACH_FROM <= dx * sin + dz * cos <= REACH_TO:
-        return False
-    return abs(dx * cos - dz * sin) <= REACH_SIDE and math.hypot(dx, dz) <= REACH_TO
-
-
-def _actions(node: _Node) -> list[Action]:
-    actions: list[Action] = []
-    at: _Node | None = node
-    while at is not None and at.action is not None:
-        actions.append(at.action)
-        at = at.before
-    return actions[::-1]
+def _action(before: _Node, after: _Node) -> Action:
+    turned = (after.turned - before.turned) % HEADINGS
+    return {0: Action.FORWARD, 1: Action.RIGHT, HEADINGS - 1: Action.LEFT}[turned]
