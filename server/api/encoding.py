@@ -1,6 +1,6 @@
 """The contract of image encoders, and the encoder into messages: raw, losslessly compressed, or JPEG.
 
-The encodings are defined in `types.proto`. `shared_memory.py` holds the other encoder, and `encoders.py` chooses one.
+The encodings are defined in `types.proto`. `shared_memory.py` holds the other encoder; `encoding_choice.py` chooses.
 """
 
 import threading

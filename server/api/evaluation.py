@@ -11,7 +11,7 @@ from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationServicer
 from server import __version__
 from server.api.authentication import anonymous_caller, caller_of, is_on_same_machine
-from server.api.encoders import offered_encodings
+from server.api.encoding_choice import offered_encodings
 from server.api.interceptor import Origin
 from server.api.messages import (
     account_message,

@@ -6,7 +6,7 @@ from collections.abc import AsyncGenerator, AsyncIterator, Sequence
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
-from server.api.encoders import choose_encoder, offered_encodings
+from server.api.encoding_choice import choose_encoder, offered_encodings
 from server.api.messages import ACTIONS, LABEL_MESSAGES, PHASES, oracle_message, pose_message, run_message
 from server.api.shared_memory import IMAGE_SENSORS
 from server.configuration.config import Config

@@ -15,8 +15,8 @@ from arramon.v1.types_pb2 import (
     Image,
 )
 from arramon_client.transport.images import ImageDecoder
-from server.api.encoders import choose_encoder
 from server.api.encoding import STANDARD_ENCODINGS, ImageEncoder, MessageEncoder
+from server.api.encoding_choice import choose_encoder
 from server.errors import BadInput
 from server.sim.bullet import World
 from server.sim.cameras import Actor, Frame, Viewpoint
