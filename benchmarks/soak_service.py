@@ -281,10 +281,11 @@ class Faults:
     def fill_disk(self) -> str:
         """Keep the server's files from growing for a while."""
         host, seconds = self._host(), self._chance.uniform(0.3, 2.0)
-        processes = [host.process.pid, *children(host.process.pid)]
         for limits in (FULL, (resource.RLIM_INFINITY, resource.RLIM_INFINITY)):
-            for process in processes:
-                resource.prlimit(process, resource.RLIMIT_FSIZE, limits)
+            # A worker that was started meanwhile has its parent's limit; one that has ended needs none.
+            for process in (host.process.pid, *children(host.process.pid)):
+                with suppress(ProcessLookupError):
+                    resource.prlimit(process, resource.RLIMIT_FSIZE, limits)
             if limits is FULL:
                 time.sleep(seconds)
         return f"for {seconds:.1f} s"

@@ -100,6 +100,7 @@ class World:
         labels = LABELS if "segmentation" in self.run.sensors else ()
         events = [pb.Event(opened=pb.Opened(run=self.current_run(), episode_ids=mine, labels=labels))]
         if opening.encoding == types_pb2.ENCODING_SHARED:
+            events[0].opened.encoding = opening.encoding
             events[0].opened.shared.CopyFrom(types_pb2.SharedMemory(process=1 << 31, descriptor=3, size=9, token=b"t"))
         for episode_id in mine:
             events += self.started(episode_id, history=opening.history)

@@ -10,6 +10,8 @@ from arramon.v1.evaluation_pb2 import Opened
 from arramon_client.errors import ProtocolError
 from arramon_client.transport.images import ImageDecoder, ImagesUnreadableError
 
+_FAILED = "shared memory is not available"
+
 
 def decoder_of(opened: Opened) -> ImageDecoder:
     """Return the decoder of a stream's images, from the server's first message.
@@ -51,13 +53,13 @@ def map_memory(message: types_pb2.SharedMemory) -> memoryview:
         try:
             found = os.fstat(file)
             if not stat.S_ISREG(found.st_mode) or found.st_size != message.size or not message.token:
-                raise ImagesUnreadableError(f"{path} is not the memory that the server shares")
+                raise ImagesUnreadableError(f"{_FAILED}: {path} is not the memory that the server shares")
             content = memoryview(mmap.mmap(file, message.size, access=mmap.ACCESS_READ))
         finally:
             with suppress(OSError):
                 os.close(file)
     except (OSError, ValueError) as error:
-        raise ImagesUnreadableError(f"{path} cannot be read: {error}") from error
+        raise ImagesUnreadableError(f"{_FAILED}: {path} cannot be read: {error}") from error
     if content[: len(message.token)] != message.token:
-        raise ImagesUnreadableError(f"{path} is not the memory that the server shares")
+        raise ImagesUnreadableError(f"{_FAILED}: {path} is not the memory that the server shares")
     return content
