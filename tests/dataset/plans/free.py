@@ -7,7 +7,7 @@ import numpy as np
 from scipy import ndimage
 
 from server.dataset.layout.grid import Mask, Points
-from server.dataset.layout.solids import Solids
+from server.dataset.layout.solids import Solids, to_rectangle
 from server.sim.geometry import AGENT_RADIUS
 from server.sim.section import Section
 
@@ -16,6 +16,10 @@ CELL = 0.1
 
 MARGIN = 0.1
 """How much more than its radius the disc has around a cell's middle, in units: enough for all of the cell."""
+
+
+FAR = 1.0
+"""Distance from which on a cell counts as infinitely far from everything solid, in units."""
 
 
 def free_points(section: Section, spacing: float) -> Points:
@@ -42,13 +46,23 @@ def free_points(section: Section, spacing: float) -> Points:
 def clearance(section: Section) -> Points:
     """(columns along x, rows along z): how far the middle of each cell of the bounds is from what is solid, in units.
 
-    The first cell's outer corner is the bounds' first corner.
+    The first cell's outer corner is the bounds' first corner. Infinite from FAR on: nothing here asks for more.
     """
     x0, z0, x1, z1 = section.bounds
     x = x0 + (np.arange(math.ceil((x1 - x0) / CELL)) + 0.5) * CELL
     z = z0 + (np.arange(math.ceil((z1 - z0) / CELL)) + 0.5) * CELL
     places = np.stack(np.meshgrid(x, z, indexing="ij"), axis=-1)
-    return Solids.of(section).distance(places.reshape(-1, 2)).reshape(len(x), len(z))
+    nearest = np.full((len(x), len(z)), np.inf)
+    solids = Solids.of(section)
+    for centre, half, heading in zip(solids.centres, solids.halves, solids.headings, strict=True):
+        reach = math.hypot(*half) + FAR
+        columns, rows = (
+            slice(*np.searchsorted(a, (c - reach, c + reach))) for a, c in zip((x, z), centre, strict=True)
+        )
+        window = nearest[columns, rows]
+        np.minimum(window, to_rectangle(places[columns, rows], centre, half, float(heading)), out=window)
+    nearest[nearest >= FAR] = np.inf
+    return nearest
 
 
 def largest(free: Mask) -> Mask:
