@@ -67,7 +67,7 @@ class Config:
     )
     bank_seconds: float = setting(
         DAY,
-        "reserve of a run for steps that take longer, also while its client is away; then unfinished episodes end",
+        "reserve of a run for answers that take longer than `step_seconds`, with or without a connection",
         unit="seconds",
         least=0.0,
         most=365 * DAY,

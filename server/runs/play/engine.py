@@ -45,7 +45,7 @@ class Engine:
     Args:
         splits: by name.
         journal: everything is written to it before anyone is told.
-        activity: banks, absences and fault counts of runs.
+        activity: banks, last play and fault counts of runs.
         camera: what draws, one of `cameras.CAMERAS`.
         address: of this process alone; empty if it has none.
         grace: seconds for which an orphaned episode is kept for its own player.
