@@ -11,6 +11,7 @@ import pytest
 from server.errors import StorageError
 from server.runs.play.clocks import TimeLeft
 from server.runs.play.events import EpisodeEnded, Observed
+from server.runs.play.stream import Act
 from server.runs.storage.database import Database
 from server.runs.storage.records import LEASE
 from tests import tiny
@@ -106,6 +107,28 @@ def test_a_stream_that_stays_covers_no_other_that_leaves(house: House) -> None:
             assert bank(house) == 100.0
             await Seat(engine, run, player="thinker", adopt=False).observation()
             assert bank(house) == pytest.approx(10.0, abs=0.1)
+
+    play(body)
+
+
+def test_who_adopts_an_episode_learns_what_its_absence_cost(house: House) -> None:
+    run = house.run()
+
+    async def body() -> None:
+        async with house.engine() as engine:
+            gone, heir = Seat(engine, run, player="gone"), Seat(engine, run, player="heir")
+            first = (await gone.observation()).episode.episode_id
+            own = (await heir.observation()).episode.episode_id
+            engine.leave(gone.stream)
+            for step in range(2):
+                house.live(50.0)
+                heir.act(own, step, tiny.ACTIONS[step])
+                await heir.observation()
+            engine.ask(heir.stream, [Act(own, 2, forfeit="for the test")])
+            seen = await heir.observation()
+            assert seen.episode.episode_id == first
+            assert seen.time_left is not None
+            assert seen.time_left.bank_seconds == pytest.approx(60.0, abs=0.1)
 
     play(body)
 

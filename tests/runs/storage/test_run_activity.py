@@ -80,6 +80,19 @@ def test_the_wait_of_a_step_is_kept_until_its_episode_is_released_again(database
         (claim,) = journal.claim("r", [left], "p", "w")
 
 
+def test_a_step_on_which_the_server_failed_begins_anew(database: Database) -> None:
+    journal, activity = new_run(database, bank=1000.0), RunActivity(database)
+    (claim,) = journal.claim("r", journal.pending("r", 1), "p", "w")
+    journal.release("r", {"1": claim.epoch}, {"1": (0, 500.0)})
+    (claim,) = journal.claim("r", journal.open_claims("r"), "p", "w")
+    left = activity.bank_left("r")
+    activity.count_fault("r", claim, 3)
+    live(database, 50.0)
+    (claim,) = journal.claim("r", journal.open_claims("r"), "p", "w")
+    assert claim.waited_for(0) is None
+    assert activity.bank_left("r") == left
+
+
 @pytest.mark.parametrize(("step", "ago", "waited"), [(4, 30.0, 30.0), (4, 5.0, 10.0), (5, 5.0, 5.0), (3, 99.0, 10.0)])
 def test_a_process_that_lost_an_episode_can_only_add_to_its_wait(
     database: Database, step: int, ago: float, waited: float
