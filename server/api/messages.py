@@ -64,7 +64,6 @@ def limits_message(steps_per_phase: int, clocks: Clocks) -> types_pb2.Limits:
     return types_pb2.Limits(
         steps_per_phase=steps_per_phase,
         step_seconds=clocks.step_seconds,
-        first_step_seconds=clocks.first_step_seconds,
         bank_seconds=clocks.bank_seconds,
     )
 

@@ -93,7 +93,7 @@ class PlayHandler:
                         raise item
                     yield item
                     self._waiting -= item.ByteSize()
-                    self._engine.has_left(self._stream)
+                    self._engine.wake()
             finally:
                 self._engine.leave(self._stream)
                 reader.cancel()

@@ -156,7 +156,6 @@ def _entry(entry: Entry) -> dict[str, Any]:
         "reoffers": entry.progress.reoffers,
         "images": entry.progress.images,
         "step_seconds": run.step_seconds,
-        "first_step_seconds": run.first_step_seconds,
         "bank_seconds": run.bank_seconds,
         "agent_arguments": dict(run.agent_arguments),
         "coverage": entry.coverage,

@@ -65,21 +65,12 @@ class Config:
     step_seconds: float = setting(
         60.0, "time limit of each step; 0 disables all clocks", unit="seconds", least=0.0, most=DAY
     )
-    first_step_seconds: float = setting(
-        600.0, "time limit of a run's first step, during which models load", unit="seconds", least=0.0, most=DAY
-    )
     bank_seconds: float = setting(
-        3600.0,
-        "extra time that all steps of a run together may take beyond `step_seconds`",
+        DAY,
+        "reserve of a run for answers that take longer than `step_seconds`, with or without a connection",
         unit="seconds",
         least=0.0,
         most=365 * DAY,
-    )
-    idle_seconds: float = setting(
-        7 * DAY,
-        "time without play after which a run is closed and its unfinished episodes are forfeited; 0 for never",
-        unit="seconds",
-        least=0.0,
     )
     keepalive_seconds: float = setting(
         20.0,
@@ -179,9 +170,7 @@ class Config:
     @property
     def clocks(self) -> Clocks:
         """Clocks of new runs."""
-        if not self.step_seconds:
-            return Clocks()
-        return Clocks(self.step_seconds, max(self.first_step_seconds, self.step_seconds), self.bank_seconds)
+        return Clocks(self.step_seconds, self.bank_seconds) if self.step_seconds else Clocks()
 
     @property
     def journal_url(self) -> str:

@@ -76,12 +76,12 @@ class Setting:
 
     @property
     def flag(self) -> str:
-        """Command-line flag, such as `--idle-seconds`."""
+        """Command-line flag, such as `--bank-seconds`."""
         return "--" + self.name.replace("_", "-")
 
     @property
     def variable(self) -> str:
-        """Environment variable, such as `ARRAMON_IDLE_SECONDS`."""
+        """Environment variable, such as `ARRAMON_BANK_SECONDS`."""
         return "ARRAMON_" + self.name.upper()
 
     @property

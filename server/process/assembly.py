@@ -89,7 +89,6 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
         RunActivity(database),
         camera=config.camera,
         address=own_address if config.shared_port else "",
-        idle_seconds=config.idle_seconds,
         meter=metrics,
     )
     quotas = Quotas(database, partial(Quota.of_settings, config))

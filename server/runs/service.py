@@ -120,7 +120,6 @@ class Runs:
             state=RUNNING,
             created_at=self._journal.time(),
             step_seconds=self.clocks.step_seconds,
-            first_step_seconds=self.clocks.first_step_seconds,
             bank_seconds=self.clocks.bank_seconds,
             bank_left=self.clocks.bank_seconds if self.clocks else None,
             agent_arguments=normalize_arguments(agent_arguments),

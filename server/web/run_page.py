@@ -137,7 +137,7 @@ def _verify(entry: Entry) -> str:
 
 
 def _clocks(t: Texts, run: Run) -> str:
-    clocks = {"step": run.step_seconds, "first": run.first_step_seconds, "bank": run.bank_seconds}
+    clocks = {"step": run.step_seconds, "bank": run.bank_seconds}
     if not any(clocks.values()):
         return t("run.no_clocks")
     return t("run.clock_values", **{name: t("format.seconds", number=t.decimal(v)) for name, v in clocks.items()})

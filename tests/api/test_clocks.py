@@ -23,7 +23,7 @@ def hasty(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """A server that grants next to nothing."""
     data = tmp_path_factory.mktemp("data")
     tiny.write(data)
-    seconds = {"step": "0.3", "first-step": "0.4", "bank": "0.2"}
+    seconds = {"step": "0.3", "bank": "0.2"}
     server = Server(data, "127.0.0.1:0", *(word for name, n in seconds.items() for word in (f"--{name}-seconds", n)))
     yield server
     assert server.stop() == 0
@@ -41,17 +41,17 @@ def get(stub: EvaluationStub, run_id: str) -> pb.Run:
 
 def test_a_host_s_clocks_are_a_run_s_and_every_observation_says_what_is_left(stub: EvaluationStub) -> None:
     limits = stub.GetServerInfo(pb.GetServerInfoRequest(), metadata=METADATA).limits
-    assert (limits.step_seconds, limits.first_step_seconds, limits.bank_seconds) == (60.0, 600.0, 3600.0)
+    assert (limits.step_seconds, limits.bank_seconds) == (60.0, 86_400.0)
     run = create(stub, episodes=1)
     assert run.limits == limits
-    assert run.bank_seconds_left == 3600.0
+    assert run.bank_seconds_left == 86_400.0
     with Player(stub, run.run_id) as player:
         first = player.observation()
         player.act(first.episode_id, 0, tiny.F)
         second = player.observation()
-    assert [(seen.step_seconds_left, seen.bank_seconds_left) for seen in (first, second)] == [(600, 3600), (60, 3600)]
+    assert [(seen.step_seconds_left, seen.bank_seconds_left) for seen in (first, second)] == [(60, 86_400)] * 2
     told = observation_of(second, ImageDecoder())
-    assert (told.step_seconds_left, told.bank_seconds_left) == (60.0, 3600.0)
+    assert (told.step_seconds_left, told.bank_seconds_left) == (60.0, 86_400.0)
 
 
 def test_who_says_nothing_runs_out_of_time_in_every_episode_and_the_run_ends(hurry: EvaluationStub) -> None:
@@ -67,7 +67,7 @@ def test_who_says_nothing_runs_out_of_time_in_every_episode_and_the_run_ends(hur
     over = get(hurry, run.run_id)
     assert (dict(over.causes), over.steps, over.bank_seconds_left) == ({"TIME_LIMIT": 3}, 0, 0.0)
     report = hurry.GetReport(pb.GetReportRequest(run_id=run.run_id), metadata=METADATA)
-    assert "|clock:0.3/0.4/0.2|" in report.signature
+    assert "|clock:0.3/0.2|" in report.signature
     assert [episode.cause for episode in report.episodes] == [types_pb2.CAUSE_TIME_LIMIT] * 3
 
 
@@ -103,7 +103,7 @@ class Late:
 
 def test_the_actions_of_a_client_that_answered_late_are_those_of_the_receipt(tmp_path: Path) -> None:
     tiny.write(tmp_path / "data", count=2)
-    clocks = ("--step-seconds", "2", "--first-step-seconds", "60", "--bank-seconds", "0")
+    clocks = ("--step-seconds", "2", "--bank-seconds", "0")
     server = Server(tmp_path / "data", "127.0.0.1:0", *clocks)
     with connect(server.address) as connected:
         run = create(connected.stub)

@@ -25,7 +25,7 @@ from server.scoring.episode import METRICS
 from tests import tiny
 
 NOON = datetime(2030, 1, 1, 12, tzinfo=UTC)
-STEPS, CLOCKS = 150, Clocks(60.0, 600.0, 3600.0)
+STEPS, CLOCKS = 150, Clocks(60.0, 3600.0)
 """Of the runs, and of the board that shows them."""
 
 

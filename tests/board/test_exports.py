@@ -44,7 +44,7 @@ def test_csv_gives_the_numbers_back(house: House) -> None:
 
 
 def test_other_clocks_are_marked_in_both_files(house: House) -> None:
-    house.publish(house.run("r1", clocks=Clocks(30.0, 600.0, 3600.0)))
+    house.publish(house.run("r1", clocks=Clocks(30.0, 3600.0)))
     listing = house.board.listing("tiny", "en")
     (cells,) = read(as_csv(listing))
     (line,) = json.loads(as_json(listing))["standings"]

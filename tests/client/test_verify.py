@@ -30,7 +30,7 @@ def payload(**changes: Any) -> dict[str, Any]:
             "run_id": "r7", "participant": "lab", "agent": "walker", "split": "tiny", "hidden": True, "language": "en",
             "sensors": [], "images": [], "state": "COMPLETE", "created_at": "2026-01-02", "ended_at": None,
         },
-        "limits": {"steps_per_phase": 8, "step_seconds": 60, "first_step_seconds": 600, "bank_seconds": 3600},
+        "limits": {"steps_per_phase": 8, "step_seconds": 60, "bank_seconds": 86400},
         "data_hash": DATA,
         "score_signature": "split:tiny|lang:en|episodes:3",
         "causes": {"FORFEITED": 1, "AGENT_FINISHED": 2},
@@ -97,8 +97,7 @@ def test_a_receipt_signed_by_the_host(verify: Verify) -> None:
     assert "split:tiny|lang:en|episodes:3\n" in out
     assert "run r7 of lab, complete\n" in out
     assert (
-        "5 steps; 60 s per step, 600 s for the first, 3600 s in the bank; episodes ended: 2 AGENT_FINISHED, "
-        "1 FORFEITED; offered again: 4\n"
+        "5 steps; 60 s per step, 86400 s in the bank; episodes ended: 2 AGENT_FINISHED, 1 FORFEITED; offered again: 4\n"
     ) in out
     assert f"signed with the key given, {HOST_KEY}\n" in out
 

@@ -17,14 +17,15 @@ from server.runs.play import upkeep
 from server.runs.play.clocks import Clocks
 from server.runs.play.engine import Engine
 from server.runs.play.events import EpisodeEnded, Event, Observed, RunEnded
-from server.runs.play.stream import Act, Stream
+from server.runs.play.stream import MAX_BACKLOG, Act, Stream
+from server.runs.storage import tables
 from server.runs.storage.database import Database
 from server.runs.storage.journal import Journal
 from server.runs.storage.records import RUNNING, Run
 from server.runs.storage.run_activity import RunActivity
 from tests import tiny
 
-CLOCKS = Clocks(60.0, 600.0, 100.0)
+CLOCKS = Clocks(60.0, 100.0)
 
 
 class House:
@@ -59,7 +60,6 @@ class House:
             state=RUNNING,
             created_at=datetime.fromtimestamp(self.wall, UTC),
             step_seconds=clocks.step_seconds,
-            first_step_seconds=clocks.first_step_seconds,
             bank_seconds=clocks.bank_seconds,
             bank_left=clocks.bank_seconds if clocks else None,
         )
@@ -67,14 +67,13 @@ class House:
         return run
 
     @asynccontextmanager
-    async def engine(self, *, idle_seconds: float = 0.0, database: Database | None = None) -> AsyncIterator[Engine]:
+    async def engine(self, *, database: Database | None = None, grace: float = 0.0) -> AsyncIterator[Engine]:
         """Yield a running engine, on a database of its own or the common one; fail if it raises an error."""
         engine = Engine(
             {"tiny": self.split},
             Journal(database) if database else self.journal,
             RunActivity(database) if database else self.activity,
-            grace=0.0,
-            idle_seconds=idle_seconds,
+            grace=grace,
             now=lambda: self.now,
             monotonic=lambda: self.now,
         )
@@ -89,6 +88,13 @@ class House:
                 await playing
             engine.stop()
 
+    def live(self, seconds: float) -> None:
+        """Let time pass, with processes that run all the while."""
+        self.now += seconds
+        with self.database.write() as connection:
+            clock = tables.service_clock
+            connection.execute(clock.update().values(seconds=clock.c.seconds + seconds))
+
     def causes(self) -> dict[str, int]:
         """Return the causes of the run's ended episodes."""
         return self.journal.progress("run").causes
@@ -100,7 +106,7 @@ class Seat:
     Attributes:
         events: that it was told.
         closed: with what it was closed, if it was.
-        reads: whether what it is told leaves the server at once.
+        reads: whether what it is told leaves the server at once; otherwise one delivery fills what may wait.
     """
 
     def __init__(
@@ -112,6 +118,7 @@ class Seat:
         *,
         reads: bool = True,
         history: bool = False,
+        adopt: bool = True,
     ) -> None:
         self.events: list[Event] = []
         self.closed: list[ArraMonError | None] = []
@@ -125,17 +132,15 @@ class Seat:
             image_size=128,
             images="",
             history=history,
-            adopt=True,
+            adopt=adopt,
             deliver=self._deliver,
             close=self.closed.append,
-            backlog=lambda: 0,
+            backlog=lambda: 0 if self.reads or not self.events else MAX_BACKLOG,
         )
         engine.join(self.stream)
 
     def _deliver(self, events: Sequence[Event]) -> None:
         self.events.extend(events)
-        if self.reads:
-            asyncio.get_running_loop().call_soon(self._engine.has_left, self.stream)
 
     async def next(self, kind: type[Event]) -> Event:
         """Return the next event of a kind, and drop those before it."""
@@ -143,7 +148,6 @@ class Seat:
             while self._taken < len(self.events):
                 self._taken += 1
                 if isinstance(self.events[self._taken - 1], kind):
-                    await asyncio.sleep(0)  # so that it has left
                     return self.events[self._taken - 1]
             self._engine.wake()
             await asyncio.sleep(0.001)

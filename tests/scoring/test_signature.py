@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from server.scoring.signature import Signature, argument
 
-SIGNATURE = Signature("0.1.0", 1, "val_seen", "en", 1065, 150, "60/600/3600", frozenset({"rgb", "depth"}),
+SIGNATURE = Signature("0.1.0", 1, "val_seen", "en", 1065, 150, "60/86400", frozenset({"rgb", "depth"}),
                       frozenset({"lossless-224"}), "ab12")  # fmt: skip
 LINE = (
-    "split:val_seen|lang:en|episodes:1065|steps:150|clock:60/600/3600|sensors:depth+rgb|images:lossless-224|protocol:1|"
+    "split:val_seen|lang:en|episodes:1065|steps:150|clock:60/86400|sensors:depth+rgb|images:lossless-224|protocol:1|"
     "version:0.1.0|data:ab12"
 )
 

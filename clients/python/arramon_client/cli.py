@@ -165,8 +165,7 @@ class _Client:
     def _embedded(self) -> AbstractContextManager[EmbeddedServer]:
         # Only this client uses the server: a step must survive the end of the process, but not a loss of power.
         # Clocks are off, so that an agent in a debugger does not time out.
-        forever = ("--step-seconds", "0", "--idle-seconds", "0")
-        options = ("--no-fsync", "--workers", str(self.options.workers or 1), *forever)
+        options = ("--no-fsync", "--workers", str(self.options.workers or 1), "--step-seconds", "0")
         data = self.options.data or default_data()
         if not (self.options.split or self.options.resume or holds_episodes(data)):
             check_installed(SERVER)

@@ -31,7 +31,7 @@ SHAPE = {
         **dict.fromkeys(("run_id", "participant", "agent", "split", "language", "state", "created_at"), str),
         "ended_at": (str, type(None)),
     },
-    "limits": dict.fromkeys(("steps_per_phase", "step_seconds", "first_step_seconds", "bank_seconds"), NUMBER),
+    "limits": dict.fromkeys(("steps_per_phase", "step_seconds", "bank_seconds"), NUMBER),
     "data_hash": str,
     "score_signature": str,
     "causes": {EVERY: int},

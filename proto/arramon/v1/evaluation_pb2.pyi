@@ -29,7 +29,7 @@ class _RunStateEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_RunState.Val
     RUN_STATE_UNSPECIFIED: _RunState.ValueType  # 0
     RUN_STATE_RUNNING: _RunState.ValueType  # 1
     RUN_STATE_COMPLETE: _RunState.ValueType  # 2
-    """Every episode has ended; a run that was idle for too long forfeited the unfinished ones."""
+    """Every episode has ended; a run whose client was away for too long forfeited the unfinished ones."""
     RUN_STATE_CANCELLED: _RunState.ValueType  # 3
     """Cancelled by its participant or a host."""
 
@@ -38,7 +38,7 @@ class RunState(_RunState, metaclass=_RunStateEnumTypeWrapper): ...
 RUN_STATE_UNSPECIFIED: RunState.ValueType  # 0
 RUN_STATE_RUNNING: RunState.ValueType  # 1
 RUN_STATE_COMPLETE: RunState.ValueType  # 2
-"""Every episode has ended; a run that was idle for too long forfeited the unfinished ones."""
+"""Every episode has ended; a run whose client was away for too long forfeited the unfinished ones."""
 RUN_STATE_CANCELLED: RunState.ValueType  # 3
 """Cancelled by its participant or a host."""
 Global___RunState: _TypeAlias = RunState  # noqa: Y015
@@ -451,7 +451,7 @@ class Run(_message.Message):
     """Number of times that the server offered an episode again through its own fault; never"""
     bank_seconds_left: _builtins.float
     """charged to the participant.
-    Time left in the bank; only if the run has clocks.
+    Time left in the bank when a stream was last open; only if the run has clocks.
     """
     published: _builtins.bool
     """Whether the run is on the leaderboard."""
@@ -1269,7 +1269,7 @@ class Observation(_message.Message):
     taken: _types_pb2.Action.ValueType
     """In a history only: the action that was taken at this step. Do not answer such observations."""
     step_seconds_left: _builtins.float
-    """With clocks: time until the answer is due, as the observation left the server."""
+    """With clocks: time until the answer is due, when the observation was ready."""
     bank_seconds_left: _builtins.float
     """With clocks: time left in the run's bank."""
     @_builtins.property

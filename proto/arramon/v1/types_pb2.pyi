@@ -307,26 +307,22 @@ Global___Cell: _TypeAlias = Cell  # noqa: Y015
 class Limits(_message.Message):
     """The step limit and the clocks of a run. Fixed when the run is created.
 
-    There are two clocks. An answer is due `step_seconds` after its observation left the server; any further time is taken
-    from the run's bank, once for each stream, however many of its episodes are overdue together. When a step is overdue and
-    the bank is empty, the episode is out of time: its phase ends as at the step limit, and so do all later phases. Other
-    episodes continue as long as they are answered in time. An observation leaves when the client takes it from the stream;
-    one that waits longer than `step_seconds` to be taken counts as overdue. While no stream has an episode, its clocks are
-    paused, for up to one day per run in all, which also covers the reading of histories; after that they run. The next stream
-    continues with the time that was left. Time during which the server is unavailable does not count.
+    There are two clocks. An answer is due `step_seconds` after the server sent its observation for the first time, whether
+    or not the client reads it and stays connected; any further time is taken from the run's bank, once for each stream (and
+    once for all episodes without one), however many episodes are overdue together. When a step is overdue and the bank is
+    empty, the episode is out of time: its phase ends as at the step limit, and so do all later phases. Other episodes
+    continue as long as they are answered in time. A run that has had no stream for longer than its bank allows is closed.
+    Time during which the server is unavailable does not count.
     """
 
     DESCRIPTOR: _descriptor.Descriptor
 
     STEPS_PER_PHASE_FIELD_NUMBER: _builtins.int
     STEP_SECONDS_FIELD_NUMBER: _builtins.int
-    FIRST_STEP_SECONDS_FIELD_NUMBER: _builtins.int
     BANK_SECONDS_FIELD_NUMBER: _builtins.int
     steps_per_phase: _builtins.int
     step_seconds: _builtins.float
     """Time limit of each step; 0: no clocks."""
-    first_step_seconds: _builtins.float
-    """Replaces `step_seconds` until the run's first answer, as models load."""
     bank_seconds: _builtins.float
     """Bank of the whole run."""
     def __init__(
@@ -334,12 +330,11 @@ class Limits(_message.Message):
         *,
         steps_per_phase: _builtins.int = ...,
         step_seconds: _builtins.float = ...,
-        first_step_seconds: _builtins.float = ...,
         bank_seconds: _builtins.float = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["bank_seconds", b"bank_seconds", "first_step_seconds", b"first_step_seconds", "step_seconds", b"step_seconds", "steps_per_phase", b"steps_per_phase"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["bank_seconds", b"bank_seconds", "step_seconds", b"step_seconds", "steps_per_phase", b"steps_per_phase"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 

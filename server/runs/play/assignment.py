@@ -102,6 +102,6 @@ class Assignment:
         stream.drop(claim.episode_id)
         stream.sessions[claim.episode_id] = session
         if stream.clock is not None:
-            away = claim.idle if claim.worker is None else 0.0  # A worker that died is the server's own absence.
-            stream.clock.open(claim.episode_id, claim.waited, away if claim.state == OPEN else None)
+            step = session.state.step
+            stream.clock.open(claim.episode_id, step, claim.waited_for(step))
         stream.told.extend((started, *past, observed(stream, session)))

@@ -1,18 +1,17 @@
 """Clocks of play: a time limit for each step, and a bank of time for each run that overdue steps draw on.
 
-The time of a step begins when its observation has left the server: drawing, commits and replays cost a player nothing.
-Overdue time is charged once per stream, however many of its episodes are overdue at once. The time to read a delivery
-is limited like that of a step, so that a client cannot stop the clocks by not reading.
+The time of a step begins when its observation is handed to the transport: drawing and commits cost a player nothing.
+It ends with the answer, whether or not the client reads and stays connected; while no stream has the episode, the
+journal holds the time. Overdue time is charged once per stream, however many of its episodes are overdue at once.
 """
 
 import time
-from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from heapq import heappop, heappush
 from math import inf
 
-from server.runs.storage.records import AWAY_SECONDS, Run
+from server.runs.storage.records import Run
 
 STALL_SECONDS = 3.0
 """Longest interval between readings of the clock (normally a second) that counts; a longer one is a server stall."""
@@ -45,42 +44,31 @@ class Clocks:
 
     Attributes:
         step_seconds: limit of each step; 0 for no clocks at all.
-        first_step_seconds: limit of each step that begins before the first action of the run.
         bank_seconds: total overdue time of all steps.
     """
 
     step_seconds: float = 0.0
-    first_step_seconds: float = 0.0
     bank_seconds: float = 0.0
 
     @classmethod
     def of(cls, run: Run) -> "Clocks":
         """Return the time limits with which a run was created."""
-        return cls(run.step_seconds, run.first_step_seconds, run.bank_seconds)
+        return cls(run.step_seconds, run.bank_seconds)
 
     def __bool__(self) -> bool:
         """Return whether there are clocks."""
         return self.step_seconds > 0.0
 
     def __str__(self) -> str:
-        """Return the limits as in a score signature, such as "60/600/3600", or "none"."""
-        seconds = (self.step_seconds, self.first_step_seconds, self.bank_seconds)
-        return "/".join(f"{number:.12g}" for number in seconds) if self else "none"
+        """Return the limits as in a score signature, such as "60/86400", or "none"."""
+        return f"{self.step_seconds:.12g}/{self.bank_seconds:.12g}" if self else "none"
 
 
 @dataclass(slots=True)
 class Bank:
-    """Bank of a run, as known to this process.
-
-    Attributes:
-        left: remaining seconds.
-        answered: whether the run has had its first action.
-        away_left: remaining seconds of `AWAY_SECONDS`; negative once they are used up.
-    """
+    """Remaining seconds in the bank of a run, as known to this process. All streams of the run share it."""
 
     left: float
-    answered: bool = False
-    away_left: float = AWAY_SECONDS
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,14 +84,14 @@ class _Step:
     """Clock of an open episode's present step.
 
     Attributes:
-        waited: seconds that the step waited on earlier streams.
-        answered: number of the last step with an action; -1 for none.
-        began: time at which the step began on this stream; infinite before.
+        number: of the step.
+        waited: seconds from when its observation was first sent to when this stream got the episode.
+        began: time at which the observation was sent, or this stream got it back; infinite before.
         due: time at which the step is overdue; infinite before it begins.
     """
 
+    number: int
     waited: float = 0.0
-    answered: int = -1
     began: float = inf
     due: float = inf
 
@@ -112,86 +100,51 @@ class StreamClock:
     """Clocks of all open episodes of one stream.
 
     Args:
-        clocks: time limits of the run.
+        step_seconds: time limit of each step, in seconds.
         bank: bank of the run.
         now: returns the time of play, in seconds.
     """
 
-    def __init__(self, clocks: Clocks, bank: Bank, now: Callable[[], float]) -> None:
+    def __init__(self, step_seconds: float, bank: Bank, now: Callable[[], float]) -> None:
         self.bank = bank
-        self._clocks = clocks
+        self._step_seconds = step_seconds
         self._now = now
         self._steps: dict[str, _Step] = {}
         self._dues: list[tuple[float, str]] = []
-        self._queue: deque[tuple[tuple[str, int], ...]] = deque()
-        self._head_since = inf
         self._charged = -inf
         self._owed = 0.0
-        self._back: dict[str, float] = {}
-        self._back_counted = -inf
 
-    def open(self, episode_id: str, waited: float, away: float | None = None) -> None:
+    def open(self, episode_id: str, number: int, waited: float | None = None) -> None:
         """Add an episode to the stream.
 
         Args:
             episode_id: id of the episode.
-            waited: seconds that its present step waited on earlier streams.
-            away: seconds since the last stream released the episode; None if no player has seen it yet.
+            number: number of its present step.
+            waited: seconds since the observation of that step was first sent, charged until now; None if it was not.
         """
-        self._steps[episode_id] = step = _Step(waited)
-        if away is None:
-            return
-        step.waited += min(away, max(0.0, -self.bank.away_left))
-        granted = self._clocks.step_seconds if self.bank.answered else self._clocks.first_step_seconds
-        overdue = max(0.0, step.waited - max(granted, waited))
-        self._owed += overdue
-        self.bank.left = max(0.0, self.bank.left - overdue)
-        self._back[episode_id] = self._now()
-
-    def unread_seconds(self, at: float) -> float:
-        """Return the seconds since the last call for which resumed episodes were not delivered again; 0 below 1 s.
-
-        They count as absence: the player has seen these observations and can think about them meanwhile.
-        """
-        since = max(min(self._back.values(), default=inf), self._back_counted)
-        if at - since < 1.0:
-            return 0.0
-        self._back_counted = at
-        return at - since
-
-    def begin(self, at: float) -> None:
-        """Begin the steps of all resumed episodes, whether or not they have been delivered."""
-        for episode_id in self._back:
-            self._begin(episode_id, at)
-        self._back.clear()
+        self._steps[episode_id] = step = _Step(number, waited or 0.0)
+        if waited is not None:
+            self._begin(episode_id, step)
 
     def close(self, episode_id: str) -> None:
         """Remove an episode from the stream. Its overdue time must have been charged before."""
         self._steps.pop(episode_id, None)
-        self._back.pop(episode_id, None)
 
     def send(self, observations: Iterable[tuple[str, int]]) -> None:
-        """Queue the observations of one delivery, as pairs of episode and step number, until they leave the server."""
-        if not self._queue:
-            self._head_since = self._now()
-        self._queue.append(tuple(observations))
-
-    def leave(self) -> None:
-        """Note that the oldest queued delivery has left the server, and begin its steps."""
-        now = self._now()
-        self.charge(now)
-        for episode_id, number in self._queue.popleft() if self._queue else ():
+        """Begin the steps of observations that are handed to the transport, as pairs of episode and step number."""
+        for episode_id, number in observations:
             step = self._steps.get(episode_id)
-            if step is not None and step.began == inf and number > step.answered:
-                self._begin(episode_id, now)
-                self._back.pop(episode_id, None)
-        self._head_since = now
+            if step is not None and step.number == number:
+                self._begin(episode_id, step)
+
+    def begin_all(self) -> None:
+        """Begin all steps, because the client does not read what was sent before their observations."""
+        for episode_id, step in self._steps.items():
+            self._begin(episode_id, step)
 
     def answer(self, episode_id: str, number: int) -> None:
         """Note the action of a step. Its overdue time must have been charged before."""
-        self._steps[episode_id] = _Step(answered=number)
-        self._back.pop(episode_id, None)
-        self.bank.answered = True
+        self._steps[episode_id] = _Step(number + 1)
 
     def charge(self, at: float) -> None:
         """Charge the bank for the overdue time until `at` that was not charged yet."""
@@ -210,11 +163,7 @@ class StreamClock:
         """Return the episodes that are overdue at a time if the bank is empty. Call it after `charge`."""
         if self.bank.left > 0.0 or at <= self._first_due():
             return []
-        out = [episode_id for episode_id, step in self._steps.items() if step.due < at]
-        if self._queue and self._head_since + self._clocks.step_seconds < at:
-            out += [episode_id for episode_id, step in self._steps.items() if step.began == inf]
-            self._head_since = at  # episodes that replace them have their own time
-        return out
+        return [episode_id for episode_id, step in self._steps.items() if step.due < at]
 
     def time_left(self, episode_id: str) -> TimeLeft:
         """Return the remaining time for an episode's present step."""
@@ -222,28 +171,27 @@ class StreamClock:
         running = self._granted(step) if step.began == inf else step.due - self._now()
         return TimeLeft(max(0.0, running), self.bank.left)
 
-    def waited(self) -> dict[str, float]:
-        """Return the seconds that each episode's present step has waited, on this and earlier streams."""
+    def waits(self) -> dict[str, tuple[int, float | None]]:
+        """Return each episode's step number, and the seconds since its observation was first sent; None if never."""
         now = self._now()
         return {
-            episode_id: step.waited + (0.0 if step.began == inf else now - step.began)
+            episode_id: (step.number, None if step.began == inf else step.waited + now - step.began)
             for episode_id, step in self._steps.items()
         }
 
-    def _begin(self, episode_id: str, at: float) -> None:
-        step = self._steps[episode_id]
-        step.began, step.due = at, at + self._granted(step)
-        heappush(self._dues, (step.due, episode_id))
+    def _begin(self, episode_id: str, step: _Step) -> None:
+        if step.began == inf:
+            step.began = self._now()
+            step.due = step.began + self._granted(step)
+            heappush(self._dues, (step.due, episode_id))
 
     def _granted(self, step: _Step) -> float:
-        granted = self._clocks.step_seconds if self.bank.answered else self._clocks.first_step_seconds
-        return max(0.0, granted - step.waited)  # overdue time before that has been charged
+        return max(0.0, self._step_seconds - step.waited)
 
     def _first_due(self) -> float:
-        """Return the earliest due time of all steps and of reading; infinite if nothing is due from the client."""
+        """Return the earliest due time of all steps; infinite if none is due."""
         while self._dues and (
             self._dues[0][1] not in self._steps or self._steps[self._dues[0][1]].due != self._dues[0][0]
         ):
             heappop(self._dues)
-        reading = self._head_since + self._clocks.step_seconds if self._queue else inf
-        return min(self._dues[0][0] if self._dues else inf, reading)
+        return self._dues[0][0] if self._dues else inf

@@ -15,13 +15,10 @@ from server.runs.storage.records import Claim
 TURN_SECONDS, TURN_EVENTS = 0.004, 16
 """Limits of one stream's turn: time spent drawing, and number of events."""
 
-MAX_BACKLOG = 2 << 20
-"""Unsent bytes above which nothing more is drawn for a stream: about eight raw observations."""
-
 
 def is_deliverable(stream: Stream) -> bool:
     """Return whether a stream has queued events and its client reads fast enough to get more."""
-    return bool(stream.told) and stream.backlog() < MAX_BACKLOG
+    return bool(stream.told) and not stream.lags
 
 
 @dataclass(slots=True)

@@ -45,11 +45,10 @@ class Engine:
     Args:
         splits: by name.
         journal: everything is written to it before anyone is told.
-        activity: banks, absences and fault counts of runs.
+        activity: banks, last play and fault counts of runs.
         camera: what draws, one of `cameras.CAMERAS`.
         address: of this process alone; empty if it has none.
         grace: seconds for which an orphaned episode is kept for its own player.
-        idle_seconds: time after which an unplayed run is closed with what it has; 0 for never.
         now: clock of play, in seconds.
         monotonic: returns seconds that pass whatever the wall clock does.
         meter: receives the measurements.
@@ -64,7 +63,6 @@ class Engine:
         camera: str = CAMERAS[0],
         address: str = "",
         grace: float = GRACE,
-        idle_seconds: float = 0.0,
         now: Callable[[], float] | None = None,
         monotonic: Callable[[], float] = time.monotonic,
         meter: Meter = NO_METER,
@@ -72,7 +70,6 @@ class Engine:
         self._meter = meter
         self._journal = journal
         self._activity = activity
-        self._idle_seconds = idle_seconds
         self._worlds = Worlds(splits, camera)
         self._work = asyncio.Event()
         self._worker = uuid.uuid4().hex
@@ -90,8 +87,6 @@ class Engine:
             [split.data_hash for split in splits.values()],
             worker=self._worker,
             address=address,
-            idle_seconds=idle_seconds,
-            now=self._time.now,
         )
         self._cancelling: set[str] = set()
         self._streams: list[Stream] = []
@@ -120,13 +115,13 @@ class Engine:
         self._streams.append(stream)
         _log.info("stream opened", extra={"run_id": stream.run.run_id, "episodes": stream.max_episodes})
         with self._guard(stream):
-            self._time.start(stream, self._streams)
             if stream.run.state == RUNNING and not self._durations.knows(stream.run.run_id):
                 self._durations.begin(stream.run, self._journal.time())
             self._activity.note_active([stream.run.run_id])
             if stream.images:
                 self._journal.note_images(stream.run.run_id, stream.images)
             self._assignment.assign(stream, self._held(stream.run), first=True)
+            self._time.start(stream, self._streams)
             if not stream.assigned:
                 self._after_ending(stream)
         self.wake()
@@ -141,15 +136,9 @@ class Engine:
         if stream in self._streams:
             self._streams.remove(stream)
             _log.info("stream left", extra={"run_id": stream.run.run_id, "episodes": len(stream.sessions)})
-            self._upkeep.leave(stream)
+            self._upkeep.releases.add(stream, self._time.now())
             with self._guard():
                 self._upkeep.releases.write()
-
-    def has_left(self, stream: Stream) -> None:
-        """Note that the oldest unsent delivery of a stream has left the server: the clocks of its steps start."""
-        if stream.clock is not None:
-            stream.clock.leave()
-        self.wake()
 
     def wake(self) -> None:
         """Start a round: a message arrived, or a slow stream can take more."""
@@ -292,7 +281,7 @@ class Engine:
         self._next_sweep = time.monotonic() + SWEEP_SECONDS
         asyncio.get_running_loop().call_later(1.01 * SWEEP_SECONDS, self.wake)
         with self._guard():
-            self._close_idle(self._upkeep.sweep(self._streams))
+            self._close_abandoned(self._upkeep.sweep(self._streams))
             self._look_for_ended_runs()
         waiting = sum(len(stream.asked) for stream in self._streams)
         self._meter.loaded(len(self._streams), sum(len(stream.sessions) for stream in self._streams), waiting)
@@ -316,11 +305,11 @@ class Engine:
             self._time.refresh(stream)
         self._handle_faults(stream, answers.faulty)
 
-    def _close_idle(self, run: Run | None) -> None:
-        """Forfeit a portion of an idle run, and complete it once nothing is left."""
+    def _close_abandoned(self, run: Run | None) -> None:
+        """Forfeit a portion of an abandoned run, and complete it once nothing is left."""
         if run is None:
             return
-        if not self._forfeits.forfeit_some(run, f"the run was not played for {self._idle_seconds:.0f} seconds"):
+        if not self._forfeits.forfeit_some(run, "the client was away for longer than the bank of the run allows"):
             self._finish(run, COMPLETE)
 
     def _look_for_ended_runs(self) -> None:
@@ -359,6 +348,8 @@ class Engine:
             self._finish(run, COMPLETE)
         else:
             self._assignment.assign(stream, self._held(run))
+            if stream.assigned:
+                self._time.refresh(stream)
 
     def _held(self, run: Run) -> set[str]:
         """Return the ids of the run's episodes that streams of this process hold."""

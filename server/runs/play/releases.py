@@ -1,8 +1,5 @@
 """Claim releases of closed streams, kept and retried in order until the journal has them."""
 
-import time
-from collections.abc import Mapping
-
 from server.runs.play.stream import Stream
 from server.runs.storage.journal import Journal
 from server.runs.storage.records import Batch
@@ -19,19 +16,14 @@ class PendingReleases:
         self._journal = journal
         self._unwritten: list[_Release] = []
 
-    def add(self, stream: Stream, now: float) -> Mapping[str, int]:
+    def add(self, stream: Stream, now: float) -> None:
         """Queue the release of all episodes of a stream that has just closed.
 
         Args:
             stream: as it was when it closed.
             now: the time by its clock, in seconds.
-
-        Returns:
-            By episode, the epoch of the claim under which the stream held it.
         """
-        release = _Release(stream, now)
-        self._unwritten.append(release)
-        return release.epochs
+        self._unwritten.append(_Release(stream, now))
 
     def write(self) -> None:
         """Write all queued releases.
@@ -41,8 +33,7 @@ class PendingReleases:
         """
         while self._unwritten:
             release = self._unwritten[0]
-            ago = time.monotonic() - release.left_at
-            self._journal.release(release.run_id, release.epochs, ago=ago, waited=release.waited)
+            self._journal.release(release.run_id, release.epochs, release.waits)
             self._journal.commit(release.batch)
             self._unwritten.pop(0)
 
@@ -52,12 +43,11 @@ class _Release:
 
     def __init__(self, stream: Stream, now: float) -> None:
         self.run_id = stream.run.run_id
-        self.left_at = time.monotonic()
         self.epochs = {episode_id: session.epoch for episode_id, session in stream.sessions.items()}
         self.epochs |= {episode_id: assigned.claim.epoch for episode_id, assigned in stream.assigned.items()}
-        self.waited = {episode_id: assigned.claim.waited for episode_id, assigned in stream.assigned.items()}
+        self.waits: dict[str, tuple[int, float | None]] = {}
         self.batch = Batch()
         if stream.clock is not None:
             stream.clock.charge(now)
             self.batch.charge(self.run_id, stream.clock.take_charges())
-            self.waited |= stream.clock.waited()
+            self.waits = stream.clock.waits()

@@ -18,6 +18,9 @@ IMAGES = frozenset(("rgb", "depth", "segmentation"))
 MAX_ASKED = 16
 """Queued messages of actions above which no further message is read from the stream."""
 
+MAX_BACKLOG = 2 << 20
+"""Unsent bytes above which nothing more is drawn for a stream: about eight raw observations."""
+
 MAX_TOLD = 8192
 """Queued events above which no further actions are applied. The open episodes of a stream need far fewer."""
 
@@ -106,6 +109,11 @@ class Stream:
     def is_asking(self) -> bool:
         """Whether actions wait, and there is room for their events: a client that does not read gets no answers."""
         return bool(self.asked) and len(self.told) < MAX_TOLD
+
+    @property
+    def lags(self) -> bool:
+        """Whether so much waits for the client to read it that nothing more is drawn."""
+        return self.backlog() >= MAX_BACKLOG
 
     @property
     def can_open(self) -> bool:

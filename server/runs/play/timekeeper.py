@@ -26,33 +26,25 @@ class Timekeeper:
         Raises:
             StorageError: if the journal cannot be read.
         """
-        run = stream.run
-        clocks = Clocks.of(run)
-        if not clocks:
+        if not Clocks.of(stream.run):
             return
-        shared = (other.clock.bank for other in others if other.clock is not None and other.run.run_id == run.run_id)
-        bank = next(shared, None) or Bank(0.0)
-        bank.left = self._activity.bank_left(run.run_id)
-        bank.away_left = self._activity.away_left(run.run_id)
-        bank.answered = bank.answered or self._activity.has_steps(run.run_id)
-        stream.clock = StreamClock(clocks, bank, self.now)
+        shared = (other.clock.bank for other in others if other.clock and other.run.run_id == stream.run.run_id)
+        stream.clock = StreamClock(stream.run.step_seconds, next(shared, None) or Bank(0.0), self.now)
+        self.refresh(stream)
 
     def check(self, stream: Stream, at: float, batch: Batch) -> list[str]:
         """Charge the overdue time of a stream until `at`; return its episodes that are out of time."""
         clock = stream.clock
         if clock is None:
             return []
-        unread = clock.unread_seconds(at)
-        if unread > 0.0:
-            clock.bank.away_left = self._activity.add_absence(stream.run.run_id, unread)
-        if clock.bank.away_left <= 0.0:
-            clock.begin(at)
+        if stream.lags:
+            clock.begin_all()
         clock.charge(at)
         batch.charge(stream.run.run_id, clock.take_charges())
         return clock.out_of_time(at)
 
     def refresh(self, stream: Stream) -> None:
-        """Read the bank again, from which other processes may have drawn.
+        """Read the bank again, from which absences and other processes may have drawn.
 
         Raises:
             StorageError: if the journal cannot be read.

@@ -22,7 +22,7 @@ from server.runs.storage.records import Ending, Progress, Run
 
 FORMAT, VERSION = "arramon-receipt", 1
 
-LIMITS = ("steps_per_phase", "step_seconds", "first_step_seconds", "bank_seconds")
+LIMITS = ("steps_per_phase", "step_seconds", "bank_seconds")
 """Field names of a run's limits, in `Run` and in a receipt."""
 
 

@@ -4,10 +4,12 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import sqlalchemy as sa
+from sqlalchemy.engine import Connection
 
 from server.runs.storage import tables
 from server.runs.storage.database import Database
 from server.runs.storage.records import ENDED, OPEN, PENDING, Claim
+from server.runs.storage.service_clock import service_time
 
 
 class Claims:
@@ -22,17 +24,19 @@ class Claims:
 
     def open_claims(self, run_id: str, limit: int | None = None) -> list[Claim]:
         """Return the claims of a run's first `limit` open episodes, in playing order; None for all."""
-        episodes, workers = tables.episodes, tables.workers
+        episodes, workers, now = tables.episodes, tables.workers, service_time(self._database.now)
+        # A clock that jumped back leaves heartbeats in the future: the absolute value counts as their age.
+        silent = sa.func.abs(self._database.now - workers.c.seen)
         query = (
             sa.select(
                 episodes.c.episode_id,
                 episodes.c.state,
                 episodes.c.player,
                 episodes.c.epoch,
-                episodes.c.waited,
+                episodes.c.sent_step,
                 workers.c.worker_id,
-                # A clock that jumped back leaves times in the future: the absolute value counts as their age.
-                sa.func.abs(self._database.now - sa.func.coalesce(episodes.c.left, workers.c.seen, 0.0)).label("idle"),
+                sa.func.coalesce(silent, now - episodes.c.left, now).label("idle"),
+                (now - episodes.c.sent).label("waited"),
             )
             .outerjoin_from(episodes, workers, episodes.c.worker == workers.c.worker_id)
             .where(episodes.c.run_id == run_id, episodes.c.state == OPEN)
@@ -40,7 +44,7 @@ class Claims:
             .limit(limit)
         )
         return [
-            Claim(row.episode_id, row.state, row.player, row.epoch, row.worker_id, row.idle, row.waited)
+            Claim(row.episode_id, row.state, row.player, row.epoch, row.worker_id, row.idle, row.sent_step, row.waited)
             for row in self._database.read(query)
         ]
 
@@ -59,6 +63,8 @@ class Claims:
         self, run_id: str, claims: Sequence[Claim], player: str, worker: str, *, reoffered: Collection[str] = ()
     ) -> list[Claim]:
         """Claim episodes for a player and a worker, and return the new claims of those whose epochs had not changed.
+
+        Absences of the run's players until now are charged to its bank.
 
         Args:
             run_id: id of the run.
@@ -84,34 +90,66 @@ class Claims:
                 "epoch": c.epoch + 1,
                 "worker": worker,
                 "left": None,
-                "waited": 0.0,
             }
             again = [claim for claim in won if claim.episode_id in reoffered]
             if again:
                 connection.execute(tables.episodes.update().where(these(again)).values(reoffers=c.reoffers + 1))
             if won:
-                # From here on the stream's clock holds the waiting time; a process that dies loses it, uncharged.
+                self._charge_absences(connection, run_id)
                 connection.execute(tables.episodes.update().where(these(won)).values(values))
         return [replace(claim, epoch=claim.epoch + 1) for claim in won]
 
     def release(
-        self, run_id: str, epochs: Mapping[str, int], *, ago: float = 0.0, waited: Mapping[str, float] | None = None
+        self, run_id: str, epochs: Mapping[str, int], waits: Mapping[str, tuple[int, float | None]] | None = None
     ) -> None:
         """Release the open episodes that are still held under the given epochs.
+
+        The clock of a step runs on from when its observation was sent. An episode that another process has taken over
+        keeps the earlier time of the two, so that changing the process gains none.
 
         Args:
             run_id: id of the run.
             epochs: epoch of the claim, by episode.
-            ago: seconds since the stream closed.
-            waited: seconds that the clock of the present step had run, by episode.
+            waits: by episode, the number of its present step, and the seconds since its observation was sent (None if
+                it was not); an episode that was never opened is not in it, and keeps what was known.
         """
-        c, left = tables.episodes.c, self._database.now - ago
-        held = sa.and_(c.run_id == run_id, c.episode_id == sa.bindparam("id"), c.epoch == sa.bindparam("held"))
-        statement = tables.episodes.update().where(held).values(worker=None, left=left, waited=sa.bindparam("seconds"))
-        rows = [
-            {"id": episode_id, "held": epoch, "seconds": (waited or {}).get(episode_id, 0.0)}
-            for episode_id, epoch in sorted(epochs.items())  # always in the same order, as in `commit`
+        c, now = tables.episodes.c, service_time(self._database.now)
+        this = sa.and_(c.run_id == run_id, c.episode_id == sa.bindparam("id"))
+        held = c.epoch == sa.bindparam("held")
+        number, sent = sa.bindparam("number", type_=sa.Integer), now - sa.bindparam("ago", type_=sa.Float)
+        is_newer = sa.or_(c.sent_step.is_(None), c.sent_step < number, sa.and_(c.sent_step == number, c.sent > sent))
+        free = tables.episodes.update().where(this, held).values(worker=None, left=now)
+        wait = tables.episodes.update().where(this, sa.or_(held, is_newer)).values(sent=sent, sent_step=number)
+        order = sorted(epochs.items())  # always the same, as in `commit`
+        waits = waits or {}
+        rows = [{"id": episode_id, "held": epoch} for episode_id, epoch in order]
+        waiting = [
+            {"id": episode_id, "held": epoch, "number": waits[episode_id][0], "ago": waits[episode_id][1]}
+            for episode_id, epoch in order
+            if episode_id in waits
         ]
-        if rows:
-            with self._database.write() as connection:
-                connection.execute(statement, rows)
+        if not rows:
+            return
+        with self._database.write() as connection:
+            connection.execute(free, rows)
+            if waiting:
+                connection.execute(wait, waiting)
+            self._charge_absences(connection, run_id, but=list(waits))
+
+    def _charge_absences(self, connection: Connection, run_id: str, but: Sequence[str] = ()) -> None:
+        """Charge a run's bank for the time until now in which released episodes were overdue, each second once.
+
+        To be called whenever episodes are claimed or released: in between, the same episodes wait.
+
+        Args:
+            connection: connection in a transaction.
+            run_id: id of the run.
+            but: ids of the episodes whose time a stream has charged until now.
+        """
+        runs, c, now = tables.runs.c, tables.episodes.c, service_time(self._database.now)
+        waiting = sa.and_(c.run_id == run_id, c.state == OPEN, c.worker.is_(None), c.episode_id.not_in(but))
+        due = runs.step_seconds + sa.select(sa.func.min(c.sent)).where(waiting).scalar_subquery()
+        start = sa.case((runs.away_until > due, runs.away_until), else_=due)
+        left = runs.bank_left - sa.case((start < now, now - start), else_=0.0)
+        values = {"bank_left": sa.case((left > 0.0, left), else_=0.0), "away_until": now}
+        connection.execute(tables.runs.update().where(runs.run_id == run_id, runs.step_seconds > 0.0).values(values))

@@ -19,10 +19,6 @@ CLOSER = ""
 LEASE = 5.0
 """Seconds since the last heartbeat after which a worker counts as dead and its claims as released."""
 
-AWAY_SECONDS = 86_400.0
-"""Total seconds for which a run's episodes may wait for absent players before their steps are charged for it: a client
-that dies loses nothing, and one that disconnects to gain time gains at most this."""
-
 
 @dataclass(frozen=True, slots=True)
 class Run:
@@ -33,9 +29,9 @@ class Run:
         created_at, ended_at: in UTC; ended_at is None while the run is being played.
         state: RUNNING, COMPLETE or CANCELLED.
         account: participant whose token created the run; None for an anonymous run.
-        step_seconds, first_step_seconds, bank_seconds: clocks of the run, in seconds; 0 without clocks.
-        bank_left: remaining time in the bank, in seconds; None without clocks.
-        active_at: time of the last play, in seconds since 1970; None if the run was never played.
+        step_seconds, bank_seconds: clocks of the run, in seconds; 0 without clocks.
+        bank_left: remaining time in the bank, in seconds, as of the last time that a stream was open; None without
+            clocks.
         agent_arguments: names and values of the arguments that the agent was created with, sorted by name.
     """
 
@@ -53,10 +49,8 @@ class Run:
     ended_at: datetime | None = None
     account: str | None = None
     step_seconds: float = 0.0
-    first_step_seconds: float = 0.0
     bank_seconds: float = 0.0
     bank_left: float | None = None
-    active_at: float | None = None
     agent_arguments: tuple[tuple[str, str], ...] = ()
 
 
@@ -92,8 +86,9 @@ class Claim:
         player: player name of the stream; None if the episode was never begun.
         epoch: number that grows with every claim; each write names the epoch that it holds.
         worker: id of the server process that holds the episode; None after its stream closed.
-        idle: seconds since the stream closed, or since the last heartbeat of the worker.
-        waited: seconds that the clock of the present step had run when the stream closed.
+        idle: seconds since the stream closed, by the service clock, or since the last heartbeat of the worker.
+        sent_step: number of the last observation that a closed stream had sent and that was not answered, if any.
+        waited: seconds since that observation was sent, by the service clock; None if there is none.
     """
 
     episode_id: str
@@ -102,7 +97,12 @@ class Claim:
     epoch: int = 0
     worker: str | None = None
     idle: float = 0.0
-    waited: float = 0.0
+    sent_step: int | None = None
+    waited: float | None = None
+
+    def waited_for(self, step: int) -> float | None:
+        """Return the seconds since the observation of a step was sent; None if it was not."""
+        return self.waited if step == self.sent_step else None
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,6 +28,14 @@ workers = Table(
     Column("host", String(200), nullable=False, server_default=""),
 )
 
+service_clock = Table(
+    "service_clock",
+    metadata,
+    Column("clock_id", Integer, primary_key=True),
+    Column("seconds", Float, nullable=False),
+    Column("seen", Float, nullable=False),
+)
+
 participants = Table(
     "participants",
     metadata,
@@ -77,10 +85,8 @@ runs = Table(
     Column("ended_at", DateTime(timezone=True)),
     Column("active_at", Float),
     Column("step_seconds", Float, nullable=False, server_default="0"),
-    Column("first_step_seconds", Float, nullable=False, server_default="0"),
     Column("bank_seconds", Float, nullable=False, server_default="0"),
     Column("bank_left", Float),
-    Column("away", Float, nullable=False, server_default="0"),
     Column("away_until", Float),
     Column("agent_arguments", JSON, nullable=False, server_default="[]"),
 )
@@ -113,7 +119,8 @@ episodes = Table(
     Column("left", Float),
     Column("reoffers", Integer, nullable=False, server_default="0"),
     Column("faults", Integer, nullable=False, server_default="0"),
-    Column("waited", Float, nullable=False, server_default="0"),
+    Column("sent", Float),
+    Column("sent_step", Integer),
 )
 Index("run_episodes_by_state", episodes.c.run_id, episodes.c.state, episodes.c.ordinal)
 Index(

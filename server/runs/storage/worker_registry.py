@@ -5,6 +5,7 @@ import sqlalchemy as sa
 from server.runs.storage import tables
 from server.runs.storage.database import Database
 from server.runs.storage.host_identity import host_identity
+from server.runs.storage.service_clock import tick
 
 FORGET_SECONDS = 86_400.0
 """Time since its last heartbeat after which a killed worker is removed."""
@@ -23,7 +24,12 @@ class WorkerRegistry:
         self._host = host_identity() if host is None else host
 
     def beat(self, worker: str, address: str = "") -> None:
-        """Record a heartbeat of a worker, with its own address on this host; empty if it has none."""
+        """Record a heartbeat of a worker, and advance the service clock.
+
+        Args:
+            worker: id of the worker.
+            address: its own address on this host; empty if it has none.
+        """
         table, now = tables.workers, self._database.now
         with self._database.write() as connection:
             done = connection.execute(table.update().where(table.c.worker_id == worker).values(seen=now))
@@ -31,6 +37,7 @@ class WorkerRegistry:
                 row = {"worker_id": worker, "seen": now, "address": address, "host": self._host}
                 connection.execute(table.insert().values(row))
                 connection.execute(table.delete().where(table.c.seen < now - FORGET_SECONDS))
+            tick(connection, now)
 
     def addresses(self, within: float) -> list[str]:
         """Return the addresses of this host's workers with a heartbeat in the last `within` seconds."""

@@ -35,10 +35,15 @@ EXPORTED_TABLES = (
     tables.receipts,
     tables.entries,
 )
-"""Exported tables, each after those that it refers to. Workers and streams belong to the processes of one host."""
+"""Exported tables, each after those that it refers to. Workers, streams and the service clock belong to one host."""
 
-EXCLUDED_COLUMNS = frozenset((tables.episodes.c.worker,))
-"""Columns that are not exported, as they have no meaning on another host, where no episode is open."""
+EXCLUDED_COLUMNS = frozenset(
+    (
+        *(tables.runs.c[name] for name in ("active_at", "away_until")),
+        *(tables.episodes.c[name] for name in ("worker", "left", "sent", "sent_step")),
+    )
+)
+"""Columns that are not exported, as they have no meaning on another host: no episode is open, its clock differs."""
 
 _LEVEL, _BUFFER = 10, 1 << 20
 

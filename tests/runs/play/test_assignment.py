@@ -74,12 +74,13 @@ def test_unopened_episodes_are_released_with_their_waiting_time(
             engine.leave(greedy.stream)
             claims = house.journal.open_claims("run")
             assert [claim.worker for claim in claims] == [None] * MANY
-            house.journal.release("run", {claim.episode_id: claim.epoch for claim in claims}, waited={"0": 7.0})
+            house.journal.release("run", {claim.episode_id: claim.epoch for claim in claims}, {"0": (5, 7.0)})
             again = Seat(engine, run, MANY, "greedy")
             assert not again.stream.sessions
             engine.leave(again.stream)
             claims = house.journal.open_claims("run")
             assert [claim.worker for claim in claims] == [None] * MANY
-            assert [claim.waited for claim in claims if claim.waited] == [7.0]
+            waits = [claim.waited_for(5) for claim in claims if claim.waited_for(5) is not None]
+            assert waits == pytest.approx([7.0])
 
     asyncio.run(asyncio.wait_for(play(), 60))

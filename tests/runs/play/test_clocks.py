@@ -22,13 +22,12 @@ class Desk:
 
     def __init__(self, bank: float) -> None:
         self.time = Time()
-        self.bank = Bank(bank, answered=True)
-        self.clock = StreamClock(Clocks(60.0, 600.0, bank), self.bank, self.time)
+        self.bank = Bank(bank)
+        self.clock = StreamClock(60.0, self.bank, self.time)
 
     def show(self, *observations: tuple[str, int]) -> None:
-        """Deliver observations that leave the server at once."""
+        """Send observations."""
         self.clock.send(observations)
-        self.clock.leave()
 
     def answer(self, episode_id: str, step: int) -> None:
         self.clock.charge(self.time.now)
@@ -43,7 +42,7 @@ class Desk:
 def desk_with(*episodes: str, bank: float = 100.0) -> Desk:
     desk = Desk(bank=bank)
     for episode in episodes:
-        desk.clock.open(episode, 0.0)
+        desk.clock.open(episode, 0)
     return desk
 
 
@@ -82,21 +81,6 @@ def test_without_a_bank_there_is_only_the_time_of_the_step() -> None:
     assert desk.out_after(0.01) == ["a"]
 
 
-def test_the_first_step_of_a_run_has_its_own_time() -> None:
-    desk = desk_with("a", "b")
-    desk.bank.answered = False
-    desk.show(("a", 0), ("b", 0))
-    assert desk.clock.time_left("a") == TimeLeft(600.0, 100.0)
-    desk.time.now += 590.0
-    desk.answer("a", 0)
-    desk.show(("a", 1))
-    assert desk.clock.time_left("a") == TimeLeft(60.0, 100.0)
-    assert desk.clock.time_left("b") == TimeLeft(10.0, 100.0)  # it was begun before the run's first answer
-    desk.time.now += 20.0
-    desk.answer("b", 0)
-    assert desk.bank.left == 90.0
-
-
 def test_overdue_time_of_many_episodes_counts_once() -> None:
     desk = desk_with("a", "b", "c")
     desk.show(("a", 0), ("b", 0))
@@ -112,11 +96,10 @@ def test_overdue_time_of_many_episodes_counts_once() -> None:
 
 def test_two_streams_of_a_run_share_its_bank() -> None:
     desk = desk_with("a")
-    other = StreamClock(Clocks(60.0, 600.0, 100.0), desk.bank, desk.time)
-    other.open("b", 0.0)
+    other = StreamClock(60.0, desk.bank, desk.time)
+    other.open("b", 0)
     desk.show(("a", 0))
     other.send([("b", 0)])
-    other.leave()
     desk.time.now += 70.0
     desk.answer("a", 0)
     other.charge(desk.time.now)
@@ -138,31 +121,28 @@ def test_with_an_empty_bank_others_go_on_as_long_as_they_are_in_time() -> None:
     assert desk.bank.left == 0.0
 
 
-def test_the_time_begins_when_the_observation_has_left() -> None:
+def test_the_time_begins_when_the_observation_is_sent() -> None:
     desk = desk_with("a")
-    desk.clock.send([("a", 0)])
-    desk.time.now += 59.0  # the client takes its time to read: that is free as a step is
+    desk.time.now += 59.0  # the server draws
     assert desk.clock.time_left("a") == TimeLeft(60.0, 100.0)
-    desk.clock.leave()
+    desk.show(("a", 0))
     desk.time.now += 60.0
     desk.answer("a", 0)
     assert desk.bank.left == 100.0
 
 
-def test_the_clocks_run_while_a_client_does_not_read() -> None:
-    desk = desk_with("a", "b", bank=30.0)
+def test_the_time_of_what_is_not_read_begins_when_it_could_be_read() -> None:
+    desk = desk_with("a", "b", bank=0.0)
     desk.show(("a", 0))
-    desk.clock.send([("b", 0)])
     desk.time.now += 50.0
-    desk.answer("a", 0)
-    assert desk.out_after(30.0) == []
-    assert desk.bank.left == 10.0
-    assert sorted(desk.out_after(20.0)) == ["a", "b"]  # what a was to be told waits behind b's observation
+    desk.clock.begin_all()
+    desk.time.now += 5.0
+    desk.clock.begin_all()
+    desk.show(("b", 0))
+    assert desk.out_after(6.0) == ["a"]
     desk.clock.close("a")
-    desk.clock.close("b")
-    desk.clock.open("c", 0.0)
-    assert desk.out_after(60.0) == []  # what takes their place has its own time to be read
-    assert desk.out_after(1.0) == ["c"]
+    assert desk.out_after(49.0) == []
+    assert desk.out_after(0.1) == ["b"]
 
 
 def test_the_same_observation_again_does_not_begin_the_time_again() -> None:
@@ -173,39 +153,37 @@ def test_the_same_observation_again_does_not_begin_the_time_again() -> None:
     assert desk.clock.time_left("a") == TimeLeft(10.0, 100.0)
 
 
-def test_an_observation_that_leaves_after_its_action_begins_no_step() -> None:
+def test_an_observation_that_is_sent_after_its_action_begins_no_step() -> None:
     desk = desk_with("a")
-    desk.clock.send([("a", 0)])
     desk.answer("a", 0)
-    desk.clock.leave()
+    desk.show(("a", 0))
     assert desk.out_after(1000.0) == []
     assert desk.bank.left == 100.0
 
 
 def test_an_episode_that_comes_back_goes_on_with_the_time_it_had() -> None:
-    desk = desk_with("a")
+    desk = desk_with("a", "b")
     desk.show(("a", 0))
     desk.time.now += 45.0
-    waited = desk.clock.waited()
-    assert waited == {"a": 45.0}
-    other = StreamClock(Clocks(60.0, 600.0, 100.0), desk.bank, desk.time)
-    other.open("a", waited["a"])
-    desk.time.now += 10_000.0  # no stream is open
+    assert desk.clock.waits() == {"a": (0, 45.0), "b": (0, None)}
+    other = StreamClock(60.0, desk.bank, desk.time)
+    other.open("a", 0, 50.0)
+    desk.time.now += 5.0  # its time runs on before it is sent again
     other.send([("a", 0)])
-    other.leave()
-    assert other.time_left("a") == TimeLeft(15.0, 100.0)
-    desk.time.now += 20.0
+    assert other.time_left("a") == TimeLeft(5.0, 100.0)
+    assert other.waits() == {"a": (0, 55.0)}
+    desk.time.now += 10.0
     other.charge(desk.time.now)
     assert desk.bank.left == 95.0
 
 
 def test_what_was_overdue_before_is_not_charged_again() -> None:
-    desk = desk_with("a")
-    desk.clock.open("a", 80.0)
-    desk.show(("a", 0))
+    desk = desk_with()
+    desk.clock.open("a", 7, 80.0)
     desk.time.now += 10.0
-    desk.answer("a", 0)
+    desk.answer("a", 7)
     assert desk.bank.left == 90.0
+    assert desk.clock.waits() == {"a": (8, None)}
 
 
 def test_an_episode_that_ended_is_charged_no_more() -> None:
@@ -249,9 +227,9 @@ def test_a_stopwatch_leaves_out_stalls_of_the_server() -> None:
     ("clocks", "text"),
     [
         (Clocks(), "none"),
-        (Clocks(0.0, 600.0, 3600.0), "none"),
-        (Clocks(60.0, 600.0, 3600.0), "60/600/3600"),
-        (Clocks(0.25, 10.5, 0.0), "0.25/10.5/0"),
+        (Clocks(0.0, 3600.0), "none"),
+        (Clocks(60.0, 86_400.0), "60/86400"),
+        (Clocks(0.25, 0.0), "0.25/0"),
     ],
 )
 def test_clocks_in_a_signature(clocks: Clocks, text: str) -> None:

@@ -8,11 +8,18 @@ import pytest
 from server.runs.play.clocks import Clocks, TimeLeft
 from server.runs.play.events import EpisodeEnded, Observed, PhaseOver, Problem, RunEnded
 from server.runs.play.session import Session
+from server.runs.storage.service_clock import LONGEST_TICK
 from server.sim.rules import Limits
 from tests import tiny
-from tests.runs.engines import House, Seat, quick, until  # noqa: F401
+from tests.runs.engines import House, Seat, looks, quick, until  # noqa: F401
 
 pytestmark = pytest.mark.usefixtures("quick")
+
+
+def left(seen: Observed) -> tuple[float, float]:
+    """Return the seconds left of the step and of the bank."""
+    assert seen.time_left is not None
+    return seen.time_left.step_seconds, seen.time_left.bank_seconds
 
 
 class Free:
@@ -29,8 +36,8 @@ def test_every_observation_has_the_time_left(tmp_path: Path) -> None:
         async with house.engine() as engine:
             seat = Seat(engine, run)
             seen = await seat.observation()
-            assert seen.time_left == TimeLeft(600.0, 100.0)
-            house.now += 650.0
+            assert seen.time_left == TimeLeft(60.0, 100.0)
+            house.now += 110.0
             seat.act(seen.episode.episode_id, 0, tiny.F)
             assert (await seat.observation()).time_left == TimeLeft(60.0, 50.0)
         assert house.journal.run("run").bank_left == 50.0
@@ -112,7 +119,7 @@ def test_the_journal_tells_how_an_episode_out_of_time_is_played_again(tmp_path: 
 def test_an_answer_that_came_in_time_counts_however_long_the_server_takes_for_it(tmp_path: Path) -> None:
     async def play() -> None:
         house = House(tmp_path, 1)
-        run = house.run(Clocks(60.0, 60.0, 0.0))
+        run = house.run(Clocks(60.0, 0.0))
         async with house.engine() as engine:
             seat = Seat(engine, run)
             seen = await seat.observation()
@@ -128,7 +135,7 @@ def test_an_answer_that_came_in_time_counts_however_long_the_server_takes_for_it
 def test_a_late_answer_is_not_applied(tmp_path: Path) -> None:
     async def play() -> None:
         house = House(tmp_path, 1)
-        run = house.run(Clocks(60.0, 60.0, 0.0))
+        run = house.run(Clocks(60.0, 0.0))
         async with house.engine() as engine:
             seat = Seat(engine, run)
             seen = await seat.observation()
@@ -140,7 +147,7 @@ def test_a_late_answer_is_not_applied(tmp_path: Path) -> None:
     asyncio.run(play())
 
 
-def test_both_clocks_stop_while_no_stream_is_open_and_the_bank_outlives_the_process(tmp_path: Path) -> None:
+def test_clocks_run_on_while_no_stream_is_open_but_not_while_no_process_runs(tmp_path: Path) -> None:
     async def play() -> None:
         house = House(tmp_path, 1)
         run = house.run()
@@ -151,41 +158,50 @@ def test_both_clocks_stop_while_no_stream_is_open_and_the_bank_outlives_the_proc
             await seat.observation()
             house.now += 80.0  # twenty of them from the bank
             engine.leave(seat.stream)
-            house.now += 10_000.0
+            house.live(10.0)
             back = Seat(engine, run)
-            assert (await back.observation()).time_left == TimeLeft(0.0, 80.0)
-            house.now += 10.0
+            assert left(await back.observation()) == pytest.approx((0.0, 70.0), abs=1e-3)
+            house.live(10.0)
             back.act(seen.episode.episode_id, 1, tiny.F)
-            assert (await back.observation()).time_left == TimeLeft(60.0, 70.0)
-            house.now += 25.0
+            assert left(await back.observation()) == pytest.approx((60.0, 60.0), abs=1e-3)
+            house.live(25.0)
+        house.now += 10_000.0
+        house.wall += 7 * 86_400.0
         async with house.engine() as engine:  # another process
             again = Seat(engine, house.journal.run("run"))
-            assert (await again.observation()).time_left == TimeLeft(35.0, 70.0)
-        assert house.journal.run("run").bank_left == 70.0
+            assert left(await again.observation()) == pytest.approx((35.0 - LONGEST_TICK, 60.0), abs=1e-3)
+        assert house.journal.run("run").bank_left == pytest.approx(60.0)
 
     asyncio.run(play())
 
 
-def test_a_client_that_does_not_read_runs_out_of_time(tmp_path: Path) -> None:
+def test_a_client_that_never_reads_runs_out_of_time_in_every_episode(tmp_path: Path) -> None:
     async def play() -> None:
-        house = House(tmp_path, 3)
-        run = house.run(Clocks(60.0, 60.0, 100.0))
+        house = House(tmp_path, 4)
+        run = house.run()
         async with house.engine() as engine:
             seat = Seat(engine, run, episodes=2, reads=False)
             await seat.next(Observed)
+            delivered = len(seat.events)
             house.now += 161.0
-            ends = [await seat.ended(), await seat.ended()]
-            assert [end.cause for end in ends] == ["TIME_LIMIT", "TIME_LIMIT"]
-            await seat.next(Observed)  # the last episode has its own time to be read
+            await until(lambda: house.causes() == {"TIME_LIMIT": 2})
+            house.now += 1.0  # those in their places begin as soon as they could be read
+            await looks(engine)
+            house.now += 58.0
+            await looks(engine)
             assert house.causes() == {"TIME_LIMIT": 2}
+            house.now += 2.0
+            await until(lambda: house.journal.run("run").state == "COMPLETE")
+            assert len(seat.events) == delivered  # nothing was drawn for it
+        assert house.causes() == {"TIME_LIMIT": 4}
 
-    asyncio.run(play())
+    asyncio.run(asyncio.wait_for(play(), 20))
 
 
 def test_two_streams_drain_one_bank_each_for_itself(tmp_path: Path) -> None:
     async def play() -> None:
         house = House(tmp_path, 4)
-        run = house.run(Clocks(60.0, 60.0, 100.0))
+        run = house.run(Clocks(60.0, 100.0))
         async with house.engine() as engine:
             one, other = Seat(engine, run, 2, "one"), Seat(engine, run, 2, "other")
             for seat in (one, one, other, other):
@@ -207,7 +223,7 @@ def test_causes_add_up_to_the_episodes(tmp_path: Path) -> None:
         async with house.engine() as engine:
             seat = Seat(engine, run)
             late = (await seat.observation()).episode.episode_id
-            house.now += 701.0
+            house.now += 161.0
             assert (await seat.ended()).episode_id == late
             await seat.observation()
             await engine.cancel(run)

@@ -98,7 +98,7 @@ def test_a_receipt_says_what_was_played(database: Database, split: Split, receip
         "ended_at": ended_at.isoformat(),
     }  # fmt: skip
     assert content["limits"] == {
-        "steps_per_phase": 8, "step_seconds": 0, "first_step_seconds": 0, "bank_seconds": 0,
+        "steps_per_phase": 8, "step_seconds": 0, "bank_seconds": 0,
     }  # fmt: skip
     assert (content["data_hash"], content["server_version"]) == (split.data_hash, "0.1.0")
     assert (content["causes"], content["steps"], content["reoffers"]) == ({"AGENT_FINISHED": 1, "FORFEITED": 2}, 15, 0)

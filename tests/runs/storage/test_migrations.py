@@ -72,13 +72,7 @@ def test_a_database_of_the_first_schema_is_played_on(database_url: str, engine: 
         journal = Journal(database)
         old, new = journal.run("old"), journal.run("new")
         assert (old.participant, old.sensors, old.created_at, old.state) == ("lab", ("rgb", "depth"), AT, COMPLETE)
-        assert (new.account, new.ended_at, new.bank_left, new.bank_seconds, new.active_at) == (
-            None,
-            None,
-            None,
-            0,
-            None,
-        )
+        assert (new.account, new.ended_at, new.bank_left, new.bank_seconds) == (None, None, None, 0)
         assert (old.agent_arguments, new.agent_arguments) == ((), ())
         (ending,) = journal.endings("old")
         assert (ending.cause, ending.note, ending.steps, ending.scores) == ("AGENT_FINISHED", "well", 2, SCORES)
@@ -94,6 +88,30 @@ def test_a_database_of_the_first_schema_is_played_on(database_url: str, engine: 
     if engine.dialect.name == "sqlite":
         with engine.connect() as connection:
             assert connection.exec_driver_sql("PRAGMA foreign_key_check").all() == []
+
+
+def test_running_runs_get_their_time_away_into_the_bank(database_url: str, engine: sa.Engine) -> None:
+    rows = {
+        "new": (RUNNING, 3600.0, 1000.0, 0.0),
+        "often away": (RUNNING, 3600.0, 0.0, 400.0),
+        "too often": (RUNNING, 3600.0, 10.0, 90_000.0),
+        "no clocks": (RUNNING, 0.0, None, 0.0),
+        "over": (COMPLETE, 3600.0, 3.0, 0.0),
+    }
+    with engine.begin() as connection:
+        migrate(connection, "0006")
+        for run_id, (state, bank, left, away) in rows.items():
+            values = {"bank_seconds": bank, "bank_left": left, "away": away, "active_at": 1.8e9}
+            insert(connection, "runs", run_id=run_id, state=state, **values, **RUN)
+    with closing(Database(database_url)) as database:
+        runs = [Journal(database).run(run_id) for run_id in rows]
+    assert [(run.bank_seconds, run.bank_left) for run in runs] == [
+        (90_000.0, 87_400.0),
+        (90_000.0, 86_000.0),
+        (90_000.0, 10.0),
+        (0.0, None),
+        (3600.0, 3.0),
+    ]
 
 
 @pytest.mark.usefixtures("first_schema")
@@ -150,6 +168,6 @@ def test_a_database_of_a_newer_server_is_left_alone(database_url: str, engine: s
     with engine.begin() as connection:
         connection.execute(sa.text("UPDATE alembic_version SET version_num = '9999'"))
     with pytest.raises(
-        StorageError, match=r"written by another version of this server:.*9999.*supports version 0006 of the tables"
+        StorageError, match=r"written by another version of this server:.*9999.*supports version 0007 of the tables"
     ):
         Database(database_url)

@@ -5,10 +5,11 @@ from datetime import UTC, datetime
 
 import pytest
 
+from server.runs.storage import tables
 from server.runs.storage.database import Database
 from server.runs.storage.journal import Journal
-from server.runs.storage.records import AWAY_SECONDS, COMPLETE, RUNNING, Batch, Ending, Run
-from server.runs.storage.run_activity import EXCUSE_SECONDS, RunActivity
+from server.runs.storage.records import COMPLETE, RUNNING, Batch, Ending, Run
+from server.runs.storage.run_activity import ABANDONED_SECONDS, RunActivity
 
 DATA = "ab" * 32
 
@@ -20,10 +21,10 @@ def database(database_url: str) -> Iterator[Database]:
     database.close()
 
 
-def new_run(database: Database, run_id: str = "r", *, age: float = 0.0, bank: float = 100.0) -> Journal:
-    created = datetime.fromtimestamp(datetime.now(UTC).timestamp() - age, UTC)
+def new_run(database: Database, run_id: str = "r", *, bank: float = 100.0) -> Journal:
+    created = datetime.now(UTC)
     journal = Journal(database)
-    run = Run(run_id, "p", "a", "tiny", "en", (), 150, DATA, "0", RUNNING, created, bank_left=bank)
+    run = Run(run_id, "p", "a", "tiny", "en", (), 150, DATA, "0", RUNNING, created, step_seconds=60.0, bank_left=bank)
     journal.create(run, ["1", "2"])
     return journal
 
@@ -48,16 +49,6 @@ def test_charges_of_several_streams_add_up_in_one_commit(database: Database) -> 
     assert [journal.run(run_id).bank_left for run_id in ("r", "s")] == [96.0, 8.0]
 
 
-def test_a_run_has_steps_when_one_was_answered(database: Database) -> None:
-    journal, activity = new_run(database), RunActivity(database)
-    assert not activity.has_steps("r")
-    (claim,) = journal.claim("r", journal.pending("r", 1), "p", "w")
-    batch = Batch()
-    batch.add_step("r", "1", claim.epoch, 0, 3)
-    journal.commit(batch)
-    assert activity.has_steps("r")
-
-
 def test_faults_are_counted_under_the_claim_that_is_held(database: Database) -> None:
     journal, activity = new_run(database), RunActivity(database)
     for times in (1, 2, 3):
@@ -72,15 +63,47 @@ def test_faults_are_counted_under_the_claim_that_is_held(database: Database) -> 
     assert activity.count_fault("r", taken, 3) == 0
 
 
-def test_the_wait_of_a_step_is_kept_until_the_next_stream_has_it(database: Database) -> None:
+def test_the_wait_of_a_step_is_kept_until_its_episode_is_released_again(database: Database) -> None:
     journal = new_run(database)
     (claim,) = journal.claim("r", journal.pending("r", 1), "p", "w")
-    journal.release("r", {"1": claim.epoch}, waited={"1": 12.5})
+    for waits, step, waited in (
+        ({"1": (4, 12.5)}, 4, 12.5),
+        ({}, 4, 12.5),
+        ({"1": (4, 14.0)}, 4, 14.0),
+        ({"1": (5, None)}, 5, None),
+        ({"1": (6, 1.0)}, 6, 1.0),
+    ):
+        journal.release("r", {"1": claim.epoch}, waits)
+        (left,) = journal.open_claims("r")
+        assert left.waited_for(step) == (waited if waited is None else pytest.approx(waited, abs=1.0))
+        assert left.waited_for(step + 1) is None
+        (claim,) = journal.claim("r", [left], "p", "w")
+
+
+def test_a_step_on_which_the_server_failed_begins_anew(database: Database) -> None:
+    journal, activity = new_run(database, bank=1000.0), RunActivity(database)
+    (claim,) = journal.claim("r", journal.pending("r", 1), "p", "w")
+    journal.release("r", {"1": claim.epoch}, {"1": (0, 500.0)})
+    (claim,) = journal.claim("r", journal.open_claims("r"), "p", "w")
+    left = activity.bank_left("r")
+    activity.count_fault("r", claim, 3)
+    live(database, 50.0)
+    (claim,) = journal.claim("r", journal.open_claims("r"), "p", "w")
+    assert claim.waited_for(0) is None
+    assert activity.bank_left("r") == left
+
+
+@pytest.mark.parametrize(("step", "ago", "waited"), [(4, 30.0, 30.0), (4, 5.0, 10.0), (5, 5.0, 5.0), (3, 99.0, 10.0)])
+def test_a_process_that_lost_an_episode_can_only_add_to_its_wait(
+    database: Database, step: int, ago: float, waited: float
+) -> None:
+    journal = new_run(database)
+    (lost,) = journal.claim("r", journal.pending("r", 1), "p", "w")
+    (held,) = journal.claim("r", [lost], "p", "w2")
+    journal.release("r", {"1": held.epoch}, {"1": (4, 10.0)})
+    journal.release("r", {"1": lost.epoch}, {"1": (step, ago)})
     (left,) = journal.open_claims("r")
-    assert left.waited == 12.5
-    (again,) = journal.claim("r", [left], "p", "w")
-    assert again.waited == 12.5
-    assert journal.open_claims("r")[0].waited == 0.0
+    assert left.waited_for(max(step, 4)) == pytest.approx(waited, abs=1.0)
 
 
 def test_a_claim_counts_as_reoffered_only_if_requested(database: Database) -> None:
@@ -91,37 +114,61 @@ def test_a_claim_counts_as_reoffered_only_if_requested(database: Database) -> No
     assert journal.progress("r").reoffers == 1
 
 
-def test_idle_runs_were_neither_created_nor_played_recently(database: Database) -> None:
-    journal, activity = new_run(database, age=1000.0), RunActivity(database)
+def test_abandoned_runs_had_no_stream_for_longer_than_their_bank(database: Database) -> None:
+    journal, activity = new_run(database), RunActivity(database)
+    activity.note_active([])
+    live(database, 60.0 + 100.0 + ABANDONED_SECONDS - 5.0)
+    assert activity.abandoned([DATA]) is None
     new_run(database, "new")
-    assert activity.idle(2000.0, [DATA]) is None
-    assert activity.idle(900.0, ["other data"]) is None
-    found = activity.idle(900.0, [DATA])
+    activity.note_active([])
+    new_run(database, "unnoted")
+    live(database, 10.0)
+    assert activity.abandoned(["other data"]) is None
+    found = activity.abandoned([DATA])
     assert found is not None
     assert found.run_id == "r"
-    activity.note_active(["r", "new"])
-    assert activity.idle(900.0, [DATA]) is None
-    new_run(database, "over", age=1000.0)
+    activity.note_active(["r"])
+    assert activity.abandoned([DATA]) is None
+    new_run(database, "over")
+    activity.note_active([])
     journal.set_state("over", COMPLETE)
-    assert activity.idle(900.0, [DATA]) is None
+    live(database, 150.0)
+    assert activity.abandoned([DATA]) is None
 
 
-def test_idle_runs_are_excused_after_a_downtime(database: Database) -> None:
-    week = 7 * EXCUSE_SECONDS
-    journal, activity = new_run(database, age=2 * week), RunActivity(database)
-    journal.beat("living")
-    activity.excuse_idle(week)
-    assert activity.idle(week, [DATA]) is not None
-    journal.retire("living")
-    activity.excuse_idle(week)
-    assert activity.idle(week, [DATA]) is None
-    assert activity.idle(week - EXCUSE_SECONDS - 60.0, [DATA]) is not None
+def test_absences_are_charged_from_when_the_step_is_overdue_and_each_second_once(database: Database) -> None:
+    journal, activity = new_run(database), RunActivity(database)
+    one, two = journal.claim("r", journal.pending("r"), "p", "w")
+    journal.release("r", {"1": one.epoch}, {"1": (0, 50.0)})
+    journal.release("r", {"2": two.epoch}, {"2": (0, 20.0)})
+    live(database, 5.0)
+    (one,) = journal.claim("r", journal.open_claims("r")[:1], "p", "w")
+    assert activity.bank_left("r") == 100.0
+    journal.release("r", {"1": one.epoch}, {"1": (0, 55.0)})
+    live(database, 45.0)
+    (two,) = journal.claim("r", journal.open_claims("r")[1:], "p", "w")
+    assert activity.bank_left("r") == pytest.approx(60.0, abs=1.0)
+    live(database, 5.0)
+    journal.claim("r", journal.open_claims("r")[:1], "p", "w")
+    assert activity.bank_left("r") == pytest.approx(55.0, abs=1.0)
+    live(database, 500.0)
+    journal.release("r", {"2": two.epoch}, {"2": (0, 580.0)})
+    assert activity.bank_left("r") == pytest.approx(55.0, abs=1.0)  # that is for the streams to charge
 
 
-def test_simultaneous_absences_of_several_streams_count_once(database: Database) -> None:
-    new_run(database)
-    activity = RunActivity(database)
-    assert activity.away_left("r") == AWAY_SECONDS
-    assert activity.add_absence("r", 100.0) == pytest.approx(AWAY_SECONDS - 100.0, abs=1.0)
-    assert activity.add_absence("r", 80.0) == pytest.approx(AWAY_SECONDS - 100.0, abs=5.0)
-    assert activity.add_absence("r", AWAY_SECONDS + 100.0) == pytest.approx(AWAY_SECONDS - 100.0, abs=5.0)
+def test_an_episode_that_was_claimed_and_never_opened_was_absent_all_the_time(database: Database) -> None:
+    journal, activity = new_run(database), RunActivity(database)
+    (claim,) = journal.claim("r", journal.pending("r", 1), "p", "w")
+    journal.release("r", {"1": claim.epoch}, {"1": (0, 60.0)})
+    for _ in range(3):
+        (claim,) = journal.claim("r", journal.open_claims("r"), "p", "w")
+        live(database, 10.0)
+        journal.release("r", {"1": claim.epoch})
+    assert activity.bank_left("r") == pytest.approx(70.0, abs=1.0)
+
+
+def live(database: Database, seconds: float) -> None:
+    """Let time pass, with processes that run all the while."""
+    clock = tables.service_clock
+    with database.write() as connection:
+        connection.execute(clock.update().values(seconds=clock.c.seconds + seconds))

@@ -142,9 +142,8 @@ def _show(receipt: Receipt, console: Console) -> None:
     causes = ", ".join(f"{number} {cause}" for cause, number in sorted(content["causes"].items()))
     limits = content["limits"]
     clocks = (
-        f"{limits['step_seconds']:g} s per step, {limits['first_step_seconds']:g} s for the first, "
-        f"{limits['bank_seconds']:g} s in the bank"
-        if limits["step_seconds"] or limits["bank_seconds"]
+        f"{limits['step_seconds']:g} s per step, {limits['bank_seconds']:g} s in the bank"
+        if limits["step_seconds"]
         else "no clocks"
     )
     for line in (

@@ -84,8 +84,7 @@ def clocks(target: Target) -> None:
         _, _, first = player.begin()
         player.act(first, LEFT)
         second = player.observation()
-    most = max(limits.step_seconds, limits.first_step_seconds)
-    for seen, step_seconds in ((first, most), (second, limits.step_seconds)):
+    for seen in (first, second):
         what = f"step_seconds_left of step {seen.step}"
         for name in ("step_seconds_left", "bank_seconds_left"):
             is_said = "is" if seen.HasField(name) else "is not"
@@ -94,7 +93,7 @@ def clocks(target: Target) -> None:
                 is_said == expected, f"{name} {is_said} in the observation, and step_seconds is {limits.step_seconds}"
             )
         left = seen.step_seconds_left
-        expect(left <= step_seconds, f"{what} is {left:g}, expected at most {step_seconds:g}")
+        expect(left <= limits.step_seconds, f"{what} is {left:g}, expected at most {limits.step_seconds:g}")
         bank = seen.bank_seconds_left
         expect(bank <= limits.bank_seconds, f"the bank has {bank:g} seconds, expected at most {limits.bank_seconds:g}")
 
