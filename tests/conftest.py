@@ -1,5 +1,6 @@
 """What tests of several folders need: a database server and a proxy of their own, and servers that start quickly."""
 
+import os
 import signal
 from collections.abc import Iterator
 
@@ -32,6 +33,11 @@ def interruptible() -> Iterator[None]:
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
+
+
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """`--numprocesses auto`: three for two cores, as tests wait for servers and clocks a third of their time."""
+    return max(2, (os.cpu_count() or 1) * 3 // 2)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
