@@ -1,7 +1,7 @@
 """Entries of the leaderboard in the database: published runs and their scores."""
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from functools import lru_cache
@@ -16,7 +16,7 @@ from server.runs.storage import tables
 from server.runs.storage.database import Database, utc
 from server.runs.storage.journal import run_of
 from server.runs.storage.records import Progress, Run
-from server.scoring.aggregate import Interval
+from server.scoring.aggregate import Interval, Sections
 
 _KEPT = 2048
 """Number of runs whose scores are cached, about 10 KB each."""
@@ -174,10 +174,7 @@ def _published(row: Row[Any]) -> Published:
 
 
 def _written(scores: Scores) -> dict[str, Any]:
-    rows = {
-        row: {metric: [value.mean, value.low, value.high] for metric, value in values.items()}
-        for row, values in scores.rows.items()
-    }
+    rows = {row: {metric: _numbers(value) for metric, value in values.items()} for row, values in scores.rows.items()}
     return {"progress": asdict(scores.progress), "rows": rows, "signature": scores.signature}
 
 
@@ -186,7 +183,19 @@ def _read(written: Mapping[str, Any]) -> Scores:
     known = {name: kept[name] for name in Progress.__slots__ if name in kept}
     progress = Progress(**{**known, "images": tuple(known["images"])})
     rows = {
-        row: {metric: Interval(*numbers) for metric, numbers in values.items()}
+        row: {metric: _interval(numbers) for metric, numbers in values.items()}
         for row, values in written["rows"].items()
     }
     return Scores(progress, rows, written["signature"])
+
+
+def _numbers(value: Interval) -> list[float]:
+    """Return mean, low and high, and what `Sections` has, if the interval has it."""
+    sections = value.sections
+    further = [] if sections is None else [sections.deviation, sections.low, sections.high]
+    return [value.mean, value.low, value.high, *further]
+
+
+def _interval(numbers: Sequence[float]) -> Interval:
+    mean, low, high, *further = numbers
+    return Interval(mean, low, high, Sections(*further) if further else None)

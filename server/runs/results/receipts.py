@@ -19,6 +19,7 @@ from server.runs.storage import tables
 from server.runs.storage.database import Database
 from server.runs.storage.journal import Journal, run_not_found
 from server.runs.storage.records import Ending, Progress, Run
+from server.scoring.aggregate import METHOD
 
 FORMAT, VERSION = "arramon-receipt", 1
 
@@ -122,6 +123,7 @@ def document(journal: Journal, report: Report, endings: Sequence[Ending], *, hid
         "causes": progress.causes,
         "reoffers": progress.reoffers,
         "steps": progress.steps,
+        "intervals": METHOD,
         "scores": {
             name: {metric: {"mean": i.mean, "low": i.low, "high": i.high} for metric, i in intervals.items()}
             for name, intervals in report.table.rows.items()
