@@ -83,7 +83,7 @@ KINDS: dict[str, Draw] = {"PTC": ptc, "rPOD": rpod, "nDTW": ndtw}
 
 def _intervals(repeats: int) -> Iterator[dict[str, object]]:
     for name, episodes in SPLITS.items():
-        count = repeats if episodes < 2000 else max(repeats // 4, BATCH)
+        count = repeats if episodes < 2000 else max(repeats // 2, BATCH)
         for kind, draw_scores in KINDS.items():
             for mean in MEANS:
                 for sections in SECTIONS:

@@ -3,16 +3,19 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
+from functools import lru_cache
 
+from server.board.comparisons import Compared, Comparisons, Family
 from server.board.entries import Entries, Published
+from server.board.episode_table import join
 from server.board.ranking import ranked
 from server.board.reference import read_references
 from server.board.standings import BOTH, COLUMNS, HEADLINE, PRIVILEGED, Entry, Mark, Reference, Rows, Standing
 from server.episodes.splits import Split
-from server.errors import BadInput, NotFound, quoted
+from server.errors import BadInput, Conflict, NotFound, quoted
 from server.runs.play.clocks import Clocks
 from server.runs.storage import causes
-from server.scoring.aggregate import Interval
+from server.scoring.aggregate import Interval, table_rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +28,7 @@ class Listing:
         sort: metric by which the standings are sorted and ranked.
         standings: standings in order of rank.
         references: results of the paper for comparison, measured on other data.
+        family: paired tests of all ranked standings; its scores of single episodes never leave the server.
     """
 
     split: str
@@ -32,6 +36,22 @@ class Listing:
     sort: str
     standings: tuple[Standing, ...]
     references: tuple[Reference, ...]
+    family: Family | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Against:
+    """A ranked standing compared with all others of its listing.
+
+    Attributes:
+        listing: the listing.
+        standing: the standing that the others are compared with.
+        lines: the others in order of rank, each with the difference of `standing` minus it.
+    """
+
+    listing: Listing
+    standing: Standing
+    lines: tuple[tuple[Standing, Compared], ...]
 
 
 class Board:
@@ -49,6 +69,8 @@ class Board:
         self._episodes = {name: split.languages for name, split in splits.items()}
         self._steps_per_phase, self._clocks = steps_per_phase, clocks
         self._references = read_references()
+        self._comparisons = Comparisons(entries.episodes)
+        self._joined_rows = lru_cache(_KEPT)(self._join_rows)
         self._kept: tuple[tuple[int, int], dict[tuple[str, str, str], Listing]] = ((-1, -1), {})
 
     def languages(self) -> dict[str, tuple[str, ...]]:
@@ -63,8 +85,8 @@ class Board:
 
         BOTH lists systems (same account, participant and agent) with entries in all languages of the split. Of several
         entries of a system in one language, ranked ones take precedence over others, then the latest published. Scores
-        are means over the languages, and so are the ends of their intervals: these are exact if resampling changes all
-        languages alike, and otherwise too wide, never too narrow.
+        are means over the languages, with intervals that keep the languages of an episode together; where the data has
+        changed, so that sections are unknown, the ends are means of the languages' ends.
 
         Args:
             split: name of the split.
@@ -104,6 +126,36 @@ class Board:
             raise NotFound(f"there is no run {quoted(run_id)} on the leaderboard")
         return replace(self._entry(published), seal=self._entries.seal(run_id))
 
+    def against(self, run_id: str, language: str = "", sort: str = HEADLINE) -> Against:
+        """Return the paired comparisons of a published run, or of its system, with all others of a listing.
+
+        Args:
+            run_id: id of the run.
+            language: its language, or BOTH; empty for its language.
+            sort: metric to compare, one of COLUMNS.
+
+        Raises:
+            NotFound: if the run is not on the leaderboard, or not in that listing.
+            Conflict: if it is not ranked: it did not play the same episodes under the same conditions.
+            BadInput: if there is no such metric.
+        """
+        run = self.entry(run_id).run
+        listing = self.listing(run.split, language or run.language, sort)
+        for standing in listing.standings:
+            if any(entry.run.run_id == run_id for entry in standing.entries):
+                break
+        else:
+            raise NotFound(f"there is no run {quoted(run_id)} in the standings of {run.split!r} in {language!r}")
+        if not standing.is_ranked or listing.family is None:
+            raise Conflict(f"run {run_id!r} is not ranked ({', '.join(standing.marks)}), and is compared with no other")
+        others = [other for other in listing.standings if other.is_ranked and other is not standing]
+        family = listing.family
+        return Against(listing, standing, tuple((other, family.compare(standing, other)) for other in others))
+
+    def has_entries(self, split: str, language: str) -> bool:
+        """Return whether any run is listed on a split in a language."""
+        return (split, language) in self._entries.languages()
+
     def reference(self, split: str, language: str = "en") -> tuple[Reference, ...]:
         """Return the paper's results for a split and a language; the paper has them for English only."""
         return tuple(line for line in self._references if (line.split, line.language) == (split, language))
@@ -121,10 +173,28 @@ class Board:
             self._entry(published) for published in self._entries.listed(split, None if language == BOTH else language)
         ]
         if language == BOTH:
-            standings = [Standing(whole, _mean(whole)) for whole in _systems(entries, known[split])]
+            standings = [Standing(whole, self._rows_of(whole)) for whole in _systems(entries, known[split])]
         else:
             standings = [Standing((entry,), entry.rows) for entry in entries]
-        return Listing(split, language, sort, tuple(ranked(standings, sort)), self.reference(split, language))
+        able = [standing for standing in standings if standing.is_ranked]
+        family = self._comparisons.family(able, sort, self._sections(split))
+        lines = tuple(ranked(standings, sort, family))
+        return Listing(split, language, sort, lines, self.reference(split, language), family)
+
+    def _rows_of(self, entries: tuple[Entry, ...]) -> Rows:
+        """Return the scores of a system in several languages together."""
+        if any(Mark.OTHER_DATA in entry.marks for entry in entries):
+            return _mean(entries)
+        return self._joined_rows(entries[0].run.split, tuple(entry.run.run_id for entry in entries))
+
+    def _join_rows(self, split: str, run_ids: tuple[str, ...]) -> Rows:
+        joined = join([self._entries.episodes(run_id) for run_id in run_ids], self._sections(split))
+        return table_rows(joined.values, joined.strata, are_sections=joined.are_sections)
+
+    def _sections(self, split: str) -> dict[str, str]:
+        """Return the section of every episode of a split; empty if it is not served, so that no run on it is ranked."""
+        found = self._splits.get(split)
+        return {name: episode.section for name, episode in found.episodes.items()} if found else {}
 
     def _entry(self, published: Published) -> Entry:
         run, scores = published.run, self._entries.scores(published.run.run_id)
@@ -144,6 +214,10 @@ class Board:
         return Entry(
             run, scores.progress, scores.rows, scores.signature, published.published_at, published.note, coverage, marks
         )
+
+
+_KEPT = 2048
+"""Systems whose scores over all languages are cached, about 10 KB each."""
 
 
 def _systems(entries: Iterable[Entry], languages: Sequence[str]) -> Iterator[tuple[Entry, ...]]:

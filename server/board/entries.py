@@ -10,11 +10,12 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.engine import Row
 
+from server.board.episode_table import EpisodeTable
 from server.board.standings import Rows, Seal
 from server.errors import NotFound, quoted
 from server.runs.storage import tables
 from server.runs.storage.database import Database, utc
-from server.runs.storage.journal import run_of
+from server.runs.storage.journal import Journal, run_of
 from server.runs.storage.records import Progress, Run
 from server.scoring.aggregate import Interval, Sections
 
@@ -106,7 +107,24 @@ class Entries:
         rows = self._database.read(sa.select(tables.receipts).where(tables.receipts.c.run_id == run_id))
         return Seal(hashlib.sha256(rows[0].payload).digest(), rows[0].public_key) if rows else None
 
-    def publish(self, run_id: str, note: str, scores: Scores, *, by_host: bool) -> bool:
+    def episodes(self, run_id: str) -> EpisodeTable:
+        """Return the scores of an entry's episodes. An entry from before they were kept gets them from the journal.
+
+        Raises:
+            NotFound: if the run has no entry.
+        """
+        table = tables.entries
+        rows = self._database.read(sa.select(table.c.episodes).where(table.c.run_id == run_id))
+        if not rows:
+            raise NotFound(f"there is no run {quoted(run_id)} on the leaderboard")
+        found = EpisodeTable.unpacked(rows[0].episodes) if rows[0].episodes else None
+        if found is None:
+            found = EpisodeTable.of(Journal(self._database).endings(run_id))
+            with self._database.write() as connection:
+                connection.execute(table.update().where(table.c.run_id == run_id).values(episodes=found.packed()))
+        return found
+
+    def publish(self, run_id: str, note: str, scores: Scores, episodes: EpisodeTable, *, by_host: bool) -> bool:
         """Publish a run, also one that was withdrawn; if it is listed already, replace its note.
 
         Only a host can publish what a host has withdrawn. The statement that publishes checks this itself: otherwise a
@@ -136,6 +154,7 @@ class Entries:
             if connection.execute(sa.select(table.c.run_id).where(mine)).all():
                 return False
             row = {"run_id": run_id, "published_at": now, "note": note, "scores": _written(scores)}
+            row |= {"episodes": episodes.packed()}
             connection.execute(table.insert().values(row))
             return True
 

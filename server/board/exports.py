@@ -38,6 +38,7 @@ CSV_COLUMNS = (
     "run_id",
     "signature",
     "note",
+    "last rank",
 )
 """Columns of the CSV file, in order. New ones are added at the end."""
 
@@ -89,6 +90,7 @@ def _standing_cells(standing: Standing, listing: Listing) -> dict[str, object]:
         "run_id": " ".join(entry.run.run_id for entry in standing.entries),
         "signature": " ".join(entry.signature for entry in standing.entries),
         "note": " / ".join(entry.note for entry in standing.entries if entry.note),
+        "last rank": standing.last_rank or "",
     }
     for metric in COLUMNS:
         total = standing.rows[TOTAL][metric]
@@ -136,6 +138,7 @@ def _standing(standing: Standing) -> dict[str, Any]:
         "marks": standing.marks,
         "rows": _rows(standing.rows),
         "entries": [_entry(entry) for entry in standing.entries],
+        "last_rank": standing.last_rank or None,
     }
 
 

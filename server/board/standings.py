@@ -135,13 +135,15 @@ class Standing:
     Attributes:
         entries: one entry, or one per language, in the order of the language codes.
         rows: scores of the entry, or the means over the languages, see `Board.listing`.
-        rank: rank from 1, shared by tied standings; 0 if not ranked.
+        rank: rank from 1, one more than the number of standings shown to be better; 0 if not ranked.
+        last_rank: the last rank that it could have, as far as differences are shown; 0 if not ranked.
         tied: whether another standing has the same rank.
     """
 
     entries: tuple[Entry, ...]
     rows: Rows
     rank: int = 0
+    last_rank: int = 0
     tied: bool = False
 
     @property

@@ -59,9 +59,13 @@ def permutation_tests(scores: Floats, *, flips: int = FLIPS, seed: int = 0) -> F
     """
     runs, episodes = scores.shape
     centred = scores - scores.mean(axis=0)  # the differences stay; float32 keeps more of their digits
-    signs = np.random.default_rng(seed).integers(0, 2, size=(flips, episodes), dtype=np.int8)
+    signs = _signs(episodes, flips, seed)
+    flips, own = (
+        len(signs),
+        int(len(signs) < 2**episodes),
+    )  # the signs as observed count once more, unless all are there
     sums = np.empty((runs, flips), dtype=np.float32)
-    for start in range(0, flips, 2000):
+    for start in range(0, len(signs), 2000):
         part = (signs[start : start + 2000].astype(np.float32) * 2.0 - 1.0) @ centred.T.astype(np.float32)
         sums[:, start : start + 2000] = part.T
     totals, products = centred.sum(axis=1), centred @ centred.T
@@ -73,16 +77,23 @@ def permutation_tests(scores: Floats, *, flips: int = FLIPS, seed: int = 0) -> F
         variance = np.maximum(squares[i] + squares[others] - 2.0 * products[i, others], _EXACT)  # of the random sums
         distance = observed**2 / variance
         found = 2.0 * np.exp(-distance / 2.0)
-        near = np.flatnonzero(distance < FAR**2)
+        near = np.flatnonzero((distance < FAR**2) | (own == 0))
         # A sum that equals the observed one reaches it: float32 rounds at about 1e-6 of the sums.
         gaps = np.abs(sums[i] - sums[others[near]])
         reached = np.count_nonzero(gaps >= (observed[near] - 1e-3)[:, None].astype(np.float32), axis=1)
-        found[near] = (reached + 1.0) / (flips + 1.0)
+        found[near] = (reached + own) / (flips + own)
         few = near[reached <= FEW]
-        if len(few):
+        if own and len(few):
             found[few] = np.minimum(tails(scores[i] - scores[others[few]]), (FEW + 1.0) / (flips + 1.0))
         p[i, others] = p[others, i] = found
     return p
+
+
+def _signs(episodes: int, flips: int, seed: int) -> npt.NDArray[np.int8]:
+    """Return random signs, (flips, episodes), as 0 or 1; all that there are, if they are fewer."""
+    if 2**episodes <= flips:
+        return ((np.arange(2**episodes)[:, None] >> np.arange(episodes)) & 1).astype(np.int8)
+    return np.random.default_rng(seed).integers(0, 2, size=(flips, episodes), dtype=np.int8)
 
 
 def tails(differences: Floats) -> Floats:

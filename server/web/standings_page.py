@@ -47,7 +47,7 @@ class StandingsPage:
             for name in ordered
             if languages[name]
         ]
-        listed = (choice for choice in choices if self._board.standings(choice.split, choice.language))
+        listed = (choice for choice in choices if self._board.has_entries(choice.split, choice.language))
         return next(listed, choices[0] if choices else Choice("", language))
 
     def context(self, t: Texts, choice: Choice, defaults: Choice) -> dict[str, Any]:

@@ -60,6 +60,14 @@ class Board(LeaderboardServicer):
             next_page_token=str(at + 1) if at + 1 < len(self.lines) else "",
         )
 
+    def Compare(self, request: pb.CompareRequest, context: Any) -> pb.CompareResponse:
+        self.asked.append(request)
+        lines = [
+            pb.Comparison(other=OTHER, difference=0.6, low=0.55, high=0.65, p=1e-9, corrected_p=1e-7, shown=1),
+            pb.Comparison(other=PART, difference=-0.1, low=-0.2, high=0.01, p=0.06, corrected_p=0.12, shown=0),
+        ]
+        return pb.CompareResponse(standing=BEST, comparisons=lines, sort=request.sort)
+
     def Export(self, request: pb.ExportRequest, context: Any) -> pb.ExportResponse:
         self.asked.append(request)
         return pb.ExportResponse(content="kind,agent\r\nrun,मेरा\r\n")
@@ -128,6 +136,16 @@ def test_the_column_sorted_by_is_marked(board: Board, address: str, capsys: pyte
     shown = capsys.readouterr().out
     assert "rPOD *" in shown
     assert "val_unseen, all languages together" in shown
+
+
+def test_a_run_against_the_others(board: Board, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["leaderboard", "--server", address, "--against", "r1", "--lang", "hi", "--sort", "nDTW"]) == 0
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert ["1", "other", "+0.600", "+0.550", "to", "+0.650", "<", "0.001", "better"] in lines
+    assert ["0", "part", "-0.100", "-0.200", "to", "+0.010", "0.120", "no", "difference"] in lines
+    (request,) = board.asked
+    assert (request.run_id, request.language, request.sort) == ("r1", "hi", "nDTW")
+    assert main(["leaderboard", "--server", address, "--against", "r1", "--csv"]) == 2
 
 
 def test_an_empty_list(board: Board, address: str, capsys: pytest.CaptureFixture[str]) -> None:

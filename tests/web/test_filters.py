@@ -6,7 +6,7 @@ from server.board.ranking import ranked
 from server.board.standings import Mark, Standing
 from server.errors import NotFound
 from server.web.filters import Choice, read_choice
-from tests.board.made import interval, standing
+from tests.board.made import family, interval, standing
 
 LANGUAGES = {"open": ("en", "hi"), "english": ("en",), "bare": ()}
 USUAL = Choice("open", "hi")
@@ -89,7 +89,9 @@ def lines() -> list[Standing]:
 )
 def test_sorting(sort: str, order: str, agents: list[str]) -> None:
     choice = Choice("open", "en", sort=sort, order=order)
-    assert [one.agent for one in choice.sorted(ranked(lines(), choice.metric))] == agents
+    standings = lines()
+    tests = family(standings, {one.agent: [one.rows["total"][choice.metric].mean] * 20 for one in standings})
+    assert [one.agent for one in choice.sorted(ranked(standings, choice.metric, tests))] == agents
 
 
 def test_sorting_by_one_turn() -> None:
@@ -97,7 +99,7 @@ def test_sorting_by_one_turn() -> None:
     second = standing("second", {"PTC@CTC-3": interval(0.1)})
     better = {**second.rows, "turn 2": {**second.rows["turn 2"], "PTC@CTC-3": interval(0.7)}}
     second = Standing(second.entries, better)
-    ordered = ranked([first, second], "PTC@CTC-3")
+    ordered = ranked([first, second], "PTC@CTC-3", family([first, second], {"first": [0.9], "second": [0.1]}))
     assert [one.agent for one in Choice("open", "en").sorted(ordered)] == ["first", "second"]
     assert [one.agent for one in Choice("open", "en", turns="2").sorted(ordered)] == ["second", "first"]
     assert [one.agent for one in Choice("open", "en", turns="2", order="asc").sorted(ordered)] == ["first", "second"]

@@ -210,6 +210,112 @@ class GetEntryRequest(_message.Message):
 Global___GetEntryRequest: _TypeAlias = GetEntryRequest  # noqa: Y015
 
 @_typing.final
+class CompareRequest(_message.Message):
+    DESCRIPTOR: _descriptor.Descriptor
+
+    RUN_ID_FIELD_NUMBER: _builtins.int
+    LANGUAGE_FIELD_NUMBER: _builtins.int
+    SORT_FIELD_NUMBER: _builtins.int
+    run_id: _builtins.str
+    language: _builtins.str
+    """Empty: the run's own; "both": its system in every language together."""
+    sort: _builtins.str
+    """The metric to compare; empty: "PTC@CTC-3"."""
+    def __init__(
+        self,
+        *,
+        run_id: _builtins.str = ...,
+        language: _builtins.str = ...,
+        sort: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["language", b"language", "run_id", b"run_id", "sort", b"sort"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___CompareRequest: _TypeAlias = CompareRequest  # noqa: Y015
+
+@_typing.final
+class CompareResponse(_message.Message):
+    DESCRIPTOR: _descriptor.Descriptor
+
+    STANDING_FIELD_NUMBER: _builtins.int
+    COMPARISONS_FIELD_NUMBER: _builtins.int
+    SORT_FIELD_NUMBER: _builtins.int
+    sort: _builtins.str
+    """The metric that is compared: its total."""
+    @_builtins.property
+    def standing(self) -> Global___Standing:
+        """The run, or its system."""
+
+    @_builtins.property
+    def comparisons(self) -> _containers.RepeatedCompositeFieldContainer[Global___Comparison]:
+        """With every other ranked standing of the list, in its order."""
+
+    def __init__(
+        self,
+        *,
+        standing: Global___Standing | None = ...,
+        comparisons: _abc.Iterable[Global___Comparison] | None = ...,
+        sort: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["standing", b"standing"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["comparisons", b"comparisons", "sort", b"sort", "standing", b"standing"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___CompareResponse: _TypeAlias = CompareResponse  # noqa: Y015
+
+@_typing.final
+class Comparison(_message.Message):
+    """The difference between a standing and another one, over the same episodes."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    OTHER_FIELD_NUMBER: _builtins.int
+    DIFFERENCE_FIELD_NUMBER: _builtins.int
+    LOW_FIELD_NUMBER: _builtins.int
+    HIGH_FIELD_NUMBER: _builtins.int
+    P_FIELD_NUMBER: _builtins.int
+    CORRECTED_P_FIELD_NUMBER: _builtins.int
+    SHOWN_FIELD_NUMBER: _builtins.int
+    difference: _builtins.float
+    """The standing's mean minus that of the other."""
+    low: _builtins.float
+    """95% confidence interval of the difference; within [-1, 1]."""
+    high: _builtins.float
+    p: _builtins.float
+    """Two-sided p-value of the paired permutation test of this pair alone."""
+    corrected_p: _builtins.float
+    """The same, corrected for all pairs of the list by Holm's procedure."""
+    shown: _builtins.int
+    """1: shown to be better than the other; -1: shown to be worse; 0: no difference is shown."""
+    @_builtins.property
+    def other(self) -> Global___Standing:
+        """Without rows."""
+
+    def __init__(
+        self,
+        *,
+        other: Global___Standing | None = ...,
+        difference: _builtins.float = ...,
+        low: _builtins.float = ...,
+        high: _builtins.float = ...,
+        p: _builtins.float = ...,
+        corrected_p: _builtins.float = ...,
+        shown: _builtins.int = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["other", b"other"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["corrected_p", b"corrected_p", "difference", b"difference", "high", b"high", "low", b"low", "other", b"other", "p", b"p", "shown", b"shown"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Comparison: _TypeAlias = Comparison  # noqa: Y015
+
+@_typing.final
 class ExportRequest(_message.Message):
     DESCRIPTOR: _descriptor.Descriptor
 
@@ -292,16 +398,17 @@ class Standing(_message.Message):
     MARKS_FIELD_NUMBER: _builtins.int
     ROWS_FIELD_NUMBER: _builtins.int
     ENTRIES_FIELD_NUMBER: _builtins.int
+    LAST_RANK_FIELD_NUMBER: _builtins.int
     rank: _builtins.int
-    """From 1; 0 if not ranked. Standings whose confidence intervals overlap with that of the best of their"""
+    """One more than the number of standings that are shown to be better by paired tests; 0 if not ranked."""
     tied: _builtins.bool
-    """group share its rank.
-    Whether another standing has the same rank.
-    """
+    """Whether another standing has the same rank."""
     participant: _builtins.str
     agent: _builtins.str
     coverage: _builtins.float
     """The lowest of its entries."""
+    last_rank: _builtins.int
+    """The last rank that it could have, given the differences that are shown; 0 if not ranked."""
     @_builtins.property
     def sensors(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
         """Sensors of any of its entries."""
@@ -312,7 +419,7 @@ class Standing(_message.Message):
 
     @_builtins.property
     def rows(self) -> _containers.RepeatedCompositeFieldContainer[_evaluation_pb2.Row]:
-        """"turn 1", "turn 2", "total"; with several languages the mean, also of the interval's ends."""
+        """"turn 1", "turn 2", "total"; with several languages the mean over them."""
 
     @_builtins.property
     def entries(self) -> _containers.RepeatedCompositeFieldContainer[Global___Entry]:
@@ -330,10 +437,11 @@ class Standing(_message.Message):
         marks: _abc.Iterable[Global___Mark.ValueType] | None = ...,
         rows: _abc.Iterable[_evaluation_pb2.Row] | None = ...,
         entries: _abc.Iterable[Global___Entry] | None = ...,
+        last_rank: _builtins.int = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "coverage", b"coverage"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "agent", b"agent", "coverage", b"coverage", "entries", b"entries", "marks", b"marks", "participant", b"participant", "rank", b"rank", "rows", b"rows", "sensors", b"sensors", "tied", b"tied"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "agent", b"agent", "coverage", b"coverage", "entries", b"entries", "last_rank", b"last_rank", "marks", b"marks", "participant", b"participant", "rank", b"rank", "rows", b"rows", "sensors", b"sensors", "tied", b"tied"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__coverage: _TypeAlias = _typing.Literal["coverage"]  # noqa: Y015
     _WhichOneofArgType__coverage: _TypeAlias = _typing.Literal["_coverage", b"_coverage"]  # noqa: Y015

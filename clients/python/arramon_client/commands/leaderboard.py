@@ -23,6 +23,9 @@ BOTH = "both"
 
 TOTAL = "total"
 
+SHOWN = {1: "better", 0: "no difference", -1: "worse"}
+"""Outcome of a comparison in words."""
+
 SORTS = {metric.removesuffix("@CTC-3"): metric for _, metric in COLUMNS}
 """Values of `--sort`, and the metric that each one selects."""
 
@@ -52,6 +55,9 @@ def show(argv: Sequence[str]) -> int:
     parser.add_argument("--lang", default=BOTH, metavar="L", help="en, hi, ... or both (default: %(default)s)")
     parser.add_argument(
         "--sort", choices=tuple(SORTS), default="PTC", help="metric to sort and rank by (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--against", metavar="RUN", help="compare a ranked run with each of the others, by paired tests (see --lang)"
     )
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--csv", action="store_true", help="print the list as CSV")
@@ -84,6 +90,11 @@ def _parser(word: str, description: str) -> argparse.ArgumentParser:
 
 def _show(options: argparse.Namespace) -> None:
     with server_of(options) as server:
+        if options.against is not None:
+            if options.csv or options.json:
+                raise UsageError("--against prints a table, and cannot be used together with --csv or --json")
+            _compare(server, options)
+            return
         split, stub = _choose_split(server, options.split), leaderboard_pb2_grpc.LeaderboardStub(server.channel)
         if options.csv or options.json:
             form = pb.ExportRequest.FORMAT_CSV if options.csv else pb.ExportRequest.FORMAT_JSON
@@ -98,6 +109,42 @@ def _show(options: argparse.Namespace) -> None:
     if not listing.standings:
         hint = "; each language has a separate list, see --lang" if options.lang == BOTH else ""
         console.print(f"no published runs yet{hint}", markup=False, highlight=False, soft_wrap=True)
+
+
+def _compare(server: Server, options: argparse.Namespace) -> None:
+    request = pb.CompareRequest(run_id=options.against, language=options.lang, sort=SORTS[options.sort])
+    stub = leaderboard_pb2_grpc.LeaderboardStub(server.channel)
+    console = Console()
+    console.width = max(console.width, WIDTH)
+    console.print(differences(call(stub.Compare, request, server.address), options.sort))
+
+
+def differences(found: pb.CompareResponse, metric: str) -> Table:
+    """Return the table of differences between a run and each of the others."""
+    made = Table(
+        title=Text(f"{found.standing.agent} by {found.standing.participant}, rank {found.standing.rank}: {metric}"),
+        caption="difference: this run minus the other, over the same episodes, with its 95% interval; p: of paired "
+        "permutation tests, corrected for all pairs of the list; a difference is shown if it is below 0.05",
+        box=box.SIMPLE_HEAD,
+        padding=0,
+        show_edge=False,
+        pad_edge=False,
+    )
+    made.add_column("", justify="right", no_wrap=True)
+    made.add_column("agent", overflow="fold", min_width=24)
+    for heading in ("difference", "interval", "p"):
+        made.add_column(heading, justify="right", no_wrap=True, min_width=12)
+    made.add_column("  shown", no_wrap=True)
+    for line in found.comparisons:
+        made.add_row(
+            str(line.other.rank),
+            Text(f"{line.other.agent}\n{line.other.participant}"),
+            f"{line.difference:+.3f}",
+            f"{line.low:+.3f} to {line.high:+.3f}",
+            "< 0.001" if line.corrected_p < 0.001 else f"{line.corrected_p:.3f}",
+            f"  {SHOWN[line.shown]}",
+        )
+    return made
 
 
 def _publish(options: argparse.Namespace) -> None:
@@ -143,8 +190,8 @@ def table(listing: Listing, split: str, language: str) -> Table:
     languages = "all languages together" if language == BOTH else language
     made = Table(
         title=f"{split}, {languages}",
-        caption="sorted and ranked by the column with *; = shares a rank: its interval overlaps with that of the best "
-        "at this rank; under each score its 95% interval; rPOD and PTC count where CTC-3 is 1",
+        caption="ranked by the column with *: a rank is one more than the number of runs shown to be better by paired "
+        "tests; = shares a rank; under each score its 95% interval; rPOD and PTC count where CTC-3 is 1",
         box=box.SIMPLE_HEAD,
         padding=0,
         show_edge=False,
