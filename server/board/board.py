@@ -1,5 +1,6 @@
 """The leaderboard: standings of the published runs, by split and language."""
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -61,13 +62,24 @@ class Board:
         entries: published runs.
         splits: served splits, by name.
         steps_per_phase, clocks: limits that this server gives to new runs; entries with other limits are marked.
+        local: whether only this machine reaches the server. Its runs were played under settings of their own, so that
+            on each split those that most of its runs share count in place of the server's.
     """
 
-    def __init__(self, entries: Entries, splits: Mapping[str, Split], *, steps_per_phase: int, clocks: Clocks) -> None:
+    def __init__(
+        self,
+        entries: Entries,
+        splits: Mapping[str, Split],
+        *,
+        steps_per_phase: int,
+        clocks: Clocks,
+        local: bool = False,
+    ) -> None:
         self._entries = entries
         self._splits = splits
         self._episodes = {name: split.languages for name, split in splits.items()}
-        self._steps_per_phase, self._clocks = steps_per_phase, clocks
+        self._limits, self._local = (steps_per_phase, clocks), local
+        self._shared: tuple[object, dict[str, tuple[int, Clocks]]] = (None, {})
         self._references = read_references()
         self._comparisons = Comparisons(entries.episodes)
         self._joined_rows = lru_cache(_KEPT)(self._join_rows)
@@ -181,6 +193,20 @@ class Board:
         lines = tuple(ranked(standings, sort, family))
         return Listing(split, language, sort, lines, self.reference(split, language), family)
 
+    def _limits_on(self, split: str) -> tuple[int, Clocks]:
+        """Return the step limit and the clocks under which runs of a split are ranked."""
+        if not self._local:
+            return self._limits
+        stamp = self._entries.stamp()
+        if self._shared[0] != stamp:
+            self._shared = (stamp, {})
+        kept = self._shared[1]
+        if split not in kept:
+            listed = sorted(self._entries.listed(split), key=lambda published: published.published_at, reverse=True)
+            counts = Counter((one.run.steps_per_phase, Clocks.of(one.run)) for one in listed)
+            kept[split] = counts.most_common(1)[0][0] if counts else self._limits  # of equal counts the latest
+        return kept[split]
+
     def _rows_of(self, entries: tuple[Entry, ...]) -> Rows:
         """Return the scores of a system in several languages together."""
         if any(Mark.OTHER_DATA in entry.marks for entry in entries):
@@ -202,12 +228,13 @@ class Board:
         current = split is not None and split.data_hash == run.data_hash
         all_ = self._episodes[run.split].get(run.language, 0) if current else 0
         coverage = scores.progress.episodes / all_ if all_ else None
+        steps_per_phase, clocks = self._limits_on(run.split)
         found = {
             Mark.PARTIAL: coverage is not None and coverage < 1.0,
             Mark.PRIVILEGED: bool(PRIVILEGED.intersection(run.sensors)),
             Mark.OTHER_DATA: not current,
-            Mark.OTHER_LIMITS: run.steps_per_phase != self._steps_per_phase,
-            Mark.OTHER_CLOCKS: Clocks.of(run) != self._clocks,
+            Mark.OTHER_LIMITS: run.steps_per_phase != steps_per_phase,
+            Mark.OTHER_CLOCKS: Clocks.of(run) != clocks,
             Mark.SERVER_FAULT: scores.progress.causes.get(causes.SERVER_FAULT, 0) > 0,
         }
         marks = tuple(mark for mark in Mark if found[mark])

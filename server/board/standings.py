@@ -46,9 +46,9 @@ class Mark(StrEnum):
     OTHER_DATA = "other-data"
     """The data of the split has changed since the run was played, or the split is gone."""
     OTHER_LIMITS = "other-limits"
-    """It was played with a step limit different from this server's."""
+    """It was played with another step limit than ranked runs: this server's, see `Board`."""
     OTHER_CLOCKS = "other-clocks"
-    """It was played with clocks different from this server's, or only one of the two has clocks."""
+    """It was played with other clocks than ranked runs: this server's, see `Board`. Having none counts as different."""
     SERVER_FAULT = "server-fault"
     """Some of its episodes ended by SERVER_FAULT and count as not played, so its scores may be too low."""
 

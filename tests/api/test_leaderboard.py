@@ -361,7 +361,7 @@ def standings(board: LeaderboardStub) -> list[tuple[str, int, list[int], str]]:
     return [(line.agent, line.rank, list(line.marks), cells["marks"]) for line, cells in lines]
 
 
-def test_a_host_who_changes_the_clocks_mixes_no_runs(tmp_path: Path) -> None:
+def test_other_clocks_mix_no_runs_and_a_local_board_ranks_those_that_share_theirs(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     with served(tmp_path, 60) as channel:
         board = LeaderboardStub(channel)
@@ -373,4 +373,7 @@ def test_a_host_who_changes_the_clocks_mixes_no_runs(tmp_path: Path) -> None:
         assert standings(board) == [("after", 1, [], ""), ("before", 0, [pb.MARK_OTHER_CLOCKS], "other-clocks")]
     with served(tmp_path, 60) as channel:
         board = LeaderboardStub(channel)
-        assert standings(board) == [("before", 1, [], ""), ("after", 0, [pb.MARK_OTHER_CLOCKS], "other-clocks")]
+        assert standings(board) == [("after", 1, [], ""), ("before", 0, [pb.MARK_OTHER_CLOCKS], "other-clocks")]
+        publish(board, played(EvaluationStub(channel), WRONG, agent="again"))
+        other = ("after", 0, [pb.MARK_OTHER_CLOCKS], "other-clocks")
+        assert standings(board) == [("before", 1, [], ""), ("again", 2, [], ""), other]

@@ -89,6 +89,30 @@ def test_a_host_who_changes_the_clocks_begins_a_ranking_anew(house: House) -> No
     ]
 
 
+def test_a_local_board_ranks_by_the_settings_that_most_of_its_runs_share(house: House) -> None:
+    local = Board(house.entries, house.splits, steps_per_phase=STEPS, clocks=CLOCKS, local=True)
+    fast = Clocks(30.0, 60.0, 600.0)
+
+    def ranks() -> list[tuple[str, int, tuple[Mark, ...]]]:
+        return [(line.agent, line.rank, line.marks) for line in local.standings("tiny", "en")]
+
+    house.publish(house.run("untimed", agent="untimed", clocks=Clocks()))
+    assert ranks() == [("untimed", 1, ())]
+    house.publish(house.run("fast", 0.5, agent="fast", clocks=fast))
+    assert ranks() == [("fast", 1, ()), ("untimed", 0, (Mark.OTHER_CLOCKS,))]  # as many of both: the latest
+    house.publish(house.run("short", 0.1, agent="short", clocks=Clocks(), steps=10))
+    house.publish(house.run("hindi", agent="hindi", clocks=Clocks(), language="hi"))
+    assert ranks() == [
+        ("untimed", 1, ()),
+        ("fast", 0, (Mark.OTHER_CLOCKS,)),
+        ("short", 0, (Mark.OTHER_LIMITS,)),
+    ]
+    assert local.entry("fast").marks == (Mark.OTHER_CLOCKS,)
+    house.publishing.withdraw(HOST, "hindi")
+    house.publishing.withdraw(HOST, "untimed")
+    assert ranks() == [("short", 1, ()), ("fast", 0, (Mark.OTHER_LIMITS, Mark.OTHER_CLOCKS))]
+
+
 def test_runs_on_data_that_is_gone_stay_listed_and_are_marked(house: House, tmp_path: Path) -> None:
     house.publish(house.run("r1", [0.5] * 6))
     changed = Board(

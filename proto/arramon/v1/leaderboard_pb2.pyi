@@ -34,11 +34,13 @@ class _MarkEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_Mark.ValueType],
     MARK_OTHER_DATA: _Mark.ValueType  # 3
     """The split's data has changed since the run. Not ranked."""
     MARK_OTHER_LIMITS: _Mark.ValueType  # 4
-    """Played with another step limit than the server's current one. Not ranked."""
+    """Played with another step limit than ranked runs: the server's current one, or on"""
     MARK_SERVER_FAULT: _Mark.ValueType  # 5
-    """Some of its episodes ended through the server's fault, and count as not played."""
+    """a server that only its own machine reaches, that of most runs. Not ranked.
+    Some of its episodes ended through the server's fault, and count as not played.
+    """
     MARK_OTHER_CLOCKS: _Mark.ValueType  # 6
-    """Played with other clocks than the server's current ones. Not ranked."""
+    """Played with other clocks than ranked runs, as for MARK_OTHER_LIMITS. Not ranked."""
 
 class Mark(_Mark, metaclass=_MarkEnumTypeWrapper):
     """A condition under which an entry's scores are not comparable, or only with care."""
@@ -51,11 +53,13 @@ MARK_PRIVILEGED: Mark.ValueType  # 2
 MARK_OTHER_DATA: Mark.ValueType  # 3
 """The split's data has changed since the run. Not ranked."""
 MARK_OTHER_LIMITS: Mark.ValueType  # 4
-"""Played with another step limit than the server's current one. Not ranked."""
+"""Played with another step limit than ranked runs: the server's current one, or on"""
 MARK_SERVER_FAULT: Mark.ValueType  # 5
-"""Some of its episodes ended through the server's fault, and count as not played."""
+"""a server that only its own machine reaches, that of most runs. Not ranked.
+Some of its episodes ended through the server's fault, and count as not played.
+"""
 MARK_OTHER_CLOCKS: Mark.ValueType  # 6
-"""Played with other clocks than the server's current ones. Not ranked."""
+"""Played with other clocks than ranked runs, as for MARK_OTHER_LIMITS. Not ranked."""
 Global___Mark: _TypeAlias = Mark  # noqa: Y015
 
 @_typing.final
