@@ -105,6 +105,8 @@ def entry_message(entry: Entry, *, listed: bool = False) -> pb.Entry:
         marks=[_MARKS[mark] for mark in entry.marks],
         receipt_digest=seal.digest if seal else b"",
         public_key=seal.public_key if seal else b"",
+        runs_begun=entry.attempts.begun,
+        runs_published=entry.attempts.published,
     )
 
 
@@ -140,6 +142,8 @@ def standing_message(standing: Standing, *, brief: bool = False) -> pb.Standing:
         rows=[] if brief else [row_message(name, metrics) for name, metrics in standing.rows.items()],
         entries=[entry_message(entry, listed=True) for entry in standing.entries],
         last_rank=standing.last_rank,
+        runs_begun=standing.attempts.begun,
+        runs_published=standing.attempts.published,
     )
 
 

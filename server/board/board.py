@@ -14,6 +14,7 @@ from server.board.reference import read_references
 from server.board.standings import BOTH, COLUMNS, HEADLINE, PRIVILEGED, Entry, Mark, Reference, Rows, Standing
 from server.episodes.splits import Split
 from server.errors import BadInput, Conflict, NotFound, quoted
+from server.runs.accounts.attempts import Attempts, Who, who
 from server.runs.play.clocks import Clocks
 from server.runs.storage import causes
 from server.scoring.aggregate import Interval, table_rows
@@ -21,7 +22,7 @@ from server.scoring.aggregate import Interval, table_rows
 
 @dataclass(frozen=True, eq=False)
 class Listing:
-    """Standings of one split in one language or in all. The same object is returned until a publication changes.
+    """Standings of one split in one language or in all. The same object is returned until that or a run changes.
 
     Attributes:
         split: name of the split.
@@ -56,7 +57,7 @@ class Against:
 
 
 class Board:
-    """All standings. Thread-safe; listings are cached until a publication changes.
+    """All standings. Thread-safe; listings are cached until a publication changes or a run begins.
 
     Args:
         entries: published runs.
@@ -80,10 +81,11 @@ class Board:
         self._episodes = {name: split.languages for name, split in splits.items()}
         self._limits, self._local = (steps_per_phase, clocks), local
         self._shared: tuple[object, dict[str, tuple[int, Clocks]]] = (None, {})
+        self._counted: tuple[object, dict[str, dict[tuple[Who, str], Attempts]]] = (None, {})
         self._references = read_references()
         self._comparisons = Comparisons(entries.episodes)
         self._joined_rows = lru_cache(_KEPT)(self._join_rows)
-        self._kept: tuple[tuple[int, int], dict[tuple[str, str, str], Listing]] = ((-1, -1), {})
+        self._kept: tuple[object, dict[tuple[str, str, str], Listing]] = (None, {})
 
     def languages(self) -> dict[str, tuple[str, ...]]:
         """Return the languages of each split that can be listed, by name: of served splits, and of old entries."""
@@ -193,6 +195,15 @@ class Board:
         lines = tuple(ranked(standings, sort, family))
         return Listing(split, language, sort, lines, self.reference(split, language), family)
 
+    def _attempts_on(self, split: str) -> dict[tuple[Who, str], Attempts]:
+        stamp = self._entries.stamp()
+        if self._counted[0] != stamp:
+            self._counted = (stamp, {})
+        kept = self._counted[1]
+        if split not in kept:
+            kept[split] = self._entries.attempts(split)
+        return kept[split]
+
     def _limits_on(self, split: str) -> tuple[int, Clocks]:
         """Return the step limit and the clocks under which runs of a split are ranked."""
         if not self._local:
@@ -239,7 +250,15 @@ class Board:
         }
         marks = tuple(mark for mark in Mark if found[mark])
         return Entry(
-            run, scores.progress, scores.rows, scores.signature, published.published_at, published.note, coverage, marks
+            run,
+            scores.progress,
+            scores.rows,
+            scores.signature,
+            published.published_at,
+            published.note,
+            coverage,
+            marks,
+            attempts=self._attempts_on(run.split).get((who(run), run.language), Attempts()),
         )
 
 

@@ -13,6 +13,7 @@ from sqlalchemy.engine import Row
 from server.board.episode_table import EpisodeTable
 from server.board.standings import Rows, Seal
 from server.errors import NotFound, quoted
+from server.runs.accounts.attempts import Attempts, Who, attempts_on
 from server.runs.storage import tables
 from server.runs.storage.database import Database, utc
 from server.runs.storage.journal import Journal, run_of
@@ -80,14 +81,20 @@ class Entries:
             query = query.where(tables.runs.c.language == language)
         return [_published(row) for row in self._database.read(query)]
 
-    def stamp(self) -> tuple[int, int]:
-        """Return a version of the entries, which differs after every publication and withdrawal."""
+    def stamp(self) -> tuple[int, int, int]:
+        """Return a version of the entries, which differs after every publication and withdrawal, and every new run."""
         table = tables.entries
         query = sa.select(
-            sa.func.count().label("entries"), sa.func.coalesce(sa.func.sum(table.c.revision), 0).label("revisions")
+            sa.func.count().label("entries"),
+            sa.func.coalesce(sa.func.sum(table.c.revision), 0).label("revisions"),
+            sa.select(sa.func.count()).select_from(tables.runs).scalar_subquery().label("runs"),
         )
         row = self._database.read(query.select_from(table))[0]
-        return row.entries, int(row.revisions)
+        return row.entries, int(row.revisions), row.runs
+
+    def attempts(self, split: str) -> dict[tuple[Who, str], Attempts]:
+        """Return the attempts of every participant on a split, by participant and language."""
+        return attempts_on(self._database.read, split)
 
     def languages(self) -> set[tuple[str, str]]:
         """Return the pairs of split and language in which there are entries that are not withdrawn."""

@@ -39,6 +39,8 @@ CSV_COLUMNS = (
     "signature",
     "note",
     "last rank",
+    "runs begun",
+    "runs published",
 )
 """Columns of the CSV file, in order. New ones are added at the end."""
 
@@ -91,6 +93,8 @@ def _standing_cells(standing: Standing, listing: Listing) -> dict[str, object]:
         "signature": " ".join(entry.signature for entry in standing.entries),
         "note": " / ".join(entry.note for entry in standing.entries if entry.note),
         "last rank": standing.last_rank or "",
+        "runs begun": standing.attempts.begun,
+        "runs published": standing.attempts.published,
     }
     for metric in COLUMNS:
         total = standing.rows[TOTAL][metric]
@@ -139,6 +143,8 @@ def _standing(standing: Standing) -> dict[str, Any]:
         "rows": _rows(standing.rows),
         "entries": [_entry(entry) for entry in standing.entries],
         "last_rank": standing.last_rank or None,
+        "runs_begun": standing.attempts.begun,
+        "runs_published": standing.attempts.published,
     }
 
 

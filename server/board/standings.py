@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from enum import StrEnum
 
+from server.runs.accounts.attempts import NONE, Attempts
 from server.runs.storage.records import Progress, Run
 from server.scoring.aggregate import Interval
 
@@ -85,6 +86,7 @@ class Entry:
             split has changed.
         marks: caveats, in the order of `Mark`.
         seal: fingerprint of the receipt; None without a receipt, and in listings, which do not look it up.
+        attempts: runs that its participant began and published on the split in the language, under any agent's name.
     """
 
     run: Run
@@ -96,6 +98,7 @@ class Entry:
     coverage: float | None
     marks: tuple[Mark, ...]
     seal: Seal | None = None
+    attempts: Attempts = NONE
 
     @property
     def participant(self) -> str:
@@ -176,6 +179,11 @@ class Standing:
     def marks(self) -> tuple[Mark, ...]:
         """Marks of any of the entries, in the order of `Mark`."""
         return tuple(mark for mark in Mark if any(mark in entry.marks for entry in self.entries))
+
+    @property
+    def attempts(self) -> Attempts:
+        """Runs that the participant began and published on the split, in these languages."""
+        return sum((entry.attempts for entry in self.entries), NONE)
 
     @property
     def causes(self) -> dict[str, int]:

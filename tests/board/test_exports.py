@@ -26,7 +26,8 @@ def test_the_columns_stay() -> None:
         "nDTW", "nDTW low", "nDTW high",
     )  # fmt: skip
     assert CSV_COLUMNS[31:34] == ("nDTW turn 1", "CTC-0 turn 1", "CTC-3 turn 1")
-    assert CSV_COLUMNS[45:] == ("published_at", "run_id", "signature", "note", "last rank")
+    assert CSV_COLUMNS[45:49] == ("published_at", "run_id", "signature", "note")
+    assert CSV_COLUMNS[49:] == ("last rank", "runs begun", "runs published")
 
 
 def test_csv_gives_the_numbers_back(house: House) -> None:

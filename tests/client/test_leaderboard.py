@@ -30,7 +30,7 @@ def rows(*totals: float) -> list[evaluation_pb2.Row]:
 
 BEST = pb.Standing(
     rank=1, tied=True, participant="lab", agent="[red]mine[/red]", sensors=["rgb", "depth"], coverage=1.0,
-    rows=rows(0.9, 0.8, 0.7, 0.75, 0.8, 0.5, 0.4),
+    rows=rows(0.9, 0.8, 0.7, 0.75, 0.8, 0.5, 0.4), runs_begun=7, runs_published=1,
 )  # fmt: skip
 OTHER = pb.Standing(rank=1, tied=True, participant="club", agent="other", coverage=1.0, rows=rows(*[0.3] * 7))
 PART = pb.Standing(
@@ -117,6 +117,7 @@ def test_the_table(board: Board, address: str, capsys: pytest.CaptureFixture[str
     assert lines[best] == ["1=", "[red]mine[/red]", "0.900", "0.800", "0.700", "0.750", "0.800", "0.500", "0.400"]
     assert lines[best + 1][:3] == ["lab:", "rgb", "depth"]
     assert lines[best + 1][3:6] == [".850-.950", ".750-.850", ".650-.750"]
+    assert lines[best + 2] == ["1", "of", "7", "runs", "published"]
     assert ["1=", "other", *["0.300"] * 7] in lines
     assert ["-", "part", *["1.000"] * 7] in lines
     assert ["partial", "(25%),", "privileged"] in lines

@@ -402,6 +402,8 @@ class Standing(_message.Message):
     MARKS_FIELD_NUMBER: _builtins.int
     ROWS_FIELD_NUMBER: _builtins.int
     ENTRIES_FIELD_NUMBER: _builtins.int
+    RUNS_BEGUN_FIELD_NUMBER: _builtins.int
+    RUNS_PUBLISHED_FIELD_NUMBER: _builtins.int
     LAST_RANK_FIELD_NUMBER: _builtins.int
     rank: _builtins.int
     """One more than the number of standings that are shown to be better by paired tests; 0 if not ranked."""
@@ -411,6 +413,11 @@ class Standing(_message.Message):
     agent: _builtins.str
     coverage: _builtins.float
     """The lowest of its entries."""
+    runs_begun: _builtins.int
+    """Runs of the participant on the split, in these languages: all that were begun, also those that were cancelled,
+    withdrawn or never published, under any agent's name, and those of them that are published.
+    """
+    runs_published: _builtins.int
     last_rank: _builtins.int
     """The last rank that it could have, given the differences that are shown; 0 if not ranked."""
     @_builtins.property
@@ -441,11 +448,13 @@ class Standing(_message.Message):
         marks: _abc.Iterable[Global___Mark.ValueType] | None = ...,
         rows: _abc.Iterable[_evaluation_pb2.Row] | None = ...,
         entries: _abc.Iterable[Global___Entry] | None = ...,
+        runs_begun: _builtins.int = ...,
+        runs_published: _builtins.int = ...,
         last_rank: _builtins.int = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "coverage", b"coverage"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "agent", b"agent", "coverage", b"coverage", "entries", b"entries", "last_rank", b"last_rank", "marks", b"marks", "participant", b"participant", "rank", b"rank", "rows", b"rows", "sensors", b"sensors", "tied", b"tied"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "agent", b"agent", "coverage", b"coverage", "entries", b"entries", "last_rank", b"last_rank", "marks", b"marks", "participant", b"participant", "rank", b"rank", "rows", b"rows", "runs_begun", b"runs_begun", "runs_published", b"runs_published", "sensors", b"sensors", "tied", b"tied"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__coverage: _TypeAlias = _typing.Literal["coverage"]  # noqa: Y015
     _WhichOneofArgType__coverage: _TypeAlias = _typing.Literal["_coverage", b"_coverage"]  # noqa: Y015
@@ -467,6 +476,8 @@ class Entry(_message.Message):
     COVERAGE_FIELD_NUMBER: _builtins.int
     MARKS_FIELD_NUMBER: _builtins.int
     RECEIPT_DIGEST_FIELD_NUMBER: _builtins.int
+    RUNS_BEGUN_FIELD_NUMBER: _builtins.int
+    RUNS_PUBLISHED_FIELD_NUMBER: _builtins.int
     PUBLIC_KEY_FIELD_NUMBER: _builtins.int
     signature: _builtins.str
     """As in Report."""
@@ -478,6 +489,9 @@ class Entry(_message.Message):
     """Share of the split's episodes in the language that the run has, in (0, 1]; absent if the"""
     receipt_digest: _builtins.bytes
     """SHA-256 of its receipt's payload, which GetReceipt returns to anyone; omitted in lists."""
+    runs_begun: _builtins.int
+    """As in Standing, in the run's language."""
+    runs_published: _builtins.int
     public_key: _builtins.bytes
     """The host's key that signed the receipt, 32 bytes; omitted in lists."""
     @_builtins.property
@@ -503,11 +517,13 @@ class Entry(_message.Message):
         coverage: _builtins.float | None = ...,
         marks: _abc.Iterable[Global___Mark.ValueType] | None = ...,
         receipt_digest: _builtins.bytes = ...,
+        runs_begun: _builtins.int = ...,
+        runs_published: _builtins.int = ...,
         public_key: _builtins.bytes = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "coverage", b"coverage", "run", b"run"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "coverage", b"coverage", "marks", b"marks", "note", b"note", "public_key", b"public_key", "published_at", b"published_at", "receipt_digest", b"receipt_digest", "rows", b"rows", "run", b"run", "signature", b"signature"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "coverage", b"coverage", "marks", b"marks", "note", b"note", "public_key", b"public_key", "published_at", b"published_at", "receipt_digest", b"receipt_digest", "rows", b"rows", "run", b"run", "runs_begun", b"runs_begun", "runs_published", b"runs_published", "signature", b"signature"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__coverage: _TypeAlias = _typing.Literal["coverage"]  # noqa: Y015
     _WhichOneofArgType__coverage: _TypeAlias = _typing.Literal["_coverage", b"_coverage"]  # noqa: Y015

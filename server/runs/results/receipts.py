@@ -12,6 +12,7 @@ from arramon.v1 import PROTOCOL
 from arramon.v1.chain import episode_head, run_digest
 from server.episodes.splits import Split
 from server.errors import TakenOver
+from server.runs.accounts.attempts import number_of
 from server.runs.accounts.callers import Caller
 from server.runs.results.reports import Report, report_of
 from server.runs.results.signing import SigningKey
@@ -22,6 +23,9 @@ from server.runs.storage.records import Ending, Progress, Run
 from server.scoring.aggregate import METHOD
 
 FORMAT, VERSION = "arramon-receipt", 1
+
+ATTEMPTS = "attempts"
+"""Field with the participant's attempts at the time of signing, which cannot be derived again later."""
 
 LIMITS = ("steps_per_phase", "step_seconds", "first_step_seconds", "bank_seconds")
 """Field names of a run's limits, in `Run` and in a receipt."""
@@ -80,7 +84,9 @@ class Receipts:
     def _make(self, run: Run) -> Receipt:
         report = report_of(run, self._journal, self._splits)
         endings = self._journal.endings(run.run_id)
-        payload = rfc8785.dumps(document(self._journal, report, endings, hidden=self._splits[run.split].hidden))
+        content = document(self._journal, report, endings, hidden=self._splits[run.split].hidden)
+        number, begun = number_of(self._database.read, run)
+        payload = rfc8785.dumps({**content, ATTEMPTS: {"number": number, "begun": begun}})
         made = Receipt(payload, self._key.sign(payload), self._key.public)
         with (
             suppress(TakenOver),

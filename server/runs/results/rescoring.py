@@ -15,7 +15,7 @@ from server.episodes.splits import Split
 from server.errors import Conflict
 from server.runs.play.session import Session
 from server.runs.play.worlds import Worlds
-from server.runs.results.receipts import Receipt, document, stored_receipt
+from server.runs.results.receipts import ATTEMPTS, Receipt, document, stored_receipt
 from server.runs.results.reports import make_report, split_of
 from server.runs.storage import causes
 from server.runs.storage.database import Database
@@ -110,6 +110,7 @@ class Rescorer:
         report = make_report(run, self._journal.progress(run.run_id), played, split)
         made = document(self._journal, report, played, hidden=split.hidden)
         written, again = json.loads(receipt.payload), json.loads(rfc8785.dumps(made))
+        written.pop(ATTEMPTS, None)
         if written.get("intervals") != again["intervals"]:
             # Another release computed them by another method: the means must agree, the ends need not.
             written, again = _without_intervals(written), _without_intervals(again)

@@ -215,6 +215,8 @@ def table(listing: Listing, split: str, language: str) -> Table:
 def _system(standing: pb.Standing) -> Text:
     lines = [standing.agent, f"{standing.participant}: {' '.join(standing.sensors) or 'no sensors'}"]
     marks = _marks(standing.marks, standing.coverage if standing.HasField("coverage") else None)
+    if standing.runs_begun:
+        lines.append(f"{standing.runs_published} of {standing.runs_begun} runs published")
     return Text("\n".join([*lines, marks] if marks else lines))
 
 
