@@ -62,6 +62,6 @@ def number_of(read: ReadQuery, run: Run) -> tuple[int, int]:
     if run.account is None:
         same[-1] = sa.and_(c.account.is_(None), c.participant == run.participant)
     before = sa.tuple_(c.created_at, c.run_id) <= sa.tuple_(sa.literal(run.created_at, c.created_at.type), run.run_id)
-    query = sa.select(sa.func.count().filter(before).label("number"), sa.func.count().label("begun")).where(*same)
+    query: Any = sa.select(sa.func.count().filter(before).label("number"), sa.func.count().label("begun")).where(*same)
     row = read(query)[0]
     return row.number, row.begun

@@ -1,4 +1,4 @@
-"""Coverage of the leaderboard's intervals, and false claims and power of its tests: `python benchmarks/coverage.py`.
+"""Coverage of intervals, false claims and power of paired tests: `python benchmarks/interval_coverage.py`.
 
 Scores are drawn from known distributions, so that the truth is known: PTC-like (two trials of an episode that depend on
 each other), rPOD-like (mostly 0, sometimes 1 or a part), and nDTW-like (continuous). Prints three tables:
@@ -41,7 +41,7 @@ BATCH = 100
 
 def main() -> int:
     """Run the simulations and print their tables."""
-    parser = argparse.ArgumentParser(prog="coverage", description=__doc__.split("\n\n")[0])
+    parser = argparse.ArgumentParser(prog="interval_coverage", description=__doc__.split("\n\n")[0])
     tables = {"intervals": _intervals, "pairs": _pairs, "boards": _boards}
     parser.add_argument("--only", choices=tables, action="append", help="a table (default: all)")
     parser.add_argument("--repeats", type=int, default=4000, help="data sets of a line (default: %(default)s)")
