@@ -154,9 +154,9 @@ def test_a_run_is_compared_with_the_others(web: WebHouse) -> None:
     text = web.site.get(f"/en/runs/{best}/against").text
     assert f'<a href="/en/runs/{worse}/against?language=en&amp;sort=ptc"><bdi>&lt;worse&gt;</bdi></a>' in text
     assert '<td class="score">+0.500 <small>+0.072 to +0.928</small></td>' in text
-    assert '<td>better</td>\n<td class="number">0.031</td><td class="number">0.031</td>' in text
+    assert '<td class="date">better</td>\n<td class="number">0.031</td><td class="number">0.031</td>' in text
     hindi = web.site.get(f"/hi/runs/{worse}/against?sort=ndtw").text
-    assert "<td>कमतर</td>" in hindi
+    assert '<td class="date">कमतर</td>' in hindi
     alone = web.site.get(f"/en/runs/{worse}/against?language=both").text
     assert "has no rank in these standings" in alone
 
