@@ -1,9 +1,13 @@
 """Paired permutation tests against independent implementations, exact enumeration, and literal numbers."""
 
+from collections.abc import Sequence
 from itertools import product
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
+from sacrebleu.significance import PairedTest
 from scipy import stats
 
 from server.scoring.intervals import Floats
@@ -27,6 +31,32 @@ def test_it_agrees_with_scipy(gap: float) -> None:
     # Both are random: three standard errors of their difference, and a tenth for the tail.
     error = 3.0 * (found.pvalue * (1.0 / FLIPS + 1.0 / 20_000)) ** 0.5
     assert permutation_tests(scores)[0, 1] == pytest.approx(found.pvalue, abs=error + 1e-4, rel=0.1)
+
+
+class Mean:
+    """A metric for sacrebleu: the mean of scores, each written as a "hypothesis"."""
+
+    def _extract_corpus_statistics(self, hypotheses: Sequence[str], references: object) -> Floats:
+        return np.array([[float(text), 1.0] for text in hypotheses])
+
+    def _aggregate_and_compute(self, statistics: Floats) -> SimpleNamespace:
+        total, number = np.sum(statistics, axis=0)
+        return SimpleNamespace(name="mean", score=total / number)
+
+    def get_signature(self) -> SimpleNamespace:
+        return SimpleNamespace(update=lambda name, value: None)
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.03, 0.06])
+def test_it_agrees_with_sacrebleus_approximate_randomisation(gap: float) -> None:
+    scores = runs(gap, seed=2)
+    systems: Any = [(name, [repr(float(score)) for score in run]) for name, run in zip("ab", scores, strict=True)]
+    metrics: Any = {"mean": Mean()}
+    test = PairedTest(systems, metrics, None, test_type="ar", n_samples=10_000, n_jobs=1)
+    _, found = test()
+    result: Any = found["mean"][1]
+    p = result.p_value
+    assert permutation_tests(scores)[0, 1] == pytest.approx(p, abs=3.0 * (2.0 * p / 10_000) ** 0.5 + 2e-4)
 
 
 def exact(differences: Floats) -> float:
