@@ -1,6 +1,7 @@
 """The Leaderboard service as a thin servicer. `server.api.error_guard` turns its errors into statuses."""
 
 import asyncio
+from dataclasses import asdict
 from typing import Any, TypeAlias
 
 import grpc
@@ -144,6 +145,7 @@ def standing_message(standing: Standing, *, brief: bool = False) -> pb.Standing:
         last_rank=standing.last_rank,
         runs_begun=standing.attempts.begun,
         runs_published=standing.attempts.published,
+        gap=pb.LanguageGap(**asdict(standing.gap)) if standing.gap else None,
     )
 
 

@@ -8,7 +8,7 @@ from functools import lru_cache
 
 from server.board.comparisons import Compared, Comparisons, Family
 from server.board.entries import Entries, Published
-from server.board.episode_table import join
+from server.board.episode_table import gap_of, join
 from server.board.ranking import ranked
 from server.board.reference import read_references
 from server.board.standings import BOTH, COLUMNS, HEADLINE, PRIVILEGED, Entry, Mark, Reference, Rows, Standing
@@ -17,7 +17,8 @@ from server.errors import BadInput, Conflict, NotFound, quoted
 from server.runs.accounts.attempts import Attempts, Who, who
 from server.runs.play.clocks import Clocks
 from server.runs.storage import causes
-from server.scoring.aggregate import Interval, table_rows
+from server.scoring.aggregate import MIN_SECTION, Interval, table_rows
+from server.scoring.languages import LanguageGap
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +86,7 @@ class Board:
         self._references = read_references()
         self._comparisons = Comparisons(entries.episodes)
         self._joined_rows = lru_cache(_KEPT)(self._join_rows)
+        self._gaps = lru_cache(_KEPT)(self._find_gap)
         self._kept: tuple[object, dict[tuple[str, str, str], Listing]] = (None, {})
 
     def languages(self) -> dict[str, tuple[str, ...]]:
@@ -187,7 +189,10 @@ class Board:
             self._entry(published) for published in self._entries.listed(split, None if language == BOTH else language)
         ]
         if language == BOTH:
-            standings = [Standing(whole, self._rows_of(whole)) for whole in _systems(entries, known[split])]
+            standings = [
+                Standing(whole, self._rows_of(whole), self._gap_of(whole, sort))
+                for whole in _systems(entries, known[split])
+            ]
         else:
             standings = [Standing((entry,), entry.rows) for entry in entries]
         able = [standing for standing in standings if standing.is_ranked]
@@ -223,6 +228,21 @@ class Board:
         if any(Mark.OTHER_DATA in entry.marks for entry in entries):
             return _mean(entries)
         return self._joined_rows(entries[0].run.split, tuple(entry.run.run_id for entry in entries))
+
+    def _gap_of(self, entries: tuple[Entry, ...], metric: str) -> LanguageGap | None:
+        """Return the gap between a system's languages."""
+        if len(entries) < 2 or any(Mark.OTHER_DATA in entry.marks for entry in entries):
+            return None
+        split, run_ids = entries[0].run.split, tuple(entry.run.run_id for entry in entries)
+        return self._gaps(split, run_ids, tuple(entry.run.language for entry in entries), metric)
+
+    def _find_gap(
+        self, split: str, run_ids: tuple[str, ...], languages: tuple[str, ...], metric: str
+    ) -> LanguageGap | None:
+        tables = [self._entries.episodes(run_id) for run_id in run_ids]
+        found = gap_of(tables, languages, self._sections(split), metric)
+        few = found is not None and found.episodes < MIN_SECTION
+        return None if few and self._splits[split].hidden else found  # a few episodes tell of single ones
 
     def _join_rows(self, split: str, run_ids: tuple[str, ...]) -> Rows:
         joined = join([self._entries.episodes(run_id) for run_id in run_ids], self._sections(split))

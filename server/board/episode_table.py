@@ -7,10 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from server.board.standings import HEADLINE
 from server.runs.storage.records import Ending
 from server.scoring.aggregate import with_total
 from server.scoring.episode import METRICS
 from server.scoring.intervals import Floats
+from server.scoring.languages import LanguageGap, language_gap
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -88,3 +90,24 @@ def join(tables: Sequence[EpisodeTable], section_of: Mapping[str, str]) -> Joine
         held[at, language] = True
     names = [f"{section_of[name]} {held[number].tolist()}" for number, name in enumerate(ids)]
     return Joined(ids, with_total(turns), np.unique(names, return_inverse=True)[1], False)
+
+
+def gap_of(
+    tables: Sequence[EpisodeTable], languages: Sequence[str], section_of: Mapping[str, str], metric: str
+) -> LanguageGap | None:
+    """Return the gap between a system's languages in a metric; None if they have no episode in common.
+
+    Args:
+        tables: scores in each language.
+        languages: codes of the languages, at least two.
+        section_of: section of every episode, by id.
+        metric: metric whose total is compared, one of METRICS.
+    """
+    ids = sorted(set(tables[0].ids).intersection(*(table.ids for table in tables)))
+    if not ids:
+        return None
+    rows = [np.searchsorted(table.ids, ids) for table in tables]
+    common = np.stack([table.scores[row] for table, row in zip(tables, rows, strict=True)])
+    strata = np.unique([section_of[name] for name in ids], return_inverse=True)[1]
+    scores = common[:, :, :, METRICS.index(metric)].mean(axis=2)
+    return language_gap(languages, scores, common[:, :, :, METRICS.index(HEADLINE)], strata)

@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import unicodedata
+from dataclasses import asdict
 from functools import lru_cache
 from typing import Any
 
@@ -41,6 +42,12 @@ CSV_COLUMNS = (
     "last rank",
     "runs begun",
     "runs published",
+    "gap",
+    "gap low",
+    "gap high",
+    "higher language",
+    "lower language",
+    "same outcome",
 )
 """Columns of the CSV file, in order. New ones are added at the end."""
 
@@ -96,6 +103,10 @@ def _standing_cells(standing: Standing, listing: Listing) -> dict[str, object]:
         "runs begun": standing.attempts.begun,
         "runs published": standing.attempts.published,
     }
+    if standing.gap is not None:
+        gap = standing.gap
+        cells |= {"gap": gap.mean, "gap low": gap.low, "gap high": gap.high, "same outcome": gap.same}
+        cells |= {"higher language": gap.higher, "lower language": gap.lower}
     for metric in COLUMNS:
         total = standing.rows[TOTAL][metric]
         cells |= {metric: total.mean, f"{metric} low": total.low, f"{metric} high": total.high}
@@ -145,6 +156,7 @@ def _standing(standing: Standing) -> dict[str, Any]:
         "last_rank": standing.last_rank or None,
         "runs_begun": standing.attempts.begun,
         "runs_published": standing.attempts.published,
+        "gap": asdict(standing.gap) if standing.gap else None,
     }
 
 

@@ -9,6 +9,7 @@ from enum import StrEnum
 from server.runs.accounts.attempts import NONE, Attempts
 from server.runs.storage.records import Progress, Run
 from server.scoring.aggregate import Interval
+from server.scoring.languages import LanguageGap
 
 Rows = Mapping[str, Mapping[str, Interval]]
 """Row name of `server.scoring.aggregate.ROWS` -> metric of `server.scoring.episode.METRICS` -> value."""
@@ -138,6 +139,7 @@ class Standing:
     Attributes:
         entries: one entry, or one per language, in the order of the language codes.
         rows: scores of the entry, or the means over the languages, see `Board.listing`.
+        gap: gap between the languages in the metric that ranks; None with one language, or if the data has changed.
         rank: rank from 1, one more than the number of standings shown to be better; 0 if not ranked.
         last_rank: the last rank that it could have, as far as differences are shown; 0 if not ranked.
         tied: whether another standing has the same rank.
@@ -145,6 +147,7 @@ class Standing:
 
     entries: tuple[Entry, ...]
     rows: Rows
+    gap: LanguageGap | None = None
     rank: int = 0
     last_rank: int = 0
     tied: bool = False

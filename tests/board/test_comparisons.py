@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from server.board.episode_table import EpisodeTable, join
+from server.board.episode_table import EpisodeTable, gap_of, join
 from server.board.standings import BOTH, Mark
 from server.errors import BadInput, Conflict, NotFound
 from server.runs.storage import tables
@@ -127,3 +127,20 @@ def test_the_mean_of_uneven_languages_is_that_of_their_means() -> None:
     joined = join([english, hindi], dict.fromkeys("abc", "1"))
     assert joined.values[:, 0, 0].mean() == pytest.approx((1 / 3 + 1 / 2) / 2)
     assert (joined.strata.tolist(), joined.are_sections) == ([1, 0, 0], False)
+
+
+def test_the_gap_is_over_the_episodes_that_all_languages_have() -> None:
+    english, hindi = table(a=1.0, b=0.0, c=0.25), table(a=0.5, c=0.25)
+    gap = gap_of([english, hindi], ["en", "hi"], dict.fromkeys("abc", "1"), "nDTW")
+    assert gap is not None
+    assert (gap.higher, gap.lower, gap.mean, gap.same, gap.episodes) == ("en", "hi", 0.125, 0.5, 2)
+    assert gap_of([table(a=1.0), table(b=1.0)], ["en", "hi"], {"a": "1", "b": "1"}, "nDTW") is None
+
+
+def test_systems_in_all_languages_have_a_gap(house: House) -> None:
+    house.publish(house.run("e", 1.0))
+    house.publish(house.run("h", 0.0, language="hi"))
+    (line,) = house.board.both("tiny")
+    assert line.gap is not None
+    assert (line.gap.higher, line.gap.mean, line.gap.same, line.gap.episodes) == ("en", 1.0, 0.0, 4)
+    assert [one.gap for one in house.board.standings("tiny", "en")] == [None]

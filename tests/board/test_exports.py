@@ -27,7 +27,8 @@ def test_the_columns_stay() -> None:
     )  # fmt: skip
     assert CSV_COLUMNS[31:34] == ("nDTW turn 1", "CTC-0 turn 1", "CTC-3 turn 1")
     assert CSV_COLUMNS[45:49] == ("published_at", "run_id", "signature", "note")
-    assert CSV_COLUMNS[49:] == ("last rank", "runs begun", "runs published")
+    assert CSV_COLUMNS[49:52] == ("last rank", "runs begun", "runs published")
+    assert CSV_COLUMNS[52:] == ("gap", "gap low", "gap high", "higher language", "lower language", "same outcome")
 
 
 def test_csv_gives_the_numbers_back(house: House) -> None:

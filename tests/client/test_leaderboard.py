@@ -149,6 +149,22 @@ def test_a_run_against_the_others(board: Board, address: str, capsys: pytest.Cap
     assert main(["leaderboard", "--server", address, "--against", "r1", "--csv"]) == 2
 
 
+def test_the_smallest_gap(board: Board, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    def line(agent: str, total: float, gap: float) -> pb.Standing:
+        found = pb.LanguageGap(higher="en", lower="hi", mean=gap, low=gap - 0.1, high=gap + 0.1, same=0.75)
+        return pb.Standing(agent=agent, participant="lab", rows=rows(*[total] * 7), gap=found)
+
+    board.lines = [line("wide", 0.9, 0.3), line("idle", 0.0, 0.0), line("narrow", 0.5, 0.05), OTHER]
+    assert main(["leaderboard", "--server", address, "--smallest-gap", "0.3"]) == 0
+    shown = capsys.readouterr().out
+    assert shown.index("narrow") < shown.index("wide")
+    assert ("idle" in shown, "club" in shown) == (False, False)
+    assert "en over hi: +0.050 (-0.050 to +0.150)" in shown
+    assert "same outcome: 75%" in shown
+    assert main(["leaderboard", "--server", address, "--smallest-gap", "0.3", "--lang", "en"]) == 2
+    assert main(["leaderboard", "--server", address, "--smallest-gap", "2"]) == 2
+
+
 def test_an_empty_list(board: Board, address: str, capsys: pytest.CaptureFixture[str]) -> None:
     board.lines = []
     assert main(["leaderboard", "--server", address]) == 0

@@ -161,6 +161,21 @@ def test_a_run_is_compared_with_the_others(web: WebHouse) -> None:
     assert "has no rank in these standings" in alone
 
 
+def test_languages_side_by_side(web: WebHouse) -> None:
+    web.published(1, 1.0, "even", split="open")
+    web.published(2, 1.0, "even", split="open", language="hi")
+    web.published(3, 1.0, "uneven", split="open")
+    web.published(4, 0.0, "uneven", split="open", language="hi")
+    text = web.site.get("/en/?split=open&language=both&sort=gap&order=asc").text
+    assert text.index("<bdi>even</bdi>") < text.index("<bdi>uneven</bdi>")
+    assert "<small>English over Hindi</small><small>same outcome: 0%</small>" in text
+    assert "<small>same outcome: 100%</small>" in text
+    least = web.site.get("/en/?split=open&language=both&sort=gap&order=asc&least=0.6").text
+    assert ("<bdi>even</bdi>" in least, "<bdi>uneven</bdi>" in least) == (True, False)
+    assert 'name="least" value="0.6"' in least
+    assert "Gap" not in web.site.get("/en/?split=open&language=en").text
+
+
 def test_static_files_are_named_by_their_content(shown: WebHouse) -> None:
     links = [link for link in Page(shown.site.get("/en/").text).addresses() if link.startswith("/static/")]
     assert len(links) == 3

@@ -404,6 +404,7 @@ class Standing(_message.Message):
     ENTRIES_FIELD_NUMBER: _builtins.int
     RUNS_BEGUN_FIELD_NUMBER: _builtins.int
     RUNS_PUBLISHED_FIELD_NUMBER: _builtins.int
+    GAP_FIELD_NUMBER: _builtins.int
     LAST_RANK_FIELD_NUMBER: _builtins.int
     rank: _builtins.int
     """One more than the number of standings that are shown to be better by paired tests; 0 if not ranked."""
@@ -436,6 +437,10 @@ class Standing(_message.Message):
     def entries(self) -> _containers.RepeatedCompositeFieldContainer[Global___Entry]:
         """One entry; with "both", one for each language."""
 
+    @_builtins.property
+    def gap(self) -> Global___LanguageGap:
+        """With "both": the gap between its languages in the metric that sorts the list."""
+
     def __init__(
         self,
         *,
@@ -450,17 +455,60 @@ class Standing(_message.Message):
         entries: _abc.Iterable[Global___Entry] | None = ...,
         runs_begun: _builtins.int = ...,
         runs_published: _builtins.int = ...,
+        gap: Global___LanguageGap | None = ...,
         last_rank: _builtins.int = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "coverage", b"coverage"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "coverage", b"coverage", "gap", b"gap"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "agent", b"agent", "coverage", b"coverage", "entries", b"entries", "last_rank", b"last_rank", "marks", b"marks", "participant", b"participant", "rank", b"rank", "rows", b"rows", "runs_begun", b"runs_begun", "runs_published", b"runs_published", "sensors", b"sensors", "tied", b"tied"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "agent", b"agent", "coverage", b"coverage", "entries", b"entries", "gap", b"gap", "last_rank", b"last_rank", "marks", b"marks", "participant", b"participant", "rank", b"rank", "rows", b"rows", "runs_begun", b"runs_begun", "runs_published", b"runs_published", "sensors", b"sensors", "tied", b"tied"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__coverage: _TypeAlias = _typing.Literal["coverage"]  # noqa: Y015
     _WhichOneofArgType__coverage: _TypeAlias = _typing.Literal["_coverage", b"_coverage"]  # noqa: Y015
     def WhichOneof(self, oneof_group: _WhichOneofArgType__coverage) -> _WhichOneofReturnType__coverage | None: ...
 
 Global___Standing: _TypeAlias = Standing  # noqa: Y015
+
+@_typing.final
+class LanguageGap(_message.Message):
+    """The difference between the language with the highest mean and that with the lowest, over the episodes that all have."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    HIGHER_FIELD_NUMBER: _builtins.int
+    LOWER_FIELD_NUMBER: _builtins.int
+    MEAN_FIELD_NUMBER: _builtins.int
+    LOW_FIELD_NUMBER: _builtins.int
+    HIGH_FIELD_NUMBER: _builtins.int
+    SAME_FIELD_NUMBER: _builtins.int
+    EPISODES_FIELD_NUMBER: _builtins.int
+    higher: _builtins.str
+    """Code of the language."""
+    lower: _builtins.str
+    mean: _builtins.float
+    low: _builtins.float
+    """95% confidence interval, paired by episode; within [-1, 1]."""
+    high: _builtins.float
+    same: _builtins.float
+    """Share of the episodes with the same outcome in all languages: PTC@CTC-3 of both turns."""
+    episodes: _builtins.int
+    def __init__(
+        self,
+        *,
+        higher: _builtins.str = ...,
+        lower: _builtins.str = ...,
+        mean: _builtins.float = ...,
+        low: _builtins.float = ...,
+        high: _builtins.float = ...,
+        same: _builtins.float = ...,
+        episodes: _builtins.int = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["episodes", b"episodes", "high", b"high", "higher", b"higher", "low", b"low", "lower", b"lower", "mean", b"mean", "same", b"same"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___LanguageGap: _TypeAlias = LanguageGap  # noqa: Y015
 
 @_typing.final
 class Entry(_message.Message):

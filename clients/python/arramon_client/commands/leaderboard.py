@@ -57,6 +57,12 @@ def show(argv: Sequence[str]) -> int:
         "--sort", choices=tuple(SORTS), default="PTC", help="metric to sort and rank by (default: %(default)s)"
     )
     parser.add_argument(
+        "--smallest-gap",
+        type=score,
+        metavar="SCORE",
+        help="with --lang both: list by the gap between languages, the smallest first, those with this score or more",
+    )
+    parser.add_argument(
         "--against", metavar="RUN", help="compare a ranked run with each of the others, by paired tests (see --lang)"
     )
     form = parser.add_mutually_exclusive_group()
@@ -103,12 +109,46 @@ def _show(options: argparse.Namespace) -> None:
             return
         request = pb.ListRequest(split=split, language=options.lang, sort=SORTS[options.sort])
         listing = _collect(stub, request, server.address)
+    if options.smallest_gap is not None:
+        if options.lang != BOTH:
+            raise UsageError(f"--smallest-gap needs all languages together, but --lang is {options.lang!r}")
+        listing.standings = by_gap(listing, options.smallest_gap)
     console = Console()
     console.width = max(console.width, WIDTH)
     console.print(table(listing, split, options.lang))
     if not listing.standings:
         hint = "; each language has a separate list, see --lang" if options.lang == BOTH else ""
         console.print(f"no published runs yet{hint}", markup=False, highlight=False, soft_wrap=True)
+
+
+def score(text: str) -> float:
+    """Return a score that was typed.
+
+    Raises:
+        argparse.ArgumentTypeError: unless it is a number from 0 to 1.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0.0 <= value <= 1.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is no score; expected a number from 0 to 1")
+    return value
+
+
+def by_gap(listing: Listing, least: float) -> list[pb.Standing]:
+    """Return the standings with a score of at least `least` by the gap between their languages, the smallest first."""
+    means = (
+        (standing, found.mean)
+        for standing in listing.standings
+        for row in standing.rows
+        for found in row.scores
+        if (row.name, found.metric) == (TOTAL, listing.sort)
+    )
+    return sorted(
+        (standing for standing, mean in means if standing.HasField("gap") and mean >= least),
+        key=lambda standing: standing.gap.mean,
+    )
 
 
 def _compare(server: Server, options: argparse.Namespace) -> None:
@@ -215,6 +255,10 @@ def table(listing: Listing, split: str, language: str) -> Table:
 def _system(standing: pb.Standing) -> Text:
     lines = [standing.agent, f"{standing.participant}: {' '.join(standing.sensors) or 'no sensors'}"]
     marks = _marks(standing.marks, standing.coverage if standing.HasField("coverage") else None)
+    if standing.HasField("gap"):
+        gap = standing.gap
+        lines.append(f"{gap.higher} over {gap.lower}: {gap.mean:+.3f} ({gap.low:+.3f} to {gap.high:+.3f})")
+        lines.append(f"same outcome: {gap.same:.0%}")
     if standing.runs_begun:
         lines.append(f"{standing.runs_published} of {standing.runs_begun} runs published")
     return Text("\n".join([*lines, marks] if marks else lines))
