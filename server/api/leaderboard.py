@@ -1,6 +1,7 @@
 """The Leaderboard service as a thin servicer. `server.api.error_guard` turns its errors into statuses."""
 
 import asyncio
+from dataclasses import asdict
 from typing import Any, TypeAlias
 
 import grpc
@@ -9,7 +10,7 @@ from arramon.v1 import leaderboard_pb2 as pb
 from arramon.v1.leaderboard_pb2_grpc import LeaderboardServicer
 from server.api.authentication import caller_of
 from server.api.messages import row_message, run_message
-from server.board.board import Board
+from server.board.board import Against, Board
 from server.board.exports import as_csv, as_json
 from server.board.publishing import Publishing
 from server.board.standings import BOTH, HEADLINE, Entry, Mark, Reference, Standing
@@ -56,6 +57,12 @@ class BoardServicer(LeaderboardServicer):
     async def GetEntry(self, request: pb.GetEntryRequest, context: _Context) -> pb.Entry:
         return entry_message(await asyncio.to_thread(self._board.entry, request.run_id))
 
+    async def Compare(self, request: pb.CompareRequest, context: _Context) -> pb.CompareResponse:
+        def compare() -> pb.CompareResponse:
+            return against_message(self._board.against(request.run_id, request.language, request.sort or HEADLINE))
+
+        return await asyncio.to_thread(compare)
+
     async def Export(self, request: pb.ExportRequest, context: _Context) -> pb.ExportResponse:
         if request.format not in _WRITERS:
             raise BadInput("the export has no format; expected FORMAT_CSV or FORMAT_JSON")
@@ -99,11 +106,32 @@ def entry_message(entry: Entry, *, listed: bool = False) -> pb.Entry:
         marks=[_MARKS[mark] for mark in entry.marks],
         receipt_digest=seal.digest if seal else b"",
         public_key=seal.public_key if seal else b"",
+        runs_begun=entry.attempts.begun,
+        runs_published=entry.attempts.published,
     )
 
 
-def standing_message(standing: Standing) -> pb.Standing:
-    """Return the message for a standing, a line of the leaderboard."""
+def against_message(against: Against) -> pb.CompareResponse:
+    """Return the message for a standing compared with all others of its list."""
+    comparisons = [
+        pb.Comparison(
+            other=standing_message(other, brief=True),
+            difference=compared.difference.mean,
+            low=compared.difference.low,
+            high=compared.difference.high,
+            p=compared.difference.p,
+            corrected_p=compared.corrected,
+            shown=compared.shown,
+        )
+        for other, compared in against.lines
+    ]
+    return pb.CompareResponse(
+        standing=standing_message(against.standing), comparisons=comparisons, sort=against.listing.sort
+    )
+
+
+def standing_message(standing: Standing, *, brief: bool = False) -> pb.Standing:
+    """Return the message for a standing, a line of the leaderboard; without rows if it is `brief`."""
     return pb.Standing(
         rank=standing.rank,
         tied=standing.tied,
@@ -112,8 +140,12 @@ def standing_message(standing: Standing) -> pb.Standing:
         sensors=standing.sensors,
         coverage=standing.coverage,
         marks=[_MARKS[mark] for mark in standing.marks],
-        rows=[row_message(name, metrics) for name, metrics in standing.rows.items()],
+        rows=[] if brief else [row_message(name, metrics) for name, metrics in standing.rows.items()],
         entries=[entry_message(entry, listed=True) for entry in standing.entries],
+        last_rank=standing.last_rank,
+        runs_begun=standing.attempts.begun,
+        runs_published=standing.attempts.published,
+        gap=pb.LanguageGap(**asdict(standing.gap)) if standing.gap else None,
     )
 
 

@@ -141,8 +141,15 @@ def oracle_message(episode: Episode, scene: Scene) -> pb.Oracle:
 
 def row_message(name: str, intervals: Mapping[str, Interval]) -> pb.Row:
     """Return the message for a row of a score table."""
-    scores = [pb.Score(metric=metric, mean=i.mean, low=i.low, high=i.high) for metric, i in intervals.items()]
-    return pb.Row(name=name, scores=scores)
+    return pb.Row(name=name, scores=[_score(metric, interval) for metric, interval in intervals.items()])
+
+
+def _score(metric: str, interval: Interval) -> pb.Score:
+    score = pb.Score(metric=metric, mean=interval.mean, low=interval.low, high=interval.high)
+    if interval.sections is not None:
+        sections = interval.sections
+        score.sections.CopyFrom(pb.Sections(deviation=sections.deviation, low=sections.low, high=sections.high))
+    return score
 
 
 def _episode_scores(ending: Ending) -> pb.EpisodeScores:

@@ -1,23 +1,29 @@
 """The leaderboard: standings of the published runs, by split and language."""
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
+from functools import lru_cache
 
+from server.board.comparisons import Compared, Comparisons, Family
 from server.board.entries import Entries, Published
+from server.board.episode_table import gap_of, join
 from server.board.ranking import ranked
 from server.board.reference import read_references
 from server.board.standings import BOTH, COLUMNS, HEADLINE, PRIVILEGED, Entry, Mark, Reference, Rows, Standing
 from server.episodes.splits import Split
-from server.errors import BadInput, NotFound, quoted
+from server.errors import BadInput, Conflict, NotFound, quoted
+from server.runs.accounts.attempts import Attempts, Who, who
 from server.runs.play.clocks import Clocks
 from server.runs.storage import causes
-from server.scoring.aggregate import Interval
+from server.scoring.aggregate import MIN_SECTION, Interval, table_rows
+from server.scoring.languages import LanguageGap
 
 
 @dataclass(frozen=True, eq=False)
 class Listing:
-    """Standings of one split in one language or in all. The same object is returned until a publication changes.
+    """Standings of one split in one language or in all. The same object is returned until that or a run changes.
 
     Attributes:
         split: name of the split.
@@ -25,6 +31,7 @@ class Listing:
         sort: metric by which the standings are sorted and ranked.
         standings: standings in order of rank.
         references: results of the paper for comparison, measured on other data.
+        family: paired tests of all ranked standings; its scores of single episodes never leave the server.
     """
 
     split: str
@@ -32,24 +39,55 @@ class Listing:
     sort: str
     standings: tuple[Standing, ...]
     references: tuple[Reference, ...]
+    family: Family | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Against:
+    """A ranked standing compared with all others of its listing.
+
+    Attributes:
+        listing: the listing.
+        standing: the standing that the others are compared with.
+        lines: the others in order of rank, each with the difference of `standing` minus it.
+    """
+
+    listing: Listing
+    standing: Standing
+    lines: tuple[tuple[Standing, Compared], ...]
 
 
 class Board:
-    """All standings. Thread-safe; listings are cached until a publication changes.
+    """All standings. Thread-safe; listings are cached until a publication changes or a run begins.
 
     Args:
         entries: published runs.
         splits: served splits, by name.
         steps_per_phase, clocks: limits that this server gives to new runs; entries with other limits are marked.
+        local: whether only this machine reaches the server. Its runs were played under settings of their own, so that
+            on each split those that most of its runs share count in place of the server's.
     """
 
-    def __init__(self, entries: Entries, splits: Mapping[str, Split], *, steps_per_phase: int, clocks: Clocks) -> None:
+    def __init__(
+        self,
+        entries: Entries,
+        splits: Mapping[str, Split],
+        *,
+        steps_per_phase: int,
+        clocks: Clocks,
+        local: bool = False,
+    ) -> None:
         self._entries = entries
         self._splits = splits
         self._episodes = {name: split.languages for name, split in splits.items()}
-        self._steps_per_phase, self._clocks = steps_per_phase, clocks
+        self._limits, self._local = (steps_per_phase, clocks), local
+        self._shared: tuple[object, dict[str, tuple[int, Clocks]]] = (None, {})
+        self._counted: tuple[object, dict[str, dict[tuple[Who, str], Attempts]]] = (None, {})
         self._references = read_references()
-        self._kept: tuple[tuple[int, int], dict[tuple[str, str, str], Listing]] = ((-1, -1), {})
+        self._comparisons = Comparisons(entries.episodes)
+        self._joined_rows = lru_cache(_KEPT)(self._join_rows)
+        self._gaps = lru_cache(_KEPT)(self._find_gap)
+        self._kept: tuple[object, dict[tuple[str, str, str], Listing]] = (None, {})
 
     def languages(self) -> dict[str, tuple[str, ...]]:
         """Return the languages of each split that can be listed, by name: of served splits, and of old entries."""
@@ -63,8 +101,8 @@ class Board:
 
         BOTH lists systems (same account, participant and agent) with entries in all languages of the split. Of several
         entries of a system in one language, ranked ones take precedence over others, then the latest published. Scores
-        are means over the languages, and so are the ends of their intervals: these are exact if resampling changes all
-        languages alike, and otherwise too wide, never too narrow.
+        are means over the languages, with intervals that keep the languages of an episode together; where the data has
+        changed, so that sections are unknown, the ends are means of the languages' ends.
 
         Args:
             split: name of the split.
@@ -104,6 +142,36 @@ class Board:
             raise NotFound(f"there is no run {quoted(run_id)} on the leaderboard")
         return replace(self._entry(published), seal=self._entries.seal(run_id))
 
+    def against(self, run_id: str, language: str = "", sort: str = HEADLINE) -> Against:
+        """Return the paired comparisons of a published run, or of its system, with all others of a listing.
+
+        Args:
+            run_id: id of the run.
+            language: its language, or BOTH; empty for its language.
+            sort: metric to compare, one of COLUMNS.
+
+        Raises:
+            NotFound: if the run is not on the leaderboard, or not in that listing.
+            Conflict: if it is not ranked: it did not play the same episodes under the same conditions.
+            BadInput: if there is no such metric.
+        """
+        run = self.entry(run_id).run
+        listing = self.listing(run.split, language or run.language, sort)
+        for standing in listing.standings:
+            if any(entry.run.run_id == run_id for entry in standing.entries):
+                break
+        else:
+            raise NotFound(f"there is no run {quoted(run_id)} in the standings of {run.split!r} in {language!r}")
+        if not standing.is_ranked or listing.family is None:
+            raise Conflict(f"run {run_id!r} is not ranked ({', '.join(standing.marks)}), and is compared with no other")
+        others = [other for other in listing.standings if other.is_ranked and other is not standing]
+        family = listing.family
+        return Against(listing, standing, tuple((other, family.compare(standing, other)) for other in others))
+
+    def has_entries(self, split: str, language: str) -> bool:
+        """Return whether any run is listed on a split in a language."""
+        return (split, language) in self._entries.languages()
+
     def reference(self, split: str, language: str = "en") -> tuple[Reference, ...]:
         """Return the paper's results for a split and a language; the paper has them for English only."""
         return tuple(line for line in self._references if (line.split, line.language) == (split, language))
@@ -121,10 +189,69 @@ class Board:
             self._entry(published) for published in self._entries.listed(split, None if language == BOTH else language)
         ]
         if language == BOTH:
-            standings = [Standing(whole, _mean(whole)) for whole in _systems(entries, known[split])]
+            standings = [
+                Standing(whole, self._rows_of(whole), self._gap_of(whole, sort))
+                for whole in _systems(entries, known[split])
+            ]
         else:
             standings = [Standing((entry,), entry.rows) for entry in entries]
-        return Listing(split, language, sort, tuple(ranked(standings, sort)), self.reference(split, language))
+        able = [standing for standing in standings if standing.is_ranked]
+        family = self._comparisons.family(able, sort, self._sections(split))
+        lines = tuple(ranked(standings, sort, family))
+        return Listing(split, language, sort, lines, self.reference(split, language), family)
+
+    def _attempts_on(self, split: str) -> dict[tuple[Who, str], Attempts]:
+        stamp = self._entries.stamp()
+        if self._counted[0] != stamp:
+            self._counted = (stamp, {})
+        kept = self._counted[1]
+        if split not in kept:
+            kept[split] = self._entries.attempts(split)
+        return kept[split]
+
+    def _limits_on(self, split: str) -> tuple[int, Clocks]:
+        """Return the step limit and the clocks under which runs of a split are ranked."""
+        if not self._local:
+            return self._limits
+        stamp = self._entries.stamp()
+        if self._shared[0] != stamp:
+            self._shared = (stamp, {})
+        kept = self._shared[1]
+        if split not in kept:
+            listed = sorted(self._entries.listed(split), key=lambda published: published.published_at, reverse=True)
+            counts = Counter((one.run.steps_per_phase, Clocks.of(one.run)) for one in listed)
+            kept[split] = counts.most_common(1)[0][0] if counts else self._limits  # of equal counts the latest
+        return kept[split]
+
+    def _rows_of(self, entries: tuple[Entry, ...]) -> Rows:
+        """Return the scores of a system in several languages together."""
+        if any(Mark.OTHER_DATA in entry.marks for entry in entries):
+            return _mean(entries)
+        return self._joined_rows(entries[0].run.split, tuple(entry.run.run_id for entry in entries))
+
+    def _gap_of(self, entries: tuple[Entry, ...], metric: str) -> LanguageGap | None:
+        """Return the gap between a system's languages."""
+        if len(entries) < 2 or any(Mark.OTHER_DATA in entry.marks for entry in entries):
+            return None
+        split, run_ids = entries[0].run.split, tuple(entry.run.run_id for entry in entries)
+        return self._gaps(split, run_ids, tuple(entry.run.language for entry in entries), metric)
+
+    def _find_gap(
+        self, split: str, run_ids: tuple[str, ...], languages: tuple[str, ...], metric: str
+    ) -> LanguageGap | None:
+        tables = [self._entries.episodes(run_id) for run_id in run_ids]
+        found = gap_of(tables, languages, self._sections(split), metric)
+        few = found is not None and found.episodes < MIN_SECTION
+        return None if few and self._splits[split].hidden else found  # a few episodes tell of single ones
+
+    def _join_rows(self, split: str, run_ids: tuple[str, ...]) -> Rows:
+        joined = join([self._entries.episodes(run_id) for run_id in run_ids], self._sections(split))
+        return table_rows(joined.values, joined.strata, are_sections=joined.are_sections)
+
+    def _sections(self, split: str) -> dict[str, str]:
+        """Return the section of every episode of a split; empty if it is not served, so that no run on it is ranked."""
+        found = self._splits.get(split)
+        return {name: episode.section for name, episode in found.episodes.items()} if found else {}
 
     def _entry(self, published: Published) -> Entry:
         run, scores = published.run, self._entries.scores(published.run.run_id)
@@ -132,18 +259,31 @@ class Board:
         current = split is not None and split.data_hash == run.data_hash
         all_ = self._episodes[run.split].get(run.language, 0) if current else 0
         coverage = scores.progress.episodes / all_ if all_ else None
+        steps_per_phase, clocks = self._limits_on(run.split)
         found = {
             Mark.PARTIAL: coverage is not None and coverage < 1.0,
             Mark.PRIVILEGED: bool(PRIVILEGED.intersection(run.sensors)),
             Mark.OTHER_DATA: not current,
-            Mark.OTHER_LIMITS: run.steps_per_phase != self._steps_per_phase,
-            Mark.OTHER_CLOCKS: Clocks.of(run) != self._clocks,
+            Mark.OTHER_LIMITS: run.steps_per_phase != steps_per_phase,
+            Mark.OTHER_CLOCKS: Clocks.of(run) != clocks,
             Mark.SERVER_FAULT: scores.progress.causes.get(causes.SERVER_FAULT, 0) > 0,
         }
         marks = tuple(mark for mark in Mark if found[mark])
         return Entry(
-            run, scores.progress, scores.rows, scores.signature, published.published_at, published.note, coverage, marks
+            run,
+            scores.progress,
+            scores.rows,
+            scores.signature,
+            published.published_at,
+            published.note,
+            coverage,
+            marks,
+            attempts=self._attempts_on(run.split).get((who(run), run.language), Attempts()),
         )
+
+
+_KEPT = 2048
+"""Systems whose scores over all languages are cached, about 10 KB each."""
 
 
 def _systems(entries: Iterable[Entry], languages: Sequence[str]) -> Iterator[tuple[Entry, ...]]:

@@ -1,7 +1,7 @@
 """Entries of the leaderboard in the database: published runs and their scores."""
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from functools import lru_cache
@@ -10,13 +10,15 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.engine import Row
 
+from server.board.episode_table import EpisodeTable
 from server.board.standings import Rows, Seal
 from server.errors import NotFound, quoted
+from server.runs.accounts.attempts import Attempts, Who, attempts_on
 from server.runs.storage import tables
 from server.runs.storage.database import Database, utc
-from server.runs.storage.journal import run_of
+from server.runs.storage.journal import Journal, run_of
 from server.runs.storage.records import Progress, Run
-from server.scoring.aggregate import Interval
+from server.scoring.aggregate import Interval, Sections
 
 _KEPT = 2048
 """Number of runs whose scores are cached, about 10 KB each."""
@@ -79,14 +81,20 @@ class Entries:
             query = query.where(tables.runs.c.language == language)
         return [_published(row) for row in self._database.read(query)]
 
-    def stamp(self) -> tuple[int, int]:
-        """Return a version of the entries, which differs after every publication and withdrawal."""
+    def stamp(self) -> tuple[int, int, int]:
+        """Return a version of the entries, which differs after every publication and withdrawal, and every new run."""
         table = tables.entries
         query = sa.select(
-            sa.func.count().label("entries"), sa.func.coalesce(sa.func.sum(table.c.revision), 0).label("revisions")
+            sa.func.count().label("entries"),
+            sa.func.coalesce(sa.func.sum(table.c.revision), 0).label("revisions"),
+            sa.select(sa.func.count()).select_from(tables.runs).scalar_subquery().label("runs"),
         )
         row = self._database.read(query.select_from(table))[0]
-        return row.entries, int(row.revisions)
+        return row.entries, int(row.revisions), row.runs
+
+    def attempts(self, split: str) -> dict[tuple[Who, str], Attempts]:
+        """Return the attempts of every participant on a split, by participant and language."""
+        return attempts_on(self._database.read, split)
 
     def languages(self) -> set[tuple[str, str]]:
         """Return the pairs of split and language in which there are entries that are not withdrawn."""
@@ -106,7 +114,24 @@ class Entries:
         rows = self._database.read(sa.select(tables.receipts).where(tables.receipts.c.run_id == run_id))
         return Seal(hashlib.sha256(rows[0].payload).digest(), rows[0].public_key) if rows else None
 
-    def publish(self, run_id: str, note: str, scores: Scores, *, by_host: bool) -> bool:
+    def episodes(self, run_id: str) -> EpisodeTable:
+        """Return the scores of an entry's episodes. An entry from before they were kept gets them from the journal.
+
+        Raises:
+            NotFound: if the run has no entry.
+        """
+        table = tables.entries
+        rows = self._database.read(sa.select(table.c.episodes).where(table.c.run_id == run_id))
+        if not rows:
+            raise NotFound(f"there is no run {quoted(run_id)} on the leaderboard")
+        found = EpisodeTable.unpacked(rows[0].episodes) if rows[0].episodes else None
+        if found is None:
+            found = EpisodeTable.of(Journal(self._database).endings(run_id))
+            with self._database.write() as connection:
+                connection.execute(table.update().where(table.c.run_id == run_id).values(episodes=found.packed()))
+        return found
+
+    def publish(self, run_id: str, note: str, scores: Scores, episodes: EpisodeTable, *, by_host: bool) -> bool:
         """Publish a run, also one that was withdrawn; if it is listed already, replace its note.
 
         Only a host can publish what a host has withdrawn. The statement that publishes checks this itself: otherwise a
@@ -136,6 +161,7 @@ class Entries:
             if connection.execute(sa.select(table.c.run_id).where(mine)).all():
                 return False
             row = {"run_id": run_id, "published_at": now, "note": note, "scores": _written(scores)}
+            row |= {"episodes": episodes.packed()}
             connection.execute(table.insert().values(row))
             return True
 
@@ -174,10 +200,7 @@ def _published(row: Row[Any]) -> Published:
 
 
 def _written(scores: Scores) -> dict[str, Any]:
-    rows = {
-        row: {metric: [value.mean, value.low, value.high] for metric, value in values.items()}
-        for row, values in scores.rows.items()
-    }
+    rows = {row: {metric: _numbers(value) for metric, value in values.items()} for row, values in scores.rows.items()}
     return {"progress": asdict(scores.progress), "rows": rows, "signature": scores.signature}
 
 
@@ -186,7 +209,19 @@ def _read(written: Mapping[str, Any]) -> Scores:
     known = {name: kept[name] for name in Progress.__slots__ if name in kept}
     progress = Progress(**{**known, "images": tuple(known["images"])})
     rows = {
-        row: {metric: Interval(*numbers) for metric, numbers in values.items()}
+        row: {metric: _interval(numbers) for metric, numbers in values.items()}
         for row, values in written["rows"].items()
     }
     return Scores(progress, rows, written["signature"])
+
+
+def _numbers(value: Interval) -> list[float]:
+    """Return mean, low and high, and what `Sections` has, if the interval has it."""
+    sections = value.sections
+    further = [] if sections is None else [sections.deviation, sections.low, sections.high]
+    return [value.mean, value.low, value.high, *further]
+
+
+def _interval(numbers: Sequence[float]) -> Interval:
+    mean, low, high, *further = numbers
+    return Interval(mean, low, high, Sections(*further) if further else None)

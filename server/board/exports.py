@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import unicodedata
+from dataclasses import asdict
 from functools import lru_cache
 from typing import Any
 
@@ -38,6 +39,15 @@ CSV_COLUMNS = (
     "run_id",
     "signature",
     "note",
+    "last rank",
+    "runs begun",
+    "runs published",
+    "gap",
+    "gap low",
+    "gap high",
+    "higher language",
+    "lower language",
+    "same outcome",
 )
 """Columns of the CSV file, in order. New ones are added at the end."""
 
@@ -89,7 +99,14 @@ def _standing_cells(standing: Standing, listing: Listing) -> dict[str, object]:
         "run_id": " ".join(entry.run.run_id for entry in standing.entries),
         "signature": " ".join(entry.signature for entry in standing.entries),
         "note": " / ".join(entry.note for entry in standing.entries if entry.note),
+        "last rank": standing.last_rank or "",
+        "runs begun": standing.attempts.begun,
+        "runs published": standing.attempts.published,
     }
+    if standing.gap is not None:
+        gap = standing.gap
+        cells |= {"gap": gap.mean, "gap low": gap.low, "gap high": gap.high, "same outcome": gap.same}
+        cells |= {"higher language": gap.higher, "lower language": gap.lower}
     for metric in COLUMNS:
         total = standing.rows[TOTAL][metric]
         cells |= {metric: total.mean, f"{metric} low": total.low, f"{metric} high": total.high}
@@ -136,6 +153,10 @@ def _standing(standing: Standing) -> dict[str, Any]:
         "marks": standing.marks,
         "rows": _rows(standing.rows),
         "entries": [_entry(entry) for entry in standing.entries],
+        "last_rank": standing.last_rank or None,
+        "runs_begun": standing.attempts.begun,
+        "runs_published": standing.attempts.published,
+        "gap": asdict(standing.gap) if standing.gap else None,
     }
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from server.board.entries import Entries, Published, Scores
+from server.board.episode_table import EpisodeTable
 from server.board.standings import is_control
 from server.episodes.splits import Split
 from server.errors import BadInput, Conflict, Forbidden, NotFound
@@ -64,7 +65,8 @@ class Publishing:
         _check_played(report)
         self._receipts.of(caller, run_id)
         scores = Scores(report.progress, report.table.rows, report.signature)
-        if not self._entries.publish(run_id, note, scores, by_host=by_host):
+        episodes = EpisodeTable.of(self._journal.endings(run_id))
+        if not self._entries.publish(run_id, note, scores, episodes, by_host=by_host):
             raise _withdrawn_by_host(run_id)
 
     def withdraw(self, caller: Caller, run_id: str) -> None:

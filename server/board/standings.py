@@ -6,8 +6,10 @@ from dataclasses import dataclass
 from datetime import datetime
 from enum import StrEnum
 
+from server.runs.accounts.attempts import NONE, Attempts
 from server.runs.storage.records import Progress, Run
 from server.scoring.aggregate import Interval
+from server.scoring.languages import LanguageGap
 
 Rows = Mapping[str, Mapping[str, Interval]]
 """Row name of `server.scoring.aggregate.ROWS` -> metric of `server.scoring.episode.METRICS` -> value."""
@@ -46,9 +48,9 @@ class Mark(StrEnum):
     OTHER_DATA = "other-data"
     """The data of the split has changed since the run was played, or the split is gone."""
     OTHER_LIMITS = "other-limits"
-    """It was played with a step limit different from this server's."""
+    """It was played with another step limit than ranked runs: this server's, see `Board`."""
     OTHER_CLOCKS = "other-clocks"
-    """It was played with clocks different from this server's, or only one of the two has clocks."""
+    """It was played with other clocks than ranked runs: this server's, see `Board`. Having none counts as different."""
     SERVER_FAULT = "server-fault"
     """Some of its episodes ended by SERVER_FAULT and count as not played, so its scores may be too low."""
 
@@ -85,6 +87,7 @@ class Entry:
             split has changed.
         marks: caveats, in the order of `Mark`.
         seal: fingerprint of the receipt; None without a receipt, and in listings, which do not look it up.
+        attempts: runs that its participant began and published on the split in the language, under any agent's name.
     """
 
     run: Run
@@ -96,6 +99,7 @@ class Entry:
     coverage: float | None
     marks: tuple[Mark, ...]
     seal: Seal | None = None
+    attempts: Attempts = NONE
 
     @property
     def participant(self) -> str:
@@ -135,13 +139,17 @@ class Standing:
     Attributes:
         entries: one entry, or one per language, in the order of the language codes.
         rows: scores of the entry, or the means over the languages, see `Board.listing`.
-        rank: rank from 1, shared by tied standings; 0 if not ranked.
+        gap: gap between the languages in the metric that ranks; None with one language, or if the data has changed.
+        rank: rank from 1, one more than the number of standings shown to be better; 0 if not ranked.
+        last_rank: the last rank that it could have, as far as differences are shown; 0 if not ranked.
         tied: whether another standing has the same rank.
     """
 
     entries: tuple[Entry, ...]
     rows: Rows
+    gap: LanguageGap | None = None
     rank: int = 0
+    last_rank: int = 0
     tied: bool = False
 
     @property
@@ -174,6 +182,11 @@ class Standing:
     def marks(self) -> tuple[Mark, ...]:
         """Marks of any of the entries, in the order of `Mark`."""
         return tuple(mark for mark in Mark if any(mark in entry.marks for entry in self.entries))
+
+    @property
+    def attempts(self) -> Attempts:
+        """Runs that the participant began and published on the split, in these languages."""
+        return sum((entry.attempts for entry in self.entries), NONE)
 
     @property
     def causes(self) -> dict[str, int]:

@@ -13,6 +13,7 @@ from grpc_reflection.v1alpha import reflection
 from arramon.v1 import evaluation_pb2, leaderboard_pb2
 from arramon.v1.evaluation_pb2_grpc import add_EvaluationServicer_to_server
 from arramon.v1.leaderboard_pb2_grpc import add_LeaderboardServicer_to_server
+from server.addresses import is_loopback
 from server.api.access_log import AccessLog
 from server.api.authentication import Authentication
 from server.api.call_limits import CallLimits
@@ -98,7 +99,9 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
     receipts = Receipts(database, splits, key)
     add_EvaluationServicer_to_server(Servicer(runs, engine, receipts, config), server)
     entries = Entries(database)
-    board = Board(entries, splits, steps_per_phase=config.limits.steps_per_phase, clocks=config.clocks)
+    local = is_loopback(config.listen) and not config.trust_proxy
+    limits = config.limits
+    board = Board(entries, splits, steps_per_phase=limits.steps_per_phase, clocks=config.clocks, local=local)
     publishing = Publishing(journal, splits, entries, receipts)
     add_LeaderboardServicer_to_server(BoardServicer(board, publishing), server)
     health_servicer = health.HealthServicer()

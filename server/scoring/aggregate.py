@@ -1,4 +1,4 @@
-"""Aggregation of episode scores to a table of means with bootstrap confidence intervals."""
+"""Aggregation of episode scores to a table of means with confidence intervals."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -7,8 +7,37 @@ import numpy as np
 import numpy.typing as npt
 
 from server.scoring.episode import METRICS, EpisodeScores
+from server.scoring.intervals import (
+    CONFIDENCE,
+    Bounds,
+    Floats,
+    episode_moments,
+    mean_bounds,
+    section_bounds,
+    section_spread,
+)
 
 ROWS = ("turn 1", "turn 2", "total")
+
+METHOD = "wilson-within-sections"
+"""Name of the method of the intervals, as receipts state it. A change of the method changes the name."""
+
+MIN_SECTION = 10
+"""Episodes that each section needs before differences between sections are computed: fewer tell of single episodes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sections:
+    """Differences between the sections of a split.
+
+    Attributes:
+        deviation: standard deviation between the sections' true means, as estimated; at least 0.
+        low, high: interval for the mean over other sections of the same kind, which were not played.
+    """
+
+    deviation: float
+    low: float
+    high: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,11 +48,13 @@ class Interval:
         mean: mean over the episodes.
         low: lower end of the interval; never above the mean.
         high: upper end of the interval; never below the mean.
+        sections: differences between sections; None with one section, or with less than MIN_SECTION episodes in one.
     """
 
     mean: float
     low: float
     high: float
+    sections: Sections | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,27 +64,21 @@ class ScoreTable:
     Attributes:
         rows: row name of ROWS -> metric name of METRICS -> value.
         episodes: number of episodes, the denominator of the means.
-        clustered: whether sections rather than episodes were resampled.
     """
 
     rows: Mapping[str, Mapping[str, Interval]]
     episodes: int
-    clustered: bool
 
 
-def aggregate(
-    episodes: Sequence[EpisodeScores], *, resamples: int = 1000, confidence: float = 0.95, seed: int = 0
-) -> ScoreTable:
-    """Return means over all episodes, per turn and over both turns, with percentile bootstrap intervals.
+def aggregate(episodes: Sequence[EpisodeScores], *, confidence: float = CONFIDENCE) -> ScoreTable:
+    """Return means over all episodes, per turn and over both turns, with their intervals.
 
-    If the episodes come from several sections, whole sections are resampled with all their episodes, since episodes of
-    one section are alike; otherwise episodes are resampled. The result does not depend on the order of `episodes`.
+    An interval is for the mean over the episodes of these sections, had others been drawn in each of them. What
+    `Sections` holds besides is about other sections. The result does not depend on the order of `episodes`.
 
     Args:
         episodes: scores of every episode of the run, including those that were not played.
-        resamples: number of resamples.
-        confidence: share of the resampled means that an interval spans.
-        seed: seed of the resampling.
+        confidence: nominal coverage of the intervals.
 
     Raises:
         ValueError: if there are no episodes.
@@ -62,37 +87,40 @@ def aggregate(
         raise ValueError("no episodes to aggregate; expected at least one")
     ordered = sorted(episodes, key=lambda episode: episode.episode_id)
     turns = np.array([[[turn[name] for name in METRICS] for turn in episode.turns] for episode in ordered])
-    values = np.concatenate([turns, turns.mean(axis=1, keepdims=True)], axis=1)  # (episodes, rows, metrics)
-    sections, section_of = np.unique([episode.section for episode in ordered], return_inverse=True)
-    clustered = len(sections) > 1
-    clusters = section_of if clustered else np.arange(len(ordered))
-
-    means = values.mean(axis=0)
-    drawn = _resampled_means(values, clusters, resamples, seed)
-    tail = (1.0 - confidence) / 2.0
-    low, high = np.quantile(drawn, (tail, 1.0 - tail), axis=0)
-    low, high = np.minimum(low, means), np.maximum(high, means)
-    rows = {
-        row: {
-            metric: Interval(float(means[r, m]), float(low[r, m]), float(high[r, m]))
-            for m, metric in enumerate(METRICS)
-        }
-        for r, row in enumerate(ROWS)
-    }
-    return ScoreTable(rows, len(ordered), clustered)
+    _, sections = np.unique([episode.section for episode in ordered], return_inverse=True)
+    return ScoreTable(table_rows(with_total(turns), sections, confidence), len(ordered))
 
 
-def _resampled_means(
-    values: npt.NDArray[np.float64], clusters: npt.NDArray[np.intp], resamples: int, seed: int
-) -> npt.NDArray[np.float64]:
-    """Return the mean of `values` (episodes, ...) in each of `resamples` draws of whole clusters with replacement.
+def with_total(turns: Floats) -> Floats:
+    """Return the scores of both turns and of their mean, (episodes, ROWS, metrics), from (episodes, 2, metrics)."""
+    return np.concatenate([turns, turns.mean(axis=1, keepdims=True)], axis=1)
 
-    A draw is a vector of the counts of each cluster, so that two matrix products give all means.
+
+def table_rows(
+    values: Floats, strata: npt.NDArray[np.intp], confidence: float = CONFIDENCE, *, are_sections: bool = True
+) -> dict[str, dict[str, Interval]]:
+    """Return the rows of a score table.
+
+    Args:
+        values: scores of each episode, (episodes, ROWS, METRICS).
+        strata: number of each episode's stratum from 0, (episodes,).
+        confidence: nominal coverage of the intervals.
+        are_sections: whether the strata are the sections; otherwise differences between them are left out.
     """
-    sizes = np.bincount(clusters)
-    flat = values.reshape(len(values), -1)
-    sums = np.zeros((len(sizes), flat.shape[1]))
-    np.add.at(sums, clusters, flat)
-    counts = np.random.default_rng(seed).multinomial(len(sizes), np.full(len(sizes), 1.0 / len(sizes)), size=resamples)
-    means = (counts @ sums) / (counts @ sizes)[:, None]
-    return means.reshape(resamples, *values.shape[1:])
+    bounds = mean_bounds(episode_moments(values, strata), confidence)
+    spread, others = None, None
+    if are_sections and np.bincount(strata).min() >= MIN_SECTION:
+        spread, others = section_spread(values, strata), section_bounds(values, strata, confidence)
+
+    def interval(row: int, metric: int) -> Interval:
+        place = row, metric
+        between = None
+        if spread is not None and others is not None:
+            between = Sections(float(spread[place]), float(others.low[place]), float(others.high[place]))
+        return Interval(*_ends(bounds, place), between)
+
+    return {row: {metric: interval(r, m) for m, metric in enumerate(METRICS)} for r, row in enumerate(ROWS)}
+
+
+def _ends(bounds: Bounds, place: tuple[int, int]) -> tuple[float, float, float]:
+    return float(bounds.mean[place]), float(bounds.low[place]), float(bounds.high[place])

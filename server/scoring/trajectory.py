@@ -51,7 +51,7 @@ class EpisodeRecord:
 
     Attributes:
         episode_id: id of the episode, unique in the split.
-        section: section of the city; confidence intervals are clustered by it.
+        section: section of the city; confidence intervals take the sections as given.
         turns: records of both turns, also of a second turn that was never begun.
     """
 

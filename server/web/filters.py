@@ -1,5 +1,6 @@
 """Filters and sorting of the standings page, as encoded in the query of its address."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from urllib.parse import urlencode
@@ -21,10 +22,15 @@ COVERAGES = (ALL, "whole", "partial")
 METRICS = {metric.partition("@")[0].lower(): metric for metric in COLUMNS}
 """A metric's name in addresses -> the metric."""
 
-OTHER_COLUMNS = ("agent", "published")
+GAP = "gap"
+"""Column with the gap between languages, if all languages are listed together."""
+
+OTHER_COLUMNS = ("agent", "published", GAP)
 """Columns other than metrics to sort by. Ranks are then by the headline metric."""
 
 ASCENDING, DESCENDING = "asc", "desc"
+
+_LEAST = re.compile(r"(0?\.[0-9]{1,6}|[01](\.0*)?)?", re.ASCII)
 
 _CHOICES: Mapping[str, tuple[str, ...]] = {
     "turns": tuple(TURNS),
@@ -48,6 +54,7 @@ class Choice:
         sort: one of METRICS or OTHER_COLUMNS.
         order: ascending or descending.
         page: from 1.
+        least: least score of what is listed by the gap between languages, as a decimal number; empty for all.
     """
 
     split: str
@@ -58,6 +65,7 @@ class Choice:
     sort: str = HEADLINE.partition("@")[0].lower()
     order: str = DESCENDING
     page: int = 1
+    least: str = ""
 
     @property
     def metric(self) -> str:
@@ -75,7 +83,7 @@ class Choice:
 
     def sorting(self, column: str) -> str:
         """Return the query that sorts by a column, in reverse if it is the current one."""
-        default_order = ASCENDING if column == "agent" else DESCENDING
+        default_order = ASCENDING if column in ("agent", GAP) else DESCENDING
         reversed_order = ASCENDING if self.order == DESCENDING else DESCENDING
         return self.link(sort=column, order=reversed_order if column == self.sort else default_order)
 
@@ -88,6 +96,8 @@ class Choice:
             "privileged": bool(PRIVILEGED.intersection(standing.sensors)),
         }
         partial = Mark.PARTIAL in standing.marks
+        if self.least and self.sort == GAP and standing.rows[TOTAL][self.metric].mean < float(self.least):
+            return False
         return kinds[self.sensors] and self.coverage in (ALL, "partial" if partial else "whole")
 
     def sorted(self, standings: list[Standing]) -> list[Standing]:
@@ -97,6 +107,9 @@ class Choice:
             return sorted(standings, key=lambda one: max(e.published_at for e in one.entries), reverse=down)
         if self.sort == "agent":
             return sorted(standings, key=lambda one: (one.agent.casefold(), one.participant.casefold()), reverse=down)
+        if self.sort == GAP:
+            known = sorted((one for one in standings if one.gap), key=lambda one: one.gap.mean if one.gap else 0.0)
+            return [*(known[::-1] if down else known), *(one for one in standings if not one.gap)]
         ordered = standings if down else standings[::-1]
         if TURNS[self.turns] != TOTAL:
             row = TURNS[self.turns]
@@ -129,4 +142,7 @@ def read_choice(query: Mapping[str, str], languages: Mapping[str, tuple[str, ...
     page = query.get("page", "1")
     if not (page.isascii() and page.isdecimal() and int(page[:6]) > 0):
         raise NotFound(f"there is no page {page!r}")
-    return replace(defaults, **chosen, page=int(page[:6]))
+    least = query.get("least", "")
+    if not _LEAST.fullmatch(least):
+        raise NotFound(f"there is no score {quoted(least)}")
+    return replace(defaults, **chosen, page=int(page[:6]), least=least)

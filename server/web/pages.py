@@ -16,6 +16,7 @@ from server.errors import NotFound, Unavailable
 from server.runs.accounts.callers import STRANGER
 from server.runs.results.receipts import Receipts
 from server.runs.storage.journal import Journal
+from server.web.comparison_page import ComparisonPage
 from server.web.filters import read_choice
 from server.web.paths import Paths
 from server.web.rendering import Renderer
@@ -55,6 +56,7 @@ class Pages:
         self._receipts = receipts
         self._renderer = Renderer()
         self._standings = StandingsPage(board, splits)
+        self._comparison = ComparisonPage(board)
         self._paths = Paths(splits, journal)
         self._runs = RunPage(board, splits, self._paths)
         # One thread for pages, which are quick, and one for paths, which are slower, so that paths never delay pages.
@@ -71,6 +73,7 @@ class Pages:
             f"/{_LANGUAGE}/": self._list,
             f"/{_LANGUAGE}": self._slash,
             run: self._run,
+            f"{run}/against": self._against,
             f"{run}/episodes": self._find,
             f"{run}/episodes/{{episode}}": self._episode,
             f"/runs/{_RUN}/receipt.json": self._receipt,
@@ -135,6 +138,14 @@ class Pages:
             texts = _texts(request)
             context = self._runs.context(texts, request.match_info["run"])
             return self._page(request, "run.html", texts, context)
+
+        return await self._run_in(self._page_thread, make)
+
+    async def _against(self, request: web.Request) -> web.Response:
+        def make() -> web.Response:
+            texts = _texts(request)
+            context = self._comparison.context(texts, request.match_info["run"], request.query)
+            return self._page(request, "against.html", texts, context)
 
         return await self._run_in(self._page_thread, make)
 

@@ -98,7 +98,7 @@ class RunPage:
         return {"chart": curves.open_chart(shares), "shares": [*shares[:-1:every], shares[-1]]}
 
     def _facts(self, t: Texts, entry: Entry) -> list[tuple[str, str]]:
-        run, progress = entry.run, entry.progress
+        run, progress, attempts = entry.run, entry.progress, entry.attempts
         episodes = t.whole(progress.episodes)
         if entry.coverage is not None:
             episodes = t("run.episodes_of", number=episodes, all=t.whole(round(progress.episodes / entry.coverage)))
@@ -113,6 +113,7 @@ class RunPage:
             "steps": t.whole(run.steps_per_phase),
             "clocks": _clocks(t, run),
             "steps_played": t.whole(progress.steps),
+            "attempts": t("run.attempts_of", published=t.whole(attempts.published), begun=t.whole(attempts.begun)),
             "state": t.named("states", run.state),
             "started": t.moment(run.created_at),
             "ended": t.moment(run.ended_at) if run.ended_at else "–",

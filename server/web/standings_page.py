@@ -10,7 +10,7 @@ from server.board.standings import BOTH, Mark, Standing
 from server.episodes.splits import Split
 from server.errors import NotFound
 from server.runs.storage.records import CANCELLED
-from server.web.filters import COVERAGES, METRICS, SENSORS, TURNS, Choice
+from server.web.filters import COVERAGES, GAP, METRICS, SENSORS, TURNS, Choice
 from server.web.texts import Texts
 
 PAGE_SIZE = 100
@@ -47,7 +47,7 @@ class StandingsPage:
             for name in ordered
             if languages[name]
         ]
-        listed = (choice for choice in choices if self._board.standings(choice.split, choice.language))
+        listed = (choice for choice in choices if self._board.has_entries(choice.split, choice.language))
         return next(listed, choices[0] if choices else Choice("", language))
 
     def context(self, t: Texts, choice: Choice, defaults: Choice) -> dict[str, Any]:
@@ -84,6 +84,8 @@ class StandingsPage:
             "cancelled": lambda one: any(entry.run.state == CANCELLED for entry in one.entries),
             "metrics": METRICS,
             "columns": columns(t),
+            "together": choice.language == BOTH,
+            "by_gap": choice.sort == GAP,
             **self._choices(t),
         }
 

@@ -14,6 +14,9 @@ DEFAULT = "en"
 """Language for a browser that accepts none of those available."""
 
 
+MINUS = "\N{MINUS SIGN}"
+
+
 @dataclass(frozen=True, slots=True)
 class Texts:
     """One language's texts.
@@ -42,6 +45,15 @@ class Texts:
     def score(self, value: float) -> str:
         """Format a score as in the paper's tables, with three decimals."""
         return self._localised(f"{value:.3f}")
+
+    def difference(self, value: float) -> str:
+        """Format a difference of scores with its sign and three decimals."""
+        text = self._localised(f"{abs(value):.3f}")
+        return text if float(f"{value:.3f}") == 0.0 else f"{'+' if value > 0.0 else MINUS}{text}"
+
+    def p_value(self, p: float) -> str:
+        """Format a p-value with three decimals."""
+        return self._localised(f"< {0.001:.3f}" if p < 0.001 else f"{p:.3f}")
 
     def percent(self, share: float) -> str:
         """Format a share in [0, 1] in whole percent; only 1 gives 100% and only 0 gives 0%."""

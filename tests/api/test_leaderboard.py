@@ -108,8 +108,30 @@ def test_equals_share_a_rank(stub: EvaluationStub, board: LeaderboardStub, publi
     again = played(stub, agent="again")
     publish(board, again)
     lines = [(line.agent, line.rank, line.tied) for line in listed(board).standings]
-    assert lines[:3] == [("perfect", 1, True), ("again", 1, True), ("wrong", 3, False)]
+    # With a third run, six episodes no longer show that the wrong one is worse than both.
+    assert lines[:3] == [("perfect", 1, True), ("again", 1, True), ("wrong", 1, True)]
     withdraw(board, again)
+
+
+def test_a_run_against_the_others(board: LeaderboardStub, published: list[str]) -> None:
+    perfect, part = (
+        line.entries[0].run.run_id for line in listed(board).standings if line.agent in ("perfect", "part")
+    )
+    found = board.Compare(pb.CompareRequest(run_id=perfect), metadata=METADATA)
+    assert (found.standing.agent, found.standing.rank, found.sort) == ("perfect", 1, "PTC@CTC-3")
+    (line,) = found.comparisons
+    assert (line.other.agent, line.difference, line.p, line.corrected_p, line.shown) == (
+        "wrong",
+        1.0,
+        2 / 64,
+        2 / 64,
+        1,
+    )
+    assert -1.0 <= line.low < line.difference <= line.high
+    assert not line.other.rows
+    with pytest.raises(grpc.RpcError) as caught:
+        board.Compare(pb.CompareRequest(run_id=part), metadata=METADATA)
+    assert caught.value.code() == grpc.StatusCode.FAILED_PRECONDITION
 
 
 def test_pages(board: LeaderboardStub, published: list[str]) -> None:
@@ -187,18 +209,34 @@ def test_runs_that_cannot_be_published(stub: EvaluationStub, board: LeaderboardS
 def test_a_hidden_split_tells_nothing_of_single_episodes(stub: EvaluationStub, board: LeaderboardStub) -> None:
     run_id = played(stub, split="secret", agent="perfect")
     entry = publish(board, run_id)
+    other = played(stub, WRONG, split="secret", agent="wrong")
+    publish(board, other)
     answer = listed(board, split="secret")
+    against = board.Compare(pb.CompareRequest(run_id=run_id), metadata=METADATA)
+    assert len(against.comparisons) == 1
     exports = [
         board.Export(pb.ExportRequest(split="secret", language="en", format=form), metadata=METADATA)
         for form in (pb.ExportRequest.FORMAT_CSV, pb.ExportRequest.FORMAT_JSON)
     ]
-    kinds = {kind for message in (entry, answer, *exports) for kind in inside(message)}
-    assert kinds == {"Entry", "ExportResponse", "Limits", "ListResponse", "Row", "Run", "Score", "Standing"}
+    kinds = {kind for message in (entry, answer, against, *exports) for kind in inside(message)}
+    assert kinds == {
+        "Comparison",
+        "CompareResponse",
+        "Entry",
+        "ExportResponse",
+        "Limits",
+        "ListResponse",
+        "Row",
+        "Run",
+        "Score",
+        "Standing",
+    }
     assert {row.name for row in entry.rows} == {"turn 1", "turn 2", "total"}
     document = json.loads(exports[1].content)
     assert set(document["standings"][0]["rows"]) == {"turn 1", "turn 2", "total"}
-    assert b"episode_id" not in b"".join(message.SerializeToString() for message in (entry, answer, *exports))
+    assert b"episode_id" not in b"".join(message.SerializeToString() for message in (entry, answer, against, *exports))
     withdraw(board, run_id)
+    withdraw(board, other)
 
 
 def inside(message: Message) -> Iterator[str]:
@@ -323,7 +361,7 @@ def standings(board: LeaderboardStub) -> list[tuple[str, int, list[int], str]]:
     return [(line.agent, line.rank, list(line.marks), cells["marks"]) for line, cells in lines]
 
 
-def test_a_host_who_changes_the_clocks_mixes_no_runs(tmp_path: Path) -> None:
+def test_other_clocks_mix_no_runs_and_a_local_board_ranks_those_that_share_theirs(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     with served(tmp_path, 60) as channel:
         board = LeaderboardStub(channel)
@@ -335,4 +373,7 @@ def test_a_host_who_changes_the_clocks_mixes_no_runs(tmp_path: Path) -> None:
         assert standings(board) == [("after", 1, [], ""), ("before", 0, [pb.MARK_OTHER_CLOCKS], "other-clocks")]
     with served(tmp_path, 60) as channel:
         board = LeaderboardStub(channel)
-        assert standings(board) == [("before", 1, [], ""), ("after", 0, [pb.MARK_OTHER_CLOCKS], "other-clocks")]
+        assert standings(board) == [("after", 1, [], ""), ("before", 0, [pb.MARK_OTHER_CLOCKS], "other-clocks")]
+        publish(board, played(EvaluationStub(channel), WRONG, agent="again"))
+        other = ("after", 0, [pb.MARK_OTHER_CLOCKS], "other-clocks")
+        assert standings(board) == [("before", 1, [], ""), ("again", 2, [], ""), other]

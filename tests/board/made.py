@@ -5,9 +5,11 @@ from dataclasses import asdict
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+import numpy as np
 import sqlalchemy as sa
 
 from server.board.board import Board
+from server.board.comparisons import Family, key_of
 from server.board.entries import Entries
 from server.board.publishing import Publishing
 from server.board.standings import COLUMNS, Entry, Mark, Standing
@@ -88,6 +90,13 @@ class House:
         """Publish a run."""
         self.publishing.publish(caller, run_id, note)
         return run_id
+
+
+def family(standings: Sequence[Standing], scores: Mapping[str, Sequence[float]]) -> Family:
+    """Return the comparisons of the ranked standings, with scores of their episodes by agent."""
+    able = [standing for standing in standings if standing.is_ranked]
+    values = np.array([scores[standing.agent] for standing in able], ndmin=2)[: len(able)]
+    return Family([key_of(standing) for standing in able], values, np.zeros(values.shape[1], np.intp))
 
 
 def interval(mean: float, half: float = 0.0) -> Interval:

@@ -26,7 +26,9 @@ def test_the_columns_stay() -> None:
         "nDTW", "nDTW low", "nDTW high",
     )  # fmt: skip
     assert CSV_COLUMNS[31:34] == ("nDTW turn 1", "CTC-0 turn 1", "CTC-3 turn 1")
-    assert CSV_COLUMNS[45:] == ("published_at", "run_id", "signature", "note")
+    assert CSV_COLUMNS[45:49] == ("published_at", "run_id", "signature", "note")
+    assert CSV_COLUMNS[49:52] == ("last rank", "runs begun", "runs published")
+    assert CSV_COLUMNS[52:] == ("gap", "gap low", "gap high", "higher language", "lower language", "same outcome")
 
 
 def test_csv_gives_the_numbers_back(house: House) -> None:
@@ -109,10 +111,9 @@ def test_json_holds_everything(house: House) -> None:
     (line,) = document["standings"]
     assert (line["rank"], line["tied"], line["coverage"], line["marks"]) == (1, False, 1.0, [])
     english, hindi = line["entries"]
-    score = house.board.entry("e").rows["turn 2"]["rPOD"]
-    assert line["rows"]["turn 2"]["rPOD"] == {
-        "mean": (score.mean + 1) / 2, "low": (score.low + 1) / 2, "high": (score.high + 1) / 2,
-    }  # fmt: skip
+    score = line["rows"]["turn 2"]["rPOD"]
+    assert score["mean"] == pytest.approx((house.board.entry("e").rows["turn 2"]["rPOD"].mean + 1) / 2)
+    assert 0.3 < score["low"] < score["mean"] < score["high"] < 0.9
     assert (english["run_id"], english["note"], hindi["causes"]) == ("e", "नोट", {"AGENT_FINISHED": 4})
     assert "नोट" in text
 

@@ -1,40 +1,76 @@
 """Order, ranks and ties of standings with literal numbers."""
 
+from collections.abc import Mapping, Sequence
+
+import numpy as np
 import pytest
 
+from server.board.comparisons import closed
 from server.board.ranking import ranked
-from server.board.standings import HEADLINE, Mark
-from tests.board.made import interval, standing
+from server.board.standings import HEADLINE, Mark, Standing
+from tests.board.made import family, interval, standing
 
-Line = tuple[str, float, float]
-"""A name, its mean in PTC, and half of its interval."""
+Scores = Mapping[str, Sequence[float]]
+"""An agent's score in each episode, by name."""
+
+
+def placed(scores: Scores, **marks: Mark) -> list[Standing]:
+    """Return the standings of agents with these scores in PTC."""
+    lines = [
+        standing(name, {HEADLINE: interval(sum(of) / len(of))}, marks=(marks[name],) if name in marks else ())
+        for name, of in scores.items()
+    ]
+    return ranked(lines, HEADLINE, family(lines, scores))
+
+
+EASY, HARD = [1.0] * 20 + [0.0] * 20, [0.0] * 20 + [1.0] * 20
 
 
 @pytest.mark.parametrize(
-    ("lines", "expected"),
+    ("scores", "expected"),
     [
-        ([], []),
-        ([("a", 0.5, 0.1)], [("a", 1, False)]),
-        # Apart from each other.
-        ([("b", 0.2, 0.05), ("a", 0.8, 0.05), ("c", 0.5, 0.05)], [("a", 1, False), ("c", 2, False), ("b", 3, False)]),
-        # Two at the top overlap, the third does not.
-        ([("a", 0.8, 0.05), ("b", 0.75, 0.05), ("c", 0.5, 0.05)], [("a", 1, True), ("b", 1, True), ("c", 3, False)]),
-        # Ends that touch overlap.
-        ([("a", 0.75, 0.125), ("b", 0.5, 0.125)], [("a", 1, True), ("b", 1, True)]),
-        # c overlaps with b, not with a, which leads the group: a new group.
-        ([("a", 0.8, 0.1), ("b", 0.7, 0.1), ("c", 0.6, 0.05)], [("a", 1, True), ("b", 1, True), ("c", 3, False)]),
-        # d overlaps with c, the leader of the second group.
+        ({}, []),
+        ({"a": [0.5]}, [("a", 1, 1, False)]),
+        # Better in each of 40 episodes, by however little.
+        ({"b": [0.2] * 40, "a": [0.21] * 40}, [("a", 1, 1, False), ("b", 2, 2, False)]),
+        # Ten times the difference, but the other way round in half of the episodes.
+        ({"b": EASY, "a": [0.1 + 0.9 * score for score in HARD]}, [("a", 1, 2, True), ("b", 1, 2, True)]),
+        # Equal in each episode.
+        ({"a": EASY, "b": EASY}, [("a", 1, 2, True), ("b", 1, 2, True)]),
+        # Four episodes cannot show a difference, as two runs that are equal differ so once in eight times.
+        ({"a": [1.0] * 4, "b": [0.0] * 4}, [("a", 1, 2, True), ("b", 1, 2, True)]),
+        # Six can, if they are the only pair.
+        ({"a": [1.0] * 6, "b": [0.0] * 6}, [("a", 1, 1, False), ("b", 2, 2, False)]),
         (
-            [("a", 0.8, 0.1), ("b", 0.7, 0.1), ("c", 0.6, 0.05), ("d", 0.56, 0.01)],
-            [("a", 1, True), ("b", 1, True), ("c", 3, True), ("d", 3, True)],
+            {"a": [1.0] * 6, "b": [0.5] * 6, "c": [0.0] * 6},
+            [("a", 1, 3, True), ("b", 1, 3, True), ("c", 1, 3, True)],
         ),
-        # A wide one below a narrow one that is apart: it is compared with the leader of the group before it.
-        ([("a", 0.8, 0.01), ("b", 0.6, 0.01), ("c", 0.5, 0.4)], [("a", 1, False), ("b", 2, True), ("c", 2, True)]),
+        # b varies too much to differ from either; a and c differ, so that one run is shown to be better than c.
+        (
+            {"a": [0.2] * 40, "b": [0.15 + 0.4 * (-1) ** n for n in range(40)], "c": [0.1] * 40},
+            [("a", 1, 2, True), ("b", 1, 3, True), ("c", 2, 3, False)],
+        ),
     ],
 )
-def test_ranks_and_ties(lines: list[Line], expected: list[tuple[str, int, bool]]) -> None:
-    standings = [standing(name, {HEADLINE: interval(mean, half)}) for name, mean, half in lines]
-    assert [(line.agent, line.rank, line.tied) for line in ranked(standings, HEADLINE)] == expected
+def test_ranks_and_ties(scores: Scores, expected: list[tuple[str, int, int, bool]]) -> None:
+    assert [(line.agent, line.rank, line.last_rank, line.tied) for line in placed(scores)] == expected
+
+
+def test_who_beats_a_winner_beats_whom_the_winner_beats() -> None:
+    # a beats b in nearly all episodes, and b beats c in nearly all; a and c are compared over very uneven differences.
+    better = np.array([[False, True, False], [False, False, True], [False, False, False]])
+    assert closed(better).tolist() == [[False, True, True], [False, False, True], [False, False, False]]
+    assert closed(np.eye(4, k=1, dtype=bool)).tolist() == np.triu(np.ones((4, 4), bool), 1).tolist()
+
+
+def test_ranks_ascend_although_means_need_not() -> None:
+    # b is a little worse than a everywhere, which is shown; c is worse still, and varies too much to show it.
+    scores = {
+        "a": [0.50] * 40,
+        "b": [0.49] * 40,
+        "c": [1.0 if n % 5 < 2 else 0.1 for n in range(40)],
+    }
+    assert [(line.agent, line.rank) for line in placed(scores)] == [("a", 1), ("c", 1), ("b", 2)]
 
 
 def test_the_metric_asked_for_orders_and_ranks() -> None:
@@ -42,8 +78,9 @@ def test_the_metric_asked_for_orders_and_ranks() -> None:
         standing("placer", {"PTC@CTC-3": interval(0.5), "nDTW": interval(0.1)}),
         standing("walker", {"PTC@CTC-3": interval(0.1), "nDTW": interval(0.5)}),
     ]
-    assert [(line.agent, line.rank) for line in ranked(lines, "PTC@CTC-3")] == [("placer", 1), ("walker", 2)]
-    assert [(line.agent, line.rank) for line in ranked(lines, "nDTW")] == [("walker", 1), ("placer", 2)]
+    for metric, first, second in (("PTC@CTC-3", "placer", "walker"), ("nDTW", "walker", "placer")):
+        tests = family(lines, {first: [0.5] * 6, second: [0.1] * 6})
+        assert [(line.agent, line.rank) for line in ranked(lines, metric, tests)] == [(first, 1), (second, 2)]
 
 
 def test_equal_means_are_ordered_by_the_next_column_and_at_last_by_time() -> None:
@@ -54,7 +91,8 @@ def test_equal_means_are_ordered_by_the_next_column_and_at_last_by_time() -> Non
         standing("finds", {"CTC-3": interval(0.1)}, published=3),
         standing("puts", {"rPOD@CTC-3": interval(0.1)}, published=3),
     ]
-    placed = ranked(lines, HEADLINE)
+    equal = dict.fromkeys([line.agent for line in lines], [0.5] * 6)
+    placed = ranked(lines, HEADLINE, family(lines, equal))
     assert [line.agent for line in placed] == ["puts", "finds", "walks", "early", "late"]
     assert {(line.rank, line.tied) for line in placed} == {(1, True)}
 
@@ -70,16 +108,10 @@ def test_equal_means_are_ordered_by_the_next_column_and_at_last_by_time() -> Non
     ],
 )
 def test_what_cannot_be_compared_is_listed_last_and_not_ranked(mark: Mark, expected: list[tuple[str, int]]) -> None:
-    lines = [
-        standing("marked", {HEADLINE: interval(0.9)}, marks=(mark,)),
-        standing("plain", {HEADLINE: interval(0.1)}),
-    ]
-    assert [(line.agent, line.rank) for line in ranked(lines, HEADLINE)] == expected
+    lines = placed({"marked": [0.9] * 6, "plain": [0.1] * 6}, marked=mark)
+    assert [(line.agent, line.rank) for line in lines] == expected
 
 
 def test_unranked_standings_are_never_tied() -> None:
-    lines = [
-        standing("plain", {HEADLINE: interval(0.5, 0.2)}),
-        standing("part", {HEADLINE: interval(0.5, 0.2)}, marks=(Mark.PARTIAL,)),
-    ]
-    assert [(line.agent, line.tied) for line in ranked(lines, HEADLINE)] == [("plain", False), ("part", False)]
+    lines = placed({"plain": [0.5] * 6, "part": [0.5] * 6}, part=Mark.PARTIAL)
+    assert [(line.agent, line.tied, line.last_rank) for line in lines] == [("plain", False, 1), ("part", False, 0)]

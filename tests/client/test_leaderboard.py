@@ -30,7 +30,7 @@ def rows(*totals: float) -> list[evaluation_pb2.Row]:
 
 BEST = pb.Standing(
     rank=1, tied=True, participant="lab", agent="[red]mine[/red]", sensors=["rgb", "depth"], coverage=1.0,
-    rows=rows(0.9, 0.8, 0.7, 0.75, 0.8, 0.5, 0.4),
+    rows=rows(0.9, 0.8, 0.7, 0.75, 0.8, 0.5, 0.4), runs_begun=7, runs_published=1,
 )  # fmt: skip
 OTHER = pb.Standing(rank=1, tied=True, participant="club", agent="other", coverage=1.0, rows=rows(*[0.3] * 7))
 PART = pb.Standing(
@@ -59,6 +59,14 @@ class Board(LeaderboardServicer):
             sort=request.sort,
             next_page_token=str(at + 1) if at + 1 < len(self.lines) else "",
         )
+
+    def Compare(self, request: pb.CompareRequest, context: Any) -> pb.CompareResponse:
+        self.asked.append(request)
+        lines = [
+            pb.Comparison(other=OTHER, difference=0.6, low=0.55, high=0.65, p=1e-9, corrected_p=1e-7, shown=1),
+            pb.Comparison(other=PART, difference=-0.1, low=-0.2, high=0.01, p=0.06, corrected_p=0.12, shown=0),
+        ]
+        return pb.CompareResponse(standing=BEST, comparisons=lines, sort=request.sort)
 
     def Export(self, request: pb.ExportRequest, context: Any) -> pb.ExportResponse:
         self.asked.append(request)
@@ -109,6 +117,7 @@ def test_the_table(board: Board, address: str, capsys: pytest.CaptureFixture[str
     assert lines[best] == ["1=", "[red]mine[/red]", "0.900", "0.800", "0.700", "0.750", "0.800", "0.500", "0.400"]
     assert lines[best + 1][:3] == ["lab:", "rgb", "depth"]
     assert lines[best + 1][3:6] == [".850-.950", ".750-.850", ".650-.750"]
+    assert lines[best + 2] == ["1", "of", "7", "runs", "published"]
     assert ["1=", "other", *["0.300"] * 7] in lines
     assert ["-", "part", *["1.000"] * 7] in lines
     assert ["partial", "(25%),", "privileged"] in lines
@@ -128,6 +137,32 @@ def test_the_column_sorted_by_is_marked(board: Board, address: str, capsys: pyte
     shown = capsys.readouterr().out
     assert "rPOD *" in shown
     assert "val_unseen, all languages together" in shown
+
+
+def test_a_run_against_the_others(board: Board, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["leaderboard", "--server", address, "--against", "r1", "--lang", "hi", "--sort", "nDTW"]) == 0
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert ["1", "other", "+0.600", "+0.550", "to", "+0.650", "<", "0.001", "better"] in lines
+    assert ["0", "part", "-0.100", "-0.200", "to", "+0.010", "0.120", "no", "difference"] in lines
+    (request,) = board.asked
+    assert (request.run_id, request.language, request.sort) == ("r1", "hi", "nDTW")
+    assert main(["leaderboard", "--server", address, "--against", "r1", "--csv"]) == 2
+
+
+def test_the_smallest_gap(board: Board, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    def line(agent: str, total: float, gap: float) -> pb.Standing:
+        found = pb.LanguageGap(higher="en", lower="hi", mean=gap, low=gap - 0.1, high=gap + 0.1, same=0.75)
+        return pb.Standing(agent=agent, participant="lab", rows=rows(*[total] * 7), gap=found)
+
+    board.lines = [line("wide", 0.9, 0.3), line("idle", 0.0, 0.0), line("narrow", 0.5, 0.05), OTHER]
+    assert main(["leaderboard", "--server", address, "--smallest-gap", "0.3"]) == 0
+    shown = capsys.readouterr().out
+    assert shown.index("narrow") < shown.index("wide")
+    assert ("idle" in shown, "club" in shown) == (False, False)
+    assert "en over hi: +0.050 (-0.050 to +0.150)" in shown
+    assert "same outcome: 75%" in shown
+    assert main(["leaderboard", "--server", address, "--smallest-gap", "0.3", "--lang", "en"]) == 2
+    assert main(["leaderboard", "--server", address, "--smallest-gap", "2"]) == 2
 
 
 def test_an_empty_list(board: Board, address: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,12 +1,15 @@
 """What a reader chooses, and how it stands in an address."""
 
+from dataclasses import replace
+
 import pytest
 
 from server.board.ranking import ranked
 from server.board.standings import Mark, Standing
 from server.errors import NotFound
+from server.scoring.languages import LanguageGap
 from server.web.filters import Choice, read_choice
-from tests.board.made import interval, standing
+from tests.board.made import family, interval, standing
 
 LANGUAGES = {"open": ("en", "hi"), "english": ("en",), "bare": ()}
 USUAL = Choice("open", "hi")
@@ -89,7 +92,9 @@ def lines() -> list[Standing]:
 )
 def test_sorting(sort: str, order: str, agents: list[str]) -> None:
     choice = Choice("open", "en", sort=sort, order=order)
-    assert [one.agent for one in choice.sorted(ranked(lines(), choice.metric))] == agents
+    standings = lines()
+    tests = family(standings, {one.agent: [one.rows["total"][choice.metric].mean] * 20 for one in standings})
+    assert [one.agent for one in choice.sorted(ranked(standings, choice.metric, tests))] == agents
 
 
 def test_sorting_by_one_turn() -> None:
@@ -97,7 +102,7 @@ def test_sorting_by_one_turn() -> None:
     second = standing("second", {"PTC@CTC-3": interval(0.1)})
     better = {**second.rows, "turn 2": {**second.rows["turn 2"], "PTC@CTC-3": interval(0.7)}}
     second = Standing(second.entries, better)
-    ordered = ranked([first, second], "PTC@CTC-3")
+    ordered = ranked([first, second], "PTC@CTC-3", family([first, second], {"first": [0.9], "second": [0.1]}))
     assert [one.agent for one in Choice("open", "en").sorted(ordered)] == ["first", "second"]
     assert [one.agent for one in Choice("open", "en", turns="2").sorted(ordered)] == ["second", "first"]
     assert [one.agent for one in Choice("open", "en", turns="2", order="asc").sorted(ordered)] == ["first", "second"]
@@ -113,3 +118,27 @@ def test_filters() -> None:
         False,
         False,
     ]
+
+
+def test_the_smallest_gap_at_a_least_score() -> None:
+    def one(name: str, score: float, mean: float | None) -> Standing:
+        gap = None if mean is None else LanguageGap("en", "hi", mean, 0.0, 1.0, 0.5, 6)
+        return replace(standing(name, {"PTC@CTC-3": interval(score)}), gap=gap)
+
+    standings = [one("wide", 0.9, 0.3), one("none", 0.8, None), one("narrow", 0.5, 0.1), one("idle", 0.0, 0.0)]
+    choice = Choice("open", "both", sort="gap", order="asc")
+    assert [line.agent for line in choice.sorted(standings)] == ["idle", "narrow", "wide", "none"]
+    least = replace(choice, least="0.5")
+    assert [line.agent for line in standings if least.fits(line)] == ["wide", "none", "narrow"]
+    assert Choice("open", "both").sorting("gap").endswith("sort=gap&order=asc")
+
+
+@pytest.mark.parametrize(("text", "allowed"), [("", True), ("0.2", True), (".25", True), ("1", True), ("0", True),
+    ("2", False), ("-0.1", False), ("nan", False), ("1e-3", False), ("0.1.1", False), ("٠.٢", False)])  # fmt: skip
+def test_least_scores(text: str, allowed: bool) -> None:
+    languages, defaults = {"open": ("en", "hi")}, Choice("open", "en")
+    if allowed:
+        assert read_choice({"least": text}, languages, defaults).least == text
+    else:
+        with pytest.raises(NotFound):
+            read_choice({"least": text}, languages, defaults)

@@ -149,6 +149,33 @@ def test_compression(shown: WebHouse, accepted: str, coding: str | None) -> None
     assert got.text.startswith("<!DOCTYPE html>")
 
 
+def test_a_run_is_compared_with_the_others(web: WebHouse) -> None:
+    best, worse = web.published(1, 1.0, "best"), web.published(2, 0.5, "<worse>")
+    text = web.site.get(f"/en/runs/{best}/against").text
+    assert f'<a href="/en/runs/{worse}/against?language=en&amp;sort=ptc"><bdi>&lt;worse&gt;</bdi></a>' in text
+    assert '<td class="score">+0.500 <small>+0.072 to +0.928</small></td>' in text
+    assert '<td class="date">better</td>\n<td class="number">0.031</td><td class="number">0.031</td>' in text
+    hindi = web.site.get(f"/hi/runs/{worse}/against?sort=ndtw").text
+    assert '<td class="date">कमतर</td>' in hindi
+    alone = web.site.get(f"/en/runs/{worse}/against?language=both").text
+    assert "has no rank in these standings" in alone
+
+
+def test_languages_side_by_side(web: WebHouse) -> None:
+    web.published(1, 1.0, "even", split="open")
+    web.published(2, 1.0, "even", split="open", language="hi")
+    web.published(3, 1.0, "uneven", split="open")
+    web.published(4, 0.0, "uneven", split="open", language="hi")
+    text = web.site.get("/en/?split=open&language=both&sort=gap&order=asc").text
+    assert text.index("<bdi>even</bdi>") < text.index("<bdi>uneven</bdi>")
+    assert "<small>English over Hindi</small><small>same outcome: 0%</small>" in text
+    assert "<small>same outcome: 100%</small>" in text
+    least = web.site.get("/en/?split=open&language=both&sort=gap&order=asc&least=0.6").text
+    assert ("<bdi>even</bdi>" in least, "<bdi>uneven</bdi>" in least) == (True, False)
+    assert 'name="least" value="0.6"' in least
+    assert "Gap" not in web.site.get("/en/?split=open&language=en").text
+
+
 def test_static_files_are_named_by_their_content(shown: WebHouse) -> None:
     links = [link for link in Page(shown.site.get("/en/").text).addresses() if link.startswith("/static/")]
     assert len(links) == 3
@@ -176,6 +203,9 @@ def test_static_files_are_named_by_their_content(shown: WebHouse) -> None:
         "/en/?split=tiny&language=en&page=2",
         "/xx",
         "/en/nothing/at/all",
+        f"/en/runs/{UNPUBLISHED_RUN}/against",
+        f"/en/runs/{OPEN_RUN}/against?sort=agent",
+        f"/en/runs/{OPEN_RUN}/against?language=hi",
         "/static/style.css",
         "/static/..%2Fpages.py",
         f"/runs/{UNPUBLISHED_RUN}/receipt.json",
@@ -204,6 +234,7 @@ def test_nothing_of_a_hidden_split_is_on_any_page(shown: WebHouse) -> None:
             for form in ("standings.csv", "standings.json")
             for code in ("en", "both")
         ),
+        f"/en/runs/{HIDDEN_RUN}/against",
         f"/en/runs/{HIDDEN_RUN}/episodes",
         f"/en/runs/{HIDDEN_RUN}/episodes?episode=quokka-1",
         f"/en/runs/{HIDDEN_RUN}/episodes/quokka-1",
@@ -249,14 +280,18 @@ def test_standings_of_both_languages_together(shown: WebHouse) -> None:
 
 
 def test_ranks_ties_and_marks(web: WebHouse) -> None:
-    for number, (agent, score) in enumerate({"best": 1.0, "as-good": 1.0, "worse": 0.5}.items(), start=1):
+    for number, (agent, score) in enumerate({"best": 1.0, "worse": 0.5}.items(), start=1):
         web.published(number, score, agent)
     web.publish(web.run(f"{9:032x}", agent="seer", sensors=("oracle",)))
+    first = web.site.get("/en/?split=tiny&language=en").text
+    assert re.findall(r'<tr>\n<td class="number rank pin">(.*?)</td>', first)[:2] == ["1", "2"]
+    web.published(3, 1.0, "as-good")  # six episodes do not show so much of three runs
     text = web.site.get("/en/?split=tiny&language=en").text
     ranks = re.findall(r'<tr>\n<td class="number rank pin">(.*?)</td>', text)
     shared = '1<span class="tie" aria-hidden="true">=</span><span class="hidden"> shared</span>'
+    shared += '<small><span class="hidden">could be any of </span>1–3</small>'
     apart = '<span aria-hidden="true">–</span><span class="hidden">not ranked</span>'
-    assert ranks == [shared, shared, "3", apart]
+    assert ranks == [shared, shared, shared, apart]
     assert '<span class="mark">privileged</span>' in text
 
 

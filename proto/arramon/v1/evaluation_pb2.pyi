@@ -743,12 +743,17 @@ class Score(_message.Message):
     MEAN_FIELD_NUMBER: _builtins.int
     LOW_FIELD_NUMBER: _builtins.int
     HIGH_FIELD_NUMBER: _builtins.int
+    SECTIONS_FIELD_NUMBER: _builtins.int
     metric: _builtins.str
     """"nDTW", "CTC-0", "rPOD", "rPOD@CTC-3", ..."""
     mean: _builtins.float
     low: _builtins.float
-    """95% bootstrap confidence interval."""
+    """95% confidence interval for the mean over episodes of these sections; within [0, 1]."""
     high: _builtins.float
+    @_builtins.property
+    def sections(self) -> Global___Sections:
+        """Absent if the split has one section, or a section with few episodes."""
+
     def __init__(
         self,
         *,
@@ -756,14 +761,44 @@ class Score(_message.Message):
         mean: _builtins.float = ...,
         low: _builtins.float = ...,
         high: _builtins.float = ...,
+        sections: Global___Sections | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["sections", b"sections"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["high", b"high", "low", b"low", "mean", b"mean", "metric", b"metric"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["high", b"high", "low", b"low", "mean", b"mean", "metric", b"metric", "sections", b"sections"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
 Global___Score: _TypeAlias = Score  # noqa: Y015
+
+@_typing.final
+class Sections(_message.Message):
+    """How much the sections of a split differ in a score."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    DEVIATION_FIELD_NUMBER: _builtins.int
+    LOW_FIELD_NUMBER: _builtins.int
+    HIGH_FIELD_NUMBER: _builtins.int
+    deviation: _builtins.float
+    """Standard deviation between the sections' means, without the error of drawing episodes."""
+    low: _builtins.float
+    """95% confidence interval for the mean over other sections of the same kind."""
+    high: _builtins.float
+    def __init__(
+        self,
+        *,
+        deviation: _builtins.float = ...,
+        low: _builtins.float = ...,
+        high: _builtins.float = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["deviation", b"deviation", "high", b"high", "low", b"low"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Sections: _TypeAlias = Sections  # noqa: Y015
 
 @_typing.final
 class EpisodeScores(_message.Message):

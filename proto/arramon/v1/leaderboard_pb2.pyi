@@ -34,11 +34,13 @@ class _MarkEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_Mark.ValueType],
     MARK_OTHER_DATA: _Mark.ValueType  # 3
     """The split's data has changed since the run. Not ranked."""
     MARK_OTHER_LIMITS: _Mark.ValueType  # 4
-    """Played with another step limit than the server's current one. Not ranked."""
+    """Played with another step limit than ranked runs: the server's current one, or on"""
     MARK_SERVER_FAULT: _Mark.ValueType  # 5
-    """Some of its episodes ended through the server's fault, and count as not played."""
+    """a server that only its own machine reaches, that of most runs. Not ranked.
+    Some of its episodes ended through the server's fault, and count as not played.
+    """
     MARK_OTHER_CLOCKS: _Mark.ValueType  # 6
-    """Played with other clocks than the server's current ones. Not ranked."""
+    """Played with other clocks than ranked runs, as for MARK_OTHER_LIMITS. Not ranked."""
 
 class Mark(_Mark, metaclass=_MarkEnumTypeWrapper):
     """A condition under which an entry's scores are not comparable, or only with care."""
@@ -51,11 +53,13 @@ MARK_PRIVILEGED: Mark.ValueType  # 2
 MARK_OTHER_DATA: Mark.ValueType  # 3
 """The split's data has changed since the run. Not ranked."""
 MARK_OTHER_LIMITS: Mark.ValueType  # 4
-"""Played with another step limit than the server's current one. Not ranked."""
+"""Played with another step limit than ranked runs: the server's current one, or on"""
 MARK_SERVER_FAULT: Mark.ValueType  # 5
-"""Some of its episodes ended through the server's fault, and count as not played."""
+"""a server that only its own machine reaches, that of most runs. Not ranked.
+Some of its episodes ended through the server's fault, and count as not played.
+"""
 MARK_OTHER_CLOCKS: Mark.ValueType  # 6
-"""Played with other clocks than the server's current ones. Not ranked."""
+"""Played with other clocks than ranked runs, as for MARK_OTHER_LIMITS. Not ranked."""
 Global___Mark: _TypeAlias = Mark  # noqa: Y015
 
 @_typing.final
@@ -210,6 +214,112 @@ class GetEntryRequest(_message.Message):
 Global___GetEntryRequest: _TypeAlias = GetEntryRequest  # noqa: Y015
 
 @_typing.final
+class CompareRequest(_message.Message):
+    DESCRIPTOR: _descriptor.Descriptor
+
+    RUN_ID_FIELD_NUMBER: _builtins.int
+    LANGUAGE_FIELD_NUMBER: _builtins.int
+    SORT_FIELD_NUMBER: _builtins.int
+    run_id: _builtins.str
+    language: _builtins.str
+    """Empty: the run's own; "both": its system in every language together."""
+    sort: _builtins.str
+    """The metric to compare; empty: "PTC@CTC-3"."""
+    def __init__(
+        self,
+        *,
+        run_id: _builtins.str = ...,
+        language: _builtins.str = ...,
+        sort: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["language", b"language", "run_id", b"run_id", "sort", b"sort"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___CompareRequest: _TypeAlias = CompareRequest  # noqa: Y015
+
+@_typing.final
+class CompareResponse(_message.Message):
+    DESCRIPTOR: _descriptor.Descriptor
+
+    STANDING_FIELD_NUMBER: _builtins.int
+    COMPARISONS_FIELD_NUMBER: _builtins.int
+    SORT_FIELD_NUMBER: _builtins.int
+    sort: _builtins.str
+    """The metric that is compared: its total."""
+    @_builtins.property
+    def standing(self) -> Global___Standing:
+        """The run, or its system."""
+
+    @_builtins.property
+    def comparisons(self) -> _containers.RepeatedCompositeFieldContainer[Global___Comparison]:
+        """With every other ranked standing of the list, in its order."""
+
+    def __init__(
+        self,
+        *,
+        standing: Global___Standing | None = ...,
+        comparisons: _abc.Iterable[Global___Comparison] | None = ...,
+        sort: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["standing", b"standing"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["comparisons", b"comparisons", "sort", b"sort", "standing", b"standing"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___CompareResponse: _TypeAlias = CompareResponse  # noqa: Y015
+
+@_typing.final
+class Comparison(_message.Message):
+    """The difference between a standing and another one, over the same episodes."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    OTHER_FIELD_NUMBER: _builtins.int
+    DIFFERENCE_FIELD_NUMBER: _builtins.int
+    LOW_FIELD_NUMBER: _builtins.int
+    HIGH_FIELD_NUMBER: _builtins.int
+    P_FIELD_NUMBER: _builtins.int
+    CORRECTED_P_FIELD_NUMBER: _builtins.int
+    SHOWN_FIELD_NUMBER: _builtins.int
+    difference: _builtins.float
+    """The standing's mean minus that of the other."""
+    low: _builtins.float
+    """95% confidence interval of the difference; within [-1, 1]."""
+    high: _builtins.float
+    p: _builtins.float
+    """Two-sided p-value of the paired permutation test of this pair alone."""
+    corrected_p: _builtins.float
+    """The same, corrected for all pairs of the list by Holm's procedure."""
+    shown: _builtins.int
+    """1: shown to be better than the other; -1: shown to be worse; 0: no difference is shown."""
+    @_builtins.property
+    def other(self) -> Global___Standing:
+        """Without rows."""
+
+    def __init__(
+        self,
+        *,
+        other: Global___Standing | None = ...,
+        difference: _builtins.float = ...,
+        low: _builtins.float = ...,
+        high: _builtins.float = ...,
+        p: _builtins.float = ...,
+        corrected_p: _builtins.float = ...,
+        shown: _builtins.int = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["other", b"other"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["corrected_p", b"corrected_p", "difference", b"difference", "high", b"high", "low", b"low", "other", b"other", "p", b"p", "shown", b"shown"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Comparison: _TypeAlias = Comparison  # noqa: Y015
+
+@_typing.final
 class ExportRequest(_message.Message):
     DESCRIPTOR: _descriptor.Descriptor
 
@@ -292,16 +402,25 @@ class Standing(_message.Message):
     MARKS_FIELD_NUMBER: _builtins.int
     ROWS_FIELD_NUMBER: _builtins.int
     ENTRIES_FIELD_NUMBER: _builtins.int
+    RUNS_BEGUN_FIELD_NUMBER: _builtins.int
+    RUNS_PUBLISHED_FIELD_NUMBER: _builtins.int
+    GAP_FIELD_NUMBER: _builtins.int
+    LAST_RANK_FIELD_NUMBER: _builtins.int
     rank: _builtins.int
-    """From 1; 0 if not ranked. Standings whose confidence intervals overlap with that of the best of their"""
+    """One more than the number of standings that are shown to be better by paired tests; 0 if not ranked."""
     tied: _builtins.bool
-    """group share its rank.
-    Whether another standing has the same rank.
-    """
+    """Whether another standing has the same rank."""
     participant: _builtins.str
     agent: _builtins.str
     coverage: _builtins.float
     """The lowest of its entries."""
+    runs_begun: _builtins.int
+    """Runs of the participant on the split, in these languages: all that were begun, also those that were cancelled,
+    withdrawn or never published, under any agent's name, and those of them that are published.
+    """
+    runs_published: _builtins.int
+    last_rank: _builtins.int
+    """The last rank that it could have, given the differences that are shown; 0 if not ranked."""
     @_builtins.property
     def sensors(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
         """Sensors of any of its entries."""
@@ -312,11 +431,15 @@ class Standing(_message.Message):
 
     @_builtins.property
     def rows(self) -> _containers.RepeatedCompositeFieldContainer[_evaluation_pb2.Row]:
-        """"turn 1", "turn 2", "total"; with several languages the mean, also of the interval's ends."""
+        """"turn 1", "turn 2", "total"; with several languages the mean over them."""
 
     @_builtins.property
     def entries(self) -> _containers.RepeatedCompositeFieldContainer[Global___Entry]:
         """One entry; with "both", one for each language."""
+
+    @_builtins.property
+    def gap(self) -> Global___LanguageGap:
+        """With "both": the gap between its languages in the metric that sorts the list."""
 
     def __init__(
         self,
@@ -330,16 +453,62 @@ class Standing(_message.Message):
         marks: _abc.Iterable[Global___Mark.ValueType] | None = ...,
         rows: _abc.Iterable[_evaluation_pb2.Row] | None = ...,
         entries: _abc.Iterable[Global___Entry] | None = ...,
+        runs_begun: _builtins.int = ...,
+        runs_published: _builtins.int = ...,
+        gap: Global___LanguageGap | None = ...,
+        last_rank: _builtins.int = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "coverage", b"coverage"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "coverage", b"coverage", "gap", b"gap"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "agent", b"agent", "coverage", b"coverage", "entries", b"entries", "marks", b"marks", "participant", b"participant", "rank", b"rank", "rows", b"rows", "sensors", b"sensors", "tied", b"tied"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "agent", b"agent", "coverage", b"coverage", "entries", b"entries", "gap", b"gap", "last_rank", b"last_rank", "marks", b"marks", "participant", b"participant", "rank", b"rank", "rows", b"rows", "runs_begun", b"runs_begun", "runs_published", b"runs_published", "sensors", b"sensors", "tied", b"tied"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__coverage: _TypeAlias = _typing.Literal["coverage"]  # noqa: Y015
     _WhichOneofArgType__coverage: _TypeAlias = _typing.Literal["_coverage", b"_coverage"]  # noqa: Y015
     def WhichOneof(self, oneof_group: _WhichOneofArgType__coverage) -> _WhichOneofReturnType__coverage | None: ...
 
 Global___Standing: _TypeAlias = Standing  # noqa: Y015
+
+@_typing.final
+class LanguageGap(_message.Message):
+    """The difference between the language with the highest mean and that with the lowest, over the episodes that all have."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    HIGHER_FIELD_NUMBER: _builtins.int
+    LOWER_FIELD_NUMBER: _builtins.int
+    MEAN_FIELD_NUMBER: _builtins.int
+    LOW_FIELD_NUMBER: _builtins.int
+    HIGH_FIELD_NUMBER: _builtins.int
+    SAME_FIELD_NUMBER: _builtins.int
+    EPISODES_FIELD_NUMBER: _builtins.int
+    higher: _builtins.str
+    """Code of the language."""
+    lower: _builtins.str
+    mean: _builtins.float
+    low: _builtins.float
+    """95% confidence interval, paired by episode; within [-1, 1]."""
+    high: _builtins.float
+    same: _builtins.float
+    """Share of the episodes with the same outcome in all languages: PTC@CTC-3 of both turns."""
+    episodes: _builtins.int
+    def __init__(
+        self,
+        *,
+        higher: _builtins.str = ...,
+        lower: _builtins.str = ...,
+        mean: _builtins.float = ...,
+        low: _builtins.float = ...,
+        high: _builtins.float = ...,
+        same: _builtins.float = ...,
+        episodes: _builtins.int = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["episodes", b"episodes", "high", b"high", "higher", b"higher", "low", b"low", "lower", b"lower", "mean", b"mean", "same", b"same"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___LanguageGap: _TypeAlias = LanguageGap  # noqa: Y015
 
 @_typing.final
 class Entry(_message.Message):
@@ -355,6 +524,8 @@ class Entry(_message.Message):
     COVERAGE_FIELD_NUMBER: _builtins.int
     MARKS_FIELD_NUMBER: _builtins.int
     RECEIPT_DIGEST_FIELD_NUMBER: _builtins.int
+    RUNS_BEGUN_FIELD_NUMBER: _builtins.int
+    RUNS_PUBLISHED_FIELD_NUMBER: _builtins.int
     PUBLIC_KEY_FIELD_NUMBER: _builtins.int
     signature: _builtins.str
     """As in Report."""
@@ -366,6 +537,9 @@ class Entry(_message.Message):
     """Share of the split's episodes in the language that the run has, in (0, 1]; absent if the"""
     receipt_digest: _builtins.bytes
     """SHA-256 of its receipt's payload, which GetReceipt returns to anyone; omitted in lists."""
+    runs_begun: _builtins.int
+    """As in Standing, in the run's language."""
+    runs_published: _builtins.int
     public_key: _builtins.bytes
     """The host's key that signed the receipt, 32 bytes; omitted in lists."""
     @_builtins.property
@@ -391,11 +565,13 @@ class Entry(_message.Message):
         coverage: _builtins.float | None = ...,
         marks: _abc.Iterable[Global___Mark.ValueType] | None = ...,
         receipt_digest: _builtins.bytes = ...,
+        runs_begun: _builtins.int = ...,
+        runs_published: _builtins.int = ...,
         public_key: _builtins.bytes = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "coverage", b"coverage", "run", b"run"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "coverage", b"coverage", "marks", b"marks", "note", b"note", "public_key", b"public_key", "published_at", b"published_at", "receipt_digest", b"receipt_digest", "rows", b"rows", "run", b"run", "signature", b"signature"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "coverage", b"coverage", "marks", b"marks", "note", b"note", "public_key", b"public_key", "published_at", b"published_at", "receipt_digest", b"receipt_digest", "rows", b"rows", "run", b"run", "runs_begun", b"runs_begun", "runs_published", b"runs_published", "signature", b"signature"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__coverage: _TypeAlias = _typing.Literal["coverage"]  # noqa: Y015
     _WhichOneofArgType__coverage: _TypeAlias = _typing.Literal["_coverage", b"_coverage"]  # noqa: Y015

@@ -26,7 +26,7 @@ if _version_not_supported:
 
 
 class LeaderboardStub:
-    """List, GetEntry and Export need no token. They return no data of single episodes.
+    """List, GetEntry, Compare and Export need no token. They return no data of single episodes.
     """
 
     def __init__(self, channel):
@@ -55,6 +55,11 @@ class LeaderboardStub:
                 request_serializer=arramon_dot_v1_dot_leaderboard__pb2.GetEntryRequest.SerializeToString,
                 response_deserializer=arramon_dot_v1_dot_leaderboard__pb2.Entry.FromString,
                 _registered_method=True)
+        self.Compare = channel.unary_unary(
+                '/arramon.v1.Leaderboard/Compare',
+                request_serializer=arramon_dot_v1_dot_leaderboard__pb2.CompareRequest.SerializeToString,
+                response_deserializer=arramon_dot_v1_dot_leaderboard__pb2.CompareResponse.FromString,
+                _registered_method=True)
         self.Export = channel.unary_unary(
                 '/arramon.v1.Leaderboard/Export',
                 request_serializer=arramon_dot_v1_dot_leaderboard__pb2.ExportRequest.SerializeToString,
@@ -63,7 +68,7 @@ class LeaderboardStub:
 
 
 class LeaderboardServicer:
-    """List, GetEntry and Export need no token. They return no data of single episodes.
+    """List, GetEntry, Compare and Export need no token. They return no data of single episodes.
     """
 
     def Publish(self, request, context):
@@ -90,6 +95,14 @@ class LeaderboardServicer:
 
     def GetEntry(self, request, context):
         """Returns one published run.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def Compare(self, request, context):
+        """Returns the differences between a ranked run and all others of a list, by paired tests; FAILED_PRECONDITION if the run
+        is not ranked.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -125,6 +138,11 @@ def add_LeaderboardServicer_to_server(servicer, server):
                     request_deserializer=arramon_dot_v1_dot_leaderboard__pb2.GetEntryRequest.FromString,
                     response_serializer=arramon_dot_v1_dot_leaderboard__pb2.Entry.SerializeToString,
             ),
+            'Compare': grpc.unary_unary_rpc_method_handler(
+                    servicer.Compare,
+                    request_deserializer=arramon_dot_v1_dot_leaderboard__pb2.CompareRequest.FromString,
+                    response_serializer=arramon_dot_v1_dot_leaderboard__pb2.CompareResponse.SerializeToString,
+            ),
             'Export': grpc.unary_unary_rpc_method_handler(
                     servicer.Export,
                     request_deserializer=arramon_dot_v1_dot_leaderboard__pb2.ExportRequest.FromString,
@@ -139,7 +157,7 @@ def add_LeaderboardServicer_to_server(servicer, server):
 
  # This class is part of an EXPERIMENTAL API.
 class Leaderboard:
-    """List, GetEntry and Export need no token. They return no data of single episodes.
+    """List, GetEntry, Compare and Export need no token. They return no data of single episodes.
     """
 
     @staticmethod
@@ -240,6 +258,33 @@ class Leaderboard:
             '/arramon.v1.Leaderboard/GetEntry',
             arramon_dot_v1_dot_leaderboard__pb2.GetEntryRequest.SerializeToString,
             arramon_dot_v1_dot_leaderboard__pb2.Entry.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def Compare(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/arramon.v1.Leaderboard/Compare',
+            arramon_dot_v1_dot_leaderboard__pb2.CompareRequest.SerializeToString,
+            arramon_dot_v1_dot_leaderboard__pb2.CompareResponse.FromString,
             options,
             channel_credentials,
             insecure,

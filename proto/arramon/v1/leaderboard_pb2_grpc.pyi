@@ -27,7 +27,7 @@ GRPC_GENERATED_VERSION: str
 GRPC_VERSION: str
 
 class LeaderboardStub:
-    """List, GetEntry and Export need no token. They return no data of single episodes."""
+    """List, GetEntry, Compare and Export need no token. They return no data of single episodes."""
 
     @_typing.overload
     def __new__(cls, channel: _grpc.Channel) -> _Self: ...
@@ -43,12 +43,16 @@ class LeaderboardStub:
     """Returns the standings of a split's published runs, the best first."""
     GetEntry: _grpc.UnaryUnaryMultiCallable[_leaderboard_pb2.GetEntryRequest, _leaderboard_pb2.Entry]
     """Returns one published run."""
+    Compare: _grpc.UnaryUnaryMultiCallable[_leaderboard_pb2.CompareRequest, _leaderboard_pb2.CompareResponse]
+    """Returns the differences between a ranked run and all others of a list, by paired tests; FAILED_PRECONDITION if the run
+    is not ranked.
+    """
     Export: _grpc.UnaryUnaryMultiCallable[_leaderboard_pb2.ExportRequest, _leaderboard_pb2.ExportResponse]
     """Returns a whole list as a file, described in docs/leaderboard.md."""
 
 @_typing.type_check_only
 class LeaderboardAsyncStub(LeaderboardStub):
-    """List, GetEntry and Export need no token. They return no data of single episodes."""
+    """List, GetEntry, Compare and Export need no token. They return no data of single episodes."""
 
     def __init__(self, channel: _aio.Channel) -> None: ...
     Publish: _aio.UnaryUnaryMultiCallable[_leaderboard_pb2.PublishRequest, _leaderboard_pb2.Entry]  # type: ignore[assignment]
@@ -61,11 +65,15 @@ class LeaderboardAsyncStub(LeaderboardStub):
     """Returns the standings of a split's published runs, the best first."""
     GetEntry: _aio.UnaryUnaryMultiCallable[_leaderboard_pb2.GetEntryRequest, _leaderboard_pb2.Entry]  # type: ignore[assignment]
     """Returns one published run."""
+    Compare: _aio.UnaryUnaryMultiCallable[_leaderboard_pb2.CompareRequest, _leaderboard_pb2.CompareResponse]  # type: ignore[assignment]
+    """Returns the differences between a ranked run and all others of a list, by paired tests; FAILED_PRECONDITION if the run
+    is not ranked.
+    """
     Export: _aio.UnaryUnaryMultiCallable[_leaderboard_pb2.ExportRequest, _leaderboard_pb2.ExportResponse]  # type: ignore[assignment]
     """Returns a whole list as a file, described in docs/leaderboard.md."""
 
 class LeaderboardServicer(metaclass=_abc_1.ABCMeta):
-    """List, GetEntry and Export need no token. They return no data of single episodes."""
+    """List, GetEntry, Compare and Export need no token. They return no data of single episodes."""
 
     @_abc_1.abstractmethod
     def Publish(
@@ -100,6 +108,16 @@ class LeaderboardServicer(metaclass=_abc_1.ABCMeta):
         context: _ServicerContext,
     ) -> _typing.Union[_leaderboard_pb2.Entry, _abc.Awaitable[_leaderboard_pb2.Entry]]:
         """Returns one published run."""
+
+    @_abc_1.abstractmethod
+    def Compare(
+        self,
+        request: _leaderboard_pb2.CompareRequest,
+        context: _ServicerContext,
+    ) -> _typing.Union[_leaderboard_pb2.CompareResponse, _abc.Awaitable[_leaderboard_pb2.CompareResponse]]:
+        """Returns the differences between a ranked run and all others of a list, by paired tests; FAILED_PRECONDITION if the run
+        is not ranked.
+        """
 
     @_abc_1.abstractmethod
     def Export(

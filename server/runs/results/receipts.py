@@ -12,6 +12,7 @@ from arramon.v1 import PROTOCOL
 from arramon.v1.chain import episode_head, run_digest
 from server.episodes.splits import Split
 from server.errors import TakenOver
+from server.runs.accounts.attempts import number_of
 from server.runs.accounts.callers import Caller
 from server.runs.results.reports import Report, report_of
 from server.runs.results.signing import SigningKey
@@ -19,8 +20,12 @@ from server.runs.storage import tables
 from server.runs.storage.database import Database
 from server.runs.storage.journal import Journal, run_not_found
 from server.runs.storage.records import Ending, Progress, Run
+from server.scoring.aggregate import METHOD
 
 FORMAT, VERSION = "arramon-receipt", 1
+
+ATTEMPTS = "attempts"
+"""Field with the participant's attempts at the time of signing, which cannot be derived again later."""
 
 LIMITS = ("steps_per_phase", "step_seconds", "bank_seconds")
 """Field names of a run's limits, in `Run` and in a receipt."""
@@ -79,7 +84,9 @@ class Receipts:
     def _make(self, run: Run) -> Receipt:
         report = report_of(run, self._journal, self._splits)
         endings = self._journal.endings(run.run_id)
-        payload = rfc8785.dumps(document(self._journal, report, endings, hidden=self._splits[run.split].hidden))
+        content = document(self._journal, report, endings, hidden=self._splits[run.split].hidden)
+        number, begun = number_of(self._database.read, run)
+        payload = rfc8785.dumps({**content, ATTEMPTS: {"number": number, "begun": begun}})
         made = Receipt(payload, self._key.sign(payload), self._key.public)
         with (
             suppress(TakenOver),
@@ -122,6 +129,7 @@ def document(journal: Journal, report: Report, endings: Sequence[Ending], *, hid
         "causes": progress.causes,
         "reoffers": progress.reoffers,
         "steps": progress.steps,
+        "intervals": METHOD,
         "scores": {
             name: {metric: {"mean": i.mean, "low": i.low, "high": i.high} for metric, i in intervals.items()}
             for name, intervals in report.table.rows.items()

@@ -174,4 +174,5 @@ entries = Table(
     Column("note", String(500), nullable=False, server_default=""),
     Column("revision", Integer, nullable=False, server_default="0"),
     Column("scores", JSON, nullable=False),
+    Column("episodes", LargeBinary),
 )

@@ -154,6 +154,19 @@ def test_a_receipt_that_was_forged(database: Database, split: Split) -> None:
 
 
 @pytest.mark.usefixtures("played")
+@pytest.mark.parametrize("method", [None, "an-older-one"])
+def test_intervals_by_another_method_are_not_compared(database: Database, split: Split, method: str | None) -> None:
+    (row,) = database.read(sa.select(tables.receipts.c.payload))
+    content = json.loads(row.payload)
+    content.pop("intervals")
+    if method is not None:
+        content["intervals"] = method
+    content["scores"]["total"]["PTC"]["low"] = 0.123
+    change(database, tables.receipts.update().values(payload=rfc8785.dumps(content)))
+    assert rescore(database, split).differences == ("receipt: its signature is wrong",)
+
+
+@pytest.mark.usefixtures("played")
 def test_changed_data_is_an_error(database: Database, split: Split) -> None:
     with pytest.raises(Conflict, match=r"run 'r' began on split 'tiny' with the data .*, which now has the data ffff"):
         rescore(database, replace(split, data_hash="f" * 64))

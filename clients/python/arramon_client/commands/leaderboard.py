@@ -23,6 +23,9 @@ BOTH = "both"
 
 TOTAL = "total"
 
+SHOWN = {1: "better", 0: "no difference", -1: "worse"}
+"""Outcome of a comparison in words."""
+
 SORTS = {metric.removesuffix("@CTC-3"): metric for _, metric in COLUMNS}
 """Values of `--sort`, and the metric that each one selects."""
 
@@ -52,6 +55,15 @@ def show(argv: Sequence[str]) -> int:
     parser.add_argument("--lang", default=BOTH, metavar="L", help="en, hi, ... or both (default: %(default)s)")
     parser.add_argument(
         "--sort", choices=tuple(SORTS), default="PTC", help="metric to sort and rank by (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--smallest-gap",
+        type=score,
+        metavar="SCORE",
+        help="with --lang both: list by the gap between languages, the smallest first, those with this score or more",
+    )
+    parser.add_argument(
+        "--against", metavar="RUN", help="compare a ranked run with each of the others, by paired tests (see --lang)"
     )
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--csv", action="store_true", help="print the list as CSV")
@@ -84,6 +96,11 @@ def _parser(word: str, description: str) -> argparse.ArgumentParser:
 
 def _show(options: argparse.Namespace) -> None:
     with server_of(options) as server:
+        if options.against is not None:
+            if options.csv or options.json:
+                raise UsageError("--against prints a table, and cannot be used together with --csv or --json")
+            _compare(server, options)
+            return
         split, stub = _choose_split(server, options.split), leaderboard_pb2_grpc.LeaderboardStub(server.channel)
         if options.csv or options.json:
             form = pb.ExportRequest.FORMAT_CSV if options.csv else pb.ExportRequest.FORMAT_JSON
@@ -92,12 +109,82 @@ def _show(options: argparse.Namespace) -> None:
             return
         request = pb.ListRequest(split=split, language=options.lang, sort=SORTS[options.sort])
         listing = _collect(stub, request, server.address)
+    if options.smallest_gap is not None:
+        if options.lang != BOTH:
+            raise UsageError(f"--smallest-gap needs all languages together, but --lang is {options.lang!r}")
+        listing.standings = by_gap(listing, options.smallest_gap)
     console = Console()
     console.width = max(console.width, WIDTH)
     console.print(table(listing, split, options.lang))
     if not listing.standings:
         hint = "; each language has a separate list, see --lang" if options.lang == BOTH else ""
         console.print(f"no published runs yet{hint}", markup=False, highlight=False, soft_wrap=True)
+
+
+def score(text: str) -> float:
+    """Return a score that was typed.
+
+    Raises:
+        argparse.ArgumentTypeError: unless it is a number from 0 to 1.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0.0 <= value <= 1.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is no score; expected a number from 0 to 1")
+    return value
+
+
+def by_gap(listing: Listing, least: float) -> list[pb.Standing]:
+    """Return the standings with a score of at least `least` by the gap between their languages, the smallest first."""
+    means = (
+        (standing, found.mean)
+        for standing in listing.standings
+        for row in standing.rows
+        for found in row.scores
+        if (row.name, found.metric) == (TOTAL, listing.sort)
+    )
+    return sorted(
+        (standing for standing, mean in means if standing.HasField("gap") and mean >= least),
+        key=lambda standing: standing.gap.mean,
+    )
+
+
+def _compare(server: Server, options: argparse.Namespace) -> None:
+    request = pb.CompareRequest(run_id=options.against, language=options.lang, sort=SORTS[options.sort])
+    stub = leaderboard_pb2_grpc.LeaderboardStub(server.channel)
+    console = Console()
+    console.width = max(console.width, WIDTH)
+    console.print(differences(call(stub.Compare, request, server.address), options.sort))
+
+
+def differences(found: pb.CompareResponse, metric: str) -> Table:
+    """Return the table of differences between a run and each of the others."""
+    made = Table(
+        title=Text(f"{found.standing.agent} by {found.standing.participant}, rank {found.standing.rank}: {metric}"),
+        caption="difference: this run minus the other, over the same episodes, with its 95% interval; p: of paired "
+        "permutation tests, corrected for all pairs of the list; a difference is shown if it is below 0.05",
+        box=box.SIMPLE_HEAD,
+        padding=0,
+        show_edge=False,
+        pad_edge=False,
+    )
+    made.add_column("", justify="right", no_wrap=True)
+    made.add_column("agent", overflow="fold", min_width=24)
+    for heading in ("difference", "interval", "p"):
+        made.add_column(heading, justify="right", no_wrap=True, min_width=12)
+    made.add_column("  shown", no_wrap=True)
+    for line in found.comparisons:
+        made.add_row(
+            str(line.other.rank),
+            Text(f"{line.other.agent}\n{line.other.participant}"),
+            f"{line.difference:+.3f}",
+            f"{line.low:+.3f} to {line.high:+.3f}",
+            "< 0.001" if line.corrected_p < 0.001 else f"{line.corrected_p:.3f}",
+            f"  {SHOWN[line.shown]}",
+        )
+    return made
 
 
 def _publish(options: argparse.Namespace) -> None:
@@ -143,8 +230,8 @@ def table(listing: Listing, split: str, language: str) -> Table:
     languages = "all languages together" if language == BOTH else language
     made = Table(
         title=f"{split}, {languages}",
-        caption="sorted and ranked by the column with *; = shares a rank: its interval overlaps with that of the best "
-        "at this rank; under each score its 95% interval; rPOD and PTC count where CTC-3 is 1",
+        caption="ranked by the column with *: a rank is one more than the number of runs shown to be better by paired "
+        "tests; = shares a rank; under each score its 95% interval; rPOD and PTC count where CTC-3 is 1",
         box=box.SIMPLE_HEAD,
         padding=0,
         show_edge=False,
@@ -168,6 +255,12 @@ def table(listing: Listing, split: str, language: str) -> Table:
 def _system(standing: pb.Standing) -> Text:
     lines = [standing.agent, f"{standing.participant}: {' '.join(standing.sensors) or 'no sensors'}"]
     marks = _marks(standing.marks, standing.coverage if standing.HasField("coverage") else None)
+    if standing.HasField("gap"):
+        gap = standing.gap
+        lines.append(f"{gap.higher} over {gap.lower}: {gap.mean:+.3f} ({gap.low:+.3f} to {gap.high:+.3f})")
+        lines.append(f"same outcome: {gap.same:.0%}")
+    if standing.runs_begun:
+        lines.append(f"{standing.runs_published} of {standing.runs_begun} runs published")
     return Text("\n".join([*lines, marks] if marks else lines))
 
 

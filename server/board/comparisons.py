@@ -1,0 +1,129 @@
+"""Paired comparisons of all ranked standings of a listing, kept by the set of their runs."""
+
+from collections import OrderedDict
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from threading import Lock
+
+import numpy as np
+import numpy.typing as npt
+
+from server.board.episode_table import EpisodeTable, join
+from server.board.standings import Standing
+from server.scoring.episode import METRICS
+from server.scoring.intervals import Floats
+from server.scoring.paired import Difference, difference_bounds, holm, permutation_tests
+
+LEVEL = 0.05
+"""Probability of any false claim in a family of comparisons."""
+
+_KEPT = 12
+"""Families that are kept: 2 MB each for 200 runs of 1205 episodes."""
+
+Key = tuple[str, ...]
+"""Ids of the runs of a standing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """A pair of standings: the difference of the first minus the second.
+
+    Attributes:
+        difference: with its interval, and the p-value of this comparison alone.
+        corrected: p-value corrected for all pairs of the family by Holm's procedure.
+        shown: 1 if the first is shown to be better, -1 if it is shown to be worse, otherwise 0.
+    """
+
+    difference: Difference
+    corrected: float
+    shown: int
+
+
+class Family:
+    """Tests of all pairs of a listing's ranked standings, by one metric.
+
+    Args:
+        keys: keys of the standings.
+        scores: score of each standing in each episode, (standings, episodes).
+        strata: number of each episode's stratum, (episodes,).
+    """
+
+    def __init__(self, keys: Sequence[Key], scores: Floats, strata: npt.NDArray[np.intp]) -> None:
+        self._place = {key: number for number, key in enumerate(keys)}
+        self._scores, self._strata = scores, strata
+        self._p = permutation_tests(scores) if len(keys) > 1 else np.ones((len(keys), len(keys)))
+        self._corrected = np.ones_like(self._p)
+        pairs = np.triu_indices(len(keys), 1)
+        self._corrected[pairs] = holm(self._p[pairs])
+        self._corrected = np.minimum(self._corrected, self._corrected.T)
+        means = scores.sum(axis=1)
+        self._better = closed((self._corrected < LEVEL) & (means[:, None] > means))
+
+    def places(self, standing: Standing) -> tuple[int, int]:
+        """Return the first and the last place that a standing can have, given all differences that are shown.
+
+        The first is one more than the number of standings that are shown to be better; the last leaves room for those
+        that are shown to be worse.
+        """
+        at = self._place[key_of(standing)]
+        return 1 + int(self._better[:, at].sum()), len(self._place) - int(self._better[at].sum())
+
+    def compare(self, one: Standing, other: Standing) -> Compared:
+        """Return the comparison of two ranked standings."""
+        a, b = self._place[key_of(one)], self._place[key_of(other)]
+        bounds = difference_bounds(self._scores[a] - self._scores[b], self._strata)
+        shown = int(self._better[a, b]) - int(self._better[b, a])
+        return Compared(Difference(*bounds, p=float(self._p[a, b])), float(self._corrected[a, b]), shown)
+
+
+class Comparisons:
+    """Families of comparisons. Thread-safe; a family is computed once for a set of runs and a metric.
+
+    Args:
+        read: returns the scores of a published run by episode.
+    """
+
+    def __init__(self, read: Callable[[str], EpisodeTable]) -> None:
+        self._read = read
+        self._kept: OrderedDict[object, Family] = OrderedDict()
+        self._lock = Lock()
+
+    def family(self, standings: Sequence[Standing], metric: str, section_of: Mapping[str, str]) -> Family:
+        """Return the tests of all pairs of standings that played the same episodes.
+
+        Args:
+            standings: ranked standings of one listing.
+            metric: metric whose total is compared, one of METRICS.
+            section_of: section of every episode, by id.
+        """
+        keys = tuple(sorted(key_of(standing) for standing in standings))
+        with self._lock:
+            found = self._kept.pop((keys, metric), None) or self._make(keys, metric, section_of)
+            self._kept[keys, metric] = found
+            while len(self._kept) > _KEPT:
+                self._kept.popitem(last=False)
+        return found
+
+    def _make(self, keys: Sequence[Key], metric: str, section_of: Mapping[str, str]) -> Family:
+        column = METRICS.index(metric)
+        scores, strata = [], np.zeros(0, np.intp)
+        for key in keys:
+            joined = join([self._read(run_id) for run_id in key], section_of)
+            scores.append(joined.values[:, -1, column])
+            strata = joined.strata
+        return Family(keys, np.array(scores).reshape(len(keys), len(strata)), strata)
+
+
+def key_of(standing: Standing) -> Key:
+    """Return the ids of a standing's runs."""
+    return tuple(entry.run.run_id for entry in standing.entries)
+
+
+def closed(better: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Return the relation with what follows from it: who beats a winner beats whom the winner beats."""
+    while True:
+        counts = better.astype(np.float32)
+        further = better | (counts @ counts > 0.0)
+        if np.array_equal(further, better):
+            return better
+        better = further

@@ -1,0 +1,113 @@
+"""Scores of all episodes of a published run, kept for paired comparisons. They never leave the server."""
+
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from server.board.standings import HEADLINE
+from server.runs.storage.records import Ending
+from server.scoring.aggregate import with_total
+from server.scoring.episode import METRICS
+from server.scoring.intervals import Floats
+from server.scoring.languages import LanguageGap, language_gap
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class EpisodeTable:
+    """Scores of a run by episode.
+
+    Attributes:
+        ids: ids of the episodes, sorted.
+        scores: scores of both turns, (episodes, 2, METRICS).
+    """
+
+    ids: tuple[str, ...]
+    scores: Floats
+
+    @classmethod
+    def of(cls, endings: Iterable[Ending]) -> "EpisodeTable":
+        """Return the scores of a run from the endings of its episodes."""
+        ordered = sorted(endings, key=lambda ending: ending.episode_id)
+        scores = np.array([[[turn[name] for name in METRICS] for turn in ending.scores] for ending in ordered])
+        return cls(tuple(ending.episode_id for ending in ordered), scores)
+
+    def packed(self) -> bytes:
+        """Return the table as a compressed NumPy archive."""
+        file = io.BytesIO()
+        np.savez_compressed(file, ids=np.array(self.ids), metrics=np.array(METRICS), scores=self.scores)
+        return file.getvalue()
+
+    @classmethod
+    def unpacked(cls, content: bytes) -> "EpisodeTable | None":
+        """Return the table in an archive; None if a release with other metrics wrote it."""
+        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+            if tuple(archive["metrics"].tolist()) != METRICS:
+                return None
+            return cls(tuple(archive["ids"].tolist()), archive["scores"])
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Joined:
+    """Scores of a system's episodes, with the languages of each episode kept together.
+
+    Attributes:
+        ids: ids of the episodes, sorted.
+        values: contribution of each episode, (episodes, ROWS, METRICS); its mean is the mean over the languages' means.
+        strata: number of each episode's stratum: its section, and the languages that it is in.
+        are_sections: whether every episode is in every language, so that the strata are the sections.
+    """
+
+    ids: tuple[str, ...]
+    values: Floats
+    strata: npt.NDArray[np.intp]
+    are_sections: bool
+
+
+def join(tables: Sequence[EpisodeTable], section_of: Mapping[str, str]) -> Joined:
+    """Return the scores of one run in each language together.
+
+    Args:
+        tables: scores in each language.
+        section_of: section of every episode, by id.
+
+    Raises:
+        KeyError: if the section of an episode is unknown.
+    """
+    first = tables[0].ids
+    if all(table.ids == first for table in tables):
+        values = with_total(np.mean([table.scores for table in tables], axis=0))
+        return Joined(first, values, np.unique([section_of[name] for name in first], return_inverse=True)[1], True)
+    ids = tuple(sorted(set().union(*(table.ids for table in tables))))
+    place = {name: number for number, name in enumerate(ids)}
+    turns = np.zeros((len(ids), *tables[0].scores.shape[1:]))
+    held = np.zeros((len(ids), len(tables)), dtype=bool)
+    for language, table in enumerate(tables):
+        at = [place[name] for name in table.ids]
+        turns[at] += table.scores * (len(ids) / (len(tables) * len(table.ids)))
+        held[at, language] = True
+    names = [f"{section_of[name]} {held[number].tolist()}" for number, name in enumerate(ids)]
+    return Joined(ids, with_total(turns), np.unique(names, return_inverse=True)[1], False)
+
+
+def gap_of(
+    tables: Sequence[EpisodeTable], languages: Sequence[str], section_of: Mapping[str, str], metric: str
+) -> LanguageGap | None:
+    """Return the gap between a system's languages in a metric; None if they have no episode in common.
+
+    Args:
+        tables: scores in each language.
+        languages: codes of the languages, at least two.
+        section_of: section of every episode, by id.
+        metric: metric whose total is compared, one of METRICS.
+    """
+    ids = sorted(set(tables[0].ids).intersection(*(table.ids for table in tables)))
+    if not ids:
+        return None
+    rows = [np.searchsorted(table.ids, ids) for table in tables]
+    common = np.stack([table.scores[row] for table, row in zip(tables, rows, strict=True)])
+    strata = np.unique([section_of[name] for name in ids], return_inverse=True)[1]
+    scores = common[:, :, :, METRICS.index(metric)].mean(axis=2)
+    return language_gap(languages, scores, common[:, :, :, METRICS.index(HEADLINE)], strata)

@@ -1,0 +1,67 @@
+"""Attempts of participants on a split: every run that was begun counts, under any agent's name."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import sqlalchemy as sa
+from sqlalchemy.engine import Row
+
+from server.runs.storage import tables
+from server.runs.storage.records import Run
+
+ReadQuery: TypeAlias = Callable[[sa.Select[Any]], Sequence[Row[Any]]]
+
+Who: TypeAlias = tuple[str | None, str]
+"""An account and "", or None and the name that an anonymous participant gave."""
+
+
+@dataclass(frozen=True, slots=True)
+class Attempts:
+    """Runs of a participant on a split, in one language or several.
+
+    Attributes:
+        begun: runs that were created, also those that were cancelled, withdrawn or never published.
+        published: runs that are listed on the leaderboard.
+    """
+
+    begun: int = 0
+    published: int = 0
+
+    def __add__(self, other: "Attempts") -> "Attempts":
+        """Return the sum of both."""
+        return Attempts(self.begun + other.begun, self.published + other.published)
+
+
+NONE = Attempts()
+
+
+def who(run: Run) -> Who:
+    """Return whose attempts a run is counted with."""
+    return (None, run.participant) if run.account is None else (run.account, "")
+
+
+def attempts_on(read: ReadQuery, split: str) -> dict[tuple[Who, str], Attempts]:
+    """Return the attempts of every participant on a split, by participant and language."""
+    runs, entries = tables.runs, tables.entries
+    name = sa.case((runs.c.account.is_(None), runs.c.participant), else_="").label("name")
+    listed = sa.func.count().filter(entries.c.run_id.is_not(None), entries.c.withdrawn_at.is_(None))
+    query = (
+        sa.select(runs.c.account, name, runs.c.language, sa.func.count().label("begun"), listed.label("published"))
+        .select_from(runs.outerjoin(entries))
+        .where(runs.c.split == split)
+        .group_by(runs.c.account, name, runs.c.language)
+    )
+    return {((row.account, row.name), row.language): Attempts(row.begun, row.published) for row in read(query)}
+
+
+def number_of(read: ReadQuery, run: Run) -> tuple[int, int]:
+    """Return which of its participant's runs on the split in the language a run is, from 1, and how many were begun."""
+    c = tables.runs.c
+    same = [c.split == run.split, c.language == run.language, c.account == run.account]
+    if run.account is None:
+        same[-1] = sa.and_(c.account.is_(None), c.participant == run.participant)
+    before = sa.tuple_(c.created_at, c.run_id) <= sa.tuple_(sa.literal(run.created_at, c.created_at.type), run.run_id)
+    query: Any = sa.select(sa.func.count().filter(before).label("number"), sa.func.count().label("begun")).where(*same)
+    row = read(query)[0]
+    return row.number, row.begun
