@@ -35,7 +35,7 @@ from server.web.rendering import Renderer
 from server.web.standings_page import StandingsPage
 from server.web.texts import all_texts
 
-CLOCKS, STEPS = Clocks(60.0, 600.0, 3600.0), 150
+CLOCKS, STEPS = Clocks(60.0, 86_400.0), 150
 
 
 def main() -> int:
