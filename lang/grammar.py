@@ -8,12 +8,15 @@ from lang.patterns import Pattern, parse, spell_out
 
 SLOTS = frozenset(
     (
-        *("thing", "other", "pair", "joined", "target", "where"),
+        *("thing", "other", "pair", "several", "joined", "target", "where"),
         *("noun", "which", "look", "look_after", "colour"),
         *("a", "b", "c"),
     )
 )
 """Slots that are neither words nor tables. "joined", two things that share a noun, is only read."""
+
+INSIDE = "~"
+"""Marks the place in a noun of several words where what describes it stands: "the end of the ~street"."""
 
 JOINS = ("sentence", "assembly", "first", "later", "last", "where", "where after clause", "nested where")
 
@@ -101,11 +104,16 @@ class Grammar:
         self._noun_phrases_of = self._tabled("noun_phrases_of", things.get("noun_phrases_of", {}))
         self.pair_phrases = self._patterns("pair_phrases", things["pair_phrases"])
         self.pair_marks: list[str] = things["pair_marks"]
+        self.several_phrases = self._patterns("several_phrases", things["several_phrases"])
+        self.another_phrases = self._patterns("another_phrases", things["another_phrases"])
         self.same_phrases = self._patterns("same_phrases", things["same_phrases"])
         self.attached = self._patterns("attached", things["attached"])
         self.nested = self._patterns("nested", things["nested"])
         self.determiners: list[str] = things["determiners"]
         self.same: list[str] = things["same"]
+        self.another: list[str] = things["another"]
+        self.two: list[str] = things["two"]
+        self.several: list[str] = things["several"]
         self.pronouns: list[str] = things["pronouns"]
         self.modifiers: list[str] = things["modifiers"]
 
@@ -117,7 +125,7 @@ class Grammar:
         self.joins = self._tabled("joins", phrases["joins"])
         self.also_read = self._tabled("also_read", phrases["also_read"])
         for name, table, keys in (
-            ("target", self.target, ("clause", "sentences")),
+            ("target", self.target, ("clause", "sentences", "same")),
             ("assembly", self.assembly, ("turn", "place", "place it")),
             ("joins", self.joins, JOINS),
         ):

@@ -1,11 +1,12 @@
 """Wording of things, relations and clauses: chooses patterns and fills their slots with inflected words."""
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from random import Random
 from typing import TypeVar
 
 from lang.clauses import Value, focus_of, thing_slots
-from lang.grammar import SLOTS, Grammar, Lexeme
+from lang.grammar import INSIDE, SLOTS, Grammar, Lexeme, Look
 from lang.meaning import Thing, Where
 from lang.patterns import Choice, Pattern, Sequence, needed, possible
 
@@ -14,6 +15,9 @@ Filler = Callable[[Mapping[str, str]], str]
 
 REFER_BACK = 0.6
 """Probability of an anaphoric reference to a thing that was just mentioned, where it is unambiguous."""
+
+NOUN = "\0"
+"""Marks the beginning of a noun in a noun phrase while it is put together."""
 
 _T = TypeVar("_T")
 
@@ -35,7 +39,8 @@ class Phraser:
         self.focus: Thing | None = None
         self.mentioned_things: list[Thing] = []
         self._used: set[tuple[str, object]] = set()
-        self._nouns: dict[Thing, Lexeme] = {}
+        self._nouns: dict[str, Lexeme] = {}
+        self._looks: dict[tuple[str, str], Look] = {}
 
     # Choosing and filling
 
@@ -115,7 +120,7 @@ class Phraser:
     # Things
 
     def noun(self, thing: Thing) -> Lexeme:
-        """Return a noun for the thing, the same throughout one text.
+        """Return a noun for the thing; one text has one noun for each kind.
 
         Raises:
             ValueError: if the language has no noun for its kind.
@@ -123,9 +128,9 @@ class Phraser:
         nouns = self.grammar.nouns.get(thing.kind)
         if nouns is None:
             raise ValueError(f"no noun for kind {thing.kind!r}; expected one of {', '.join(self.grammar.nouns)}")
-        if thing not in self._nouns:
-            self._nouns[thing] = self.pick(nouns, f"noun {thing.kind}")
-        return self._nouns[thing]
+        if thing.kind not in self._nouns:
+            self._nouns[thing.kind] = self.pick(nouns, f"noun {thing.kind}")
+        return self._nouns[thing.kind]
 
     def nouns(self, said: Mapping[str, Value]) -> dict[str, Lexeme]:
         """Return a noun for each slot filled by a thing whose kind has one ("you" has none)."""
@@ -138,9 +143,9 @@ class Phraser:
         for slot, noun in nouns.items():
             thing = said[slot]
             assert isinstance(thing, Thing)
-            if slot == "pair":
-                fillers[slot] = self._pair(thing, noun)
-            elif self._may_be_short(thing) and self.random.random() < REFER_BACK:
+            if slot in ("pair", "several"):
+                fillers[slot] = self._plural(thing, noun, slot)
+            elif self._must_be_short(thing) or (self._may_be_short(thing) and self.random.random() < REFER_BACK):
                 fillers[slot] = self._short(thing, noun)
             else:
                 fillers[slot] = self.thing(thing, noun, self.grammar.nested, top=False)
@@ -149,6 +154,8 @@ class Phraser:
     def thing(self, thing: Thing, noun: Lexeme, attached: Iterable[Pattern], *, top: bool) -> Filler:
         """Return a filler for a thing: its noun phrase, with its relations added by one of the `attached` patterns."""
         given, phrases = dict(noun.given), self.grammar.noun_phrases_of(thing.kind)
+        if thing.which == "another":
+            thing, phrases = replace(thing, which=""), self.grammar.another_phrases
 
         def fill(features: Mapping[str, str]) -> str:
             own = {**self.features, **features, **given}
@@ -167,22 +174,36 @@ class Phraser:
         phrases = self.grammar.same_phrases
         return lambda features: self._described(bare, noun, {**self.features, **features, **given}, phrases)
 
-    def _pair(self, thing: Thing, noun: Lexeme) -> Filler:
+    def _plural(self, thing: Thing, noun: Lexeme, slot: str) -> Filler:
+        """Return a filler for two or several things that are named together."""
         given = {**dict(noun.given), **self.grammar.features_of(self.grammar.pair_marks)}
-        phrases = self.grammar.pair_phrases
+        phrases = self.grammar.pair_phrases if slot == "pair" else self.grammar.several_phrases
         return lambda features: self._described(thing, noun, {**self.features, **features, **given}, phrases)
 
     def _may_be_short(self, thing: Thing) -> bool:
-        """Return whether "that bench" suffices: the last thing of its kind mentioned is this one."""
-        last = next((each for each in reversed(self.mentioned_things) if each.kind == thing.kind), None)
-        return bool(thing.kind) and last == thing
+        """Return whether "that bench" suffices: this one has been mentioned, and no other of its kind."""
+        mentioned = [each for each in self.mentioned_things if each.kind == thing.kind]
+        return bool(thing.kind and mentioned) and all(map(thing.is_same, mentioned))
+
+    def _must_be_short(self, thing: Thing) -> bool:
+        """Return whether only "that bench" is right: "another bench" and "the next bench" name a thing once.
+
+        Raises:
+            ValueError: if "that bench" would mean another one.
+        """
+        if thing.which not in ("next", "another") or not any(map(thing.is_same, self.mentioned_things)):
+            return False
+        last = next(each for each in reversed(self.mentioned_things) if each.kind == thing.kind)
+        if not thing.is_same(last):
+            raise ValueError(f"no name for a {thing.kind} that was called {thing.which!r}, as another was named since")
+        return True
 
     def _described(self, thing: Thing, noun: Lexeme, own: Mapping[str, str], patterns: Iterable[Pattern]) -> str:
         grammar = self.grammar
         form = noun.form(own)
         if form is None:
             raise ValueError(f"no form of {noun.forms[0][1]!r} that is {', '.join(own.values())}")
-        said: dict[str, Filler] = {"noun": constant(form)}
+        said: dict[str, Filler] = {"noun": constant(f"{NOUN}{form}" if INSIDE in form else form)}
         if thing.colour:
             said["colour"] = self._adjective(thing.colour, grammar.colours, own)
         if thing.which:
@@ -193,9 +214,14 @@ class Phraser:
                 raise ValueError(
                     f"no words for the look {thing.look!r} of {thing.kind!r}; expected one of {', '.join(looks)}"
                 )
-            look = self.pick(looks[thing.look], f"look {thing.look}")
+            key = grammar.look_kind(thing.kind), thing.look
+            if key not in self._looks:  # One word for it throughout the text.
+                self._looks[key] = self.pick(looks[thing.look], f"look {thing.look}")
+            look = self._looks[key]
             said["look_after" if look.after else "look"] = self._wording(look.wording, own)
-        return self.render(self.pick(self.fitting(patterns, said), "noun phrase"), said, own)
+        text = self.render(self.pick(self.fitting(patterns, said), "noun phrase"), said, own)
+        described, _, divided = text.rpartition(NOUN)
+        return divided.replace(INSIDE, described) if INSIDE in divided else text
 
     def _adjective(self, value: str, listed: Mapping[str, tuple[Pattern, ...]], own: Mapping[str, str]) -> Filler:
         if value not in listed:
@@ -228,14 +254,18 @@ class Phraser:
         kind = where.things[0].kind
         tables = self.table_fillers(said)
         patterns: list[Pattern] = []
-        if kind == "you" and "thing" in said:
+        if said.keys() & {"pair", "several"} and where.relation != "between":
+            patterns = self.fitting(listed.get(f"{where.relation} group", ()), said, tables)
+        elif kind == "you" and "thing" in said:
             patterns = self.fitting(listed.get(f"{where.relation} you", ()), said.keys() - {"thing"}, tables)
         elif not top and f"{where.relation} nested" in listed:
             patterns = self.fitting(listed[f"{where.relation} nested"], said, tables)
-        elif said.get("thing") == self.focus is not None and self.random.random() < REFER_BACK:
+        elif "thing" in said and where.things[0].is_same(self.focus) and self.random.random() < REFER_BACK:
             patterns = self.fitting(listed.get(f"{where.relation} same", ()), said.keys() - {"thing"}, tables)
         patterns = patterns or self.fitting(listed.get(where.relation, ()), said, tables)
         nouns = self.nouns(said)
         given = dict(nouns["thing"].given) if "thing" in nouns else {}
         pattern = self.pick(patterns, f"{where.relation} of {kind!r}")
-        return self.render(pattern, tables | self.thing_fillers(said, nouns), {**self.features, **given})
+        text = self.render(pattern, tables | self.thing_fillers(said, nouns), {**self.features, **given})
+        self.mentioned_things += where.things
+        return text

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from lang.discourse import Discourse, Item, things_in
@@ -234,7 +234,12 @@ class _Text:
                 for end, named in found
                 if isinstance(named, NounPhrase) and reader.noun_phrase_reader.is_collectible(named)
             ]
-        return self._noun_phrases_at(at)
+        number = {"pair": "two", "several": "several"}.get(slot)
+        return [
+            (end, named)
+            for end, named in self._noun_phrases_at(at)
+            if number is None or (isinstance(named, NounPhrase) and named.number == number)
+        ]
 
     def _noun_phrases_at(self, at: int) -> list[tuple[int, object]]:
         key = ("", at, 0, False)
@@ -256,7 +261,7 @@ class _Text:
             thing, where = bound["thing"], bound["where"]
             assert isinstance(thing, NounPhrase)
             assert isinstance(where, tuple)
-            found.append((match.end, NounPhrase(thing.kind, thing.colour, thing.look, thing.which, where, thing.back)))
+            found.append((match.end, replace(thing, where=where)))
         return found
 
     def _wheres(self, at: int, depth: int, *, top: bool) -> list[tuple[int, tuple[RelationPhrase, ...]]]:
@@ -285,7 +290,7 @@ class _Text:
                 continue
             bound = dict(match.bound)
             relation, _, kind = match.label.key.partition(" ")
-            exactly, things = "exactly" in bound, things_in(bound, kind)
+            exactly, things = "exactly" in bound, things_in(bound, kind, is_between=relation == "between")
             each = [(thing,) for thing in things] if "joined" in bound and relation != "between" else [things]
             found.append((match.end, tuple(RelationPhrase(relation, about, exactly) for about in each)))
         return list(dict.fromkeys(found))

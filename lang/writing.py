@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from itertools import pairwise
 from random import Random
 
@@ -152,11 +153,15 @@ class _Draft(Phraser):
         """Return the patterns for a clause: by its key, its thing's kind, and short ones if that was just mentioned."""
         listed, said = self.grammar.steps, clause.said.keys()
         tables = self.table_fillers(clause.said)
+        plural = said & {"pair", "several"}
+        if plural and clause.key != "walk between":
+            patterns = self.fitting(listed.get(f"{clause.key} group", ()), said, tables)
+            return [pattern for pattern in patterns if not (bent and pattern.main_only)]
         patterns = self.fitting(listed.get(clause.key, ()), said, tables)
         thing = clause.said.get("thing")
         if isinstance(thing, Thing):
             patterns += 2 * self.fitting(listed.get(f"{clause.key} {thing.kind}", ()), said, tables)
-            if thing == self.focus:
+            if thing.is_same(self.focus):
                 patterns += 4 * self.fitting(listed.get(f"{clause.key} same", ()), said - {"thing"}, tables)
         return [pattern for pattern in patterns if not (bent and pattern.main_only)]
 
@@ -167,11 +172,16 @@ class _Draft(Phraser):
         fillers = self.table_fillers(clause.said) | self.thing_fillers(clause.said, nouns)
         text = self.render(pattern, fillers, {**self.features, **given, **marked})
         things = [value for value in clause.said.values() if isinstance(value, Thing)]
-        self.focus = focus_of(tuple(things) * (2 if "pair" in clause.said else 1), self.focus)
+        self.focus = focus_of(
+            tuple(things) * (2 if clause.key == "walk between" and "pair" in clause.said else 1), self.focus
+        )
         self.mentioned_things += things
         return text
 
     def _target(self, target: Thing, patterns: Iterable[Pattern], marked: Mapping[str, str]) -> str:
+        if target.is_same(self.focus):
+            fitting = [pattern for pattern in self.grammar.target["same"] if not (marked and pattern.main_only)]
+            return self.render(self.pick(fitting, "to pick it up"), {}, {**self.features, **marked})
         said = {"target", "where"} if target.where else {"target"}
         fitting = [p for p in patterns if needed(p.body, SLOTS) <= said and not (marked and p.main_only)]
         pattern = self.pick(fitting, "what to pick up")
@@ -180,7 +190,7 @@ class _Draft(Phraser):
         wheres = target.where
         if wheres and "where" in possible(pattern.body, SLOTS):
             fillers["where"] = lambda _: self.wheres(wheres, top=True)
-            target = Thing(target.kind, target.colour, target.look, target.which)
+            target = replace(target, where=())
         fillers["target"] = self.thing(target, noun, self.grammar.attached, top=True)
         return self.render(pattern, fillers, {**self.features, **dict(noun.given), **marked})
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from itertools import product
 
 from lang import load
-from lang.grammar import Lexeme
+from lang.grammar import INSIDE, Lexeme
 
 NOUNS = {
     "ball": ["f गेंद|गेंद|गेंदें|गेंदों", "f बॉल|बॉल|बॉलें|बॉलों"],
@@ -65,6 +65,8 @@ NOUNS = {
     "corner": ["m नुक्कड़|नुक्कड़|नुक्कड़|नुक्कड़ों", "m मोड़|मोड़|मोड़|मोड़ों"],
     "street": ["f सड़क|सड़क|सड़कें|सड़कों"],
     "alley": ["f गली|गली|गलियाँ|गलियों", "f तंग गली|तंग गली|तंग गलियाँ|तंग गलियों"],
+    "t_junction": ["m तिराहा|तिराहे|तिराहे|तिराहों"],
+    "square": ["m मैदान|मैदान|मैदान|मैदानों", "m खुला मैदान|खुले मैदान|खुले मैदान|खुले मैदानों"],
     "street_end": ["m सड़क का छोर|सड़क के छोर|सड़क के छोर|सड़क के छोरों", "m सड़क का अंत|सड़क के अंत|सड़क के अंत|सड़क के अंतों"],
     "": ["m वाला|वाले|वाले|वाले"],
 }  # fmt: skip
@@ -92,6 +94,8 @@ COLOURS = {
 WHICHES = {
     "first": ["पहला|पहले|पहली"],
     "second": ["दूसरा|दूसरे|दूसरी"],
+    "third": ["तीसरा|तीसरे|तीसरी"],
+    "next": ["अगला|अगले|अगली"],
     "last": ["आख़िरी", "अंतिम"],
     "nearest": ["सबसे नज़दीकी", "सबसे क़रीबी", VAALA.replace("{}", "सबसे नज़दीक")],
 }
@@ -150,6 +154,13 @@ def agreeing(listed: list[str], gender: str, number: str, case: str) -> set[str]
     return {forms(each)[place] for each in listed}
 
 
+def before(word: str, noun: str) -> str:
+    """A noun with an adjective: within a noun of several words, टायरों का दूसरा ढेर, and otherwise before it."""
+    words = noun.split()
+    place = max((i + 1 for i, each in enumerate(words) if each in ("का", "के", "की")), default=0)
+    return " ".join((*words[:place], word, *words[place:]))
+
+
 def nouns(kind: str) -> Iterator[tuple[Lexeme, str, tuple[str, ...]]]:
     """Each noun of a kind as the language has it, its expected gender, and its expected forms in the order of FORMS."""
     expected = {}
@@ -157,9 +168,9 @@ def nouns(kind: str) -> Iterator[tuple[Lexeme, str, tuple[str, ...]]]:
         gender, listed = entry.split(" ", 1)
         expected[nfc(listed).split("|")[0]] = (gender, tuple(nfc(listed).split("|")))
     lexemes = {
-        lexeme.form({"number": "singular", "case": "direct"}): lexeme for lexeme in load("hi").grammar.nouns[kind]
+        (lexeme.form({"number": "singular", "case": "direct"}) or "").replace(INSIDE, ""): lexeme
+        for lexeme in load("hi").grammar.nouns[kind]
     }
     assert set(lexemes) == set(expected), kind
     for form, lexeme in lexemes.items():
-        assert form is not None
         yield lexeme, *expected[form]

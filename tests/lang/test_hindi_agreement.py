@@ -9,12 +9,15 @@ from lang import load
 from lang.meaning import Thing, Where
 from lang.patterns import Pattern
 from lang.phrasing import Phraser
-from tests.lang.hindi import COLOURS, FORMS, LOOKS, NOUNS, POSTPOSITIONS, WHICHES, agreeing, nfc, nouns
+from tests.lang.hindi import COLOURS, FORMS, LOOKS, NOUNS, POSTPOSITIONS, WHICHES, agreeing, before, nfc, nouns
 
 PARTICIPLES = ["रखा|रखे|रखी", "पड़ा|पड़े|पड़ी", "रखा हुआ|रखे हुए|रखी हुई", "पड़ा हुआ|पड़े हुए|पड़ी हुई"]
 
 DRAWS = 8
 """Enough to see every wording: what a text has used already is not drawn again before the others."""
+
+TEXTS = 40
+"""Enough to see every wording that one text keeps to."""
 
 
 def things(kind: str) -> Iterator[tuple[Thing, list[str]]]:
@@ -33,10 +36,13 @@ def test_every_noun_with_every_adjective_in_every_form(kind: str) -> None:
     for lexeme, gender, expected in nouns(kind):
         for (number, case), form in zip(FORMS, expected, strict=True):
             for thing, wordings in things(kind):
-                phraser = Phraser(load("hi").grammar, Random(0))
-                fill = phraser.thing(thing, lexeme, (), top=False)
-                written = {" ".join(fill({"number": number, "case": case}).split()) for _ in range(DRAWS)}
-                assert written == {f"{word} {form}" for word in agreeing(wordings, gender, number, case)}
+                written = set()
+                for seed in range(TEXTS if thing.look else 1):  # One text has one word for a look.
+                    phraser = Phraser(load("hi").grammar, Random(seed))
+                    fill = phraser.thing(thing, lexeme, (), top=False)
+                    for _ in range(1 if thing.look else DRAWS):
+                        written.add(" ".join(fill({"number": number, "case": case}).split()))
+                assert written == {before(word, form) for word in agreeing(wordings, gender, number, case)}
 
 
 @pytest.mark.parametrize("relation", POSTPOSITIONS)
@@ -46,7 +52,7 @@ def test_every_noun_with_every_adjective_before_every_postposition(relation: str
         for lexeme, gender, expected in nouns(kind):
             for thing, wordings in things(kind):
                 phraser = Phraser(load("hi").grammar, Random(0))
-                heads = {f"{word} {expected[1]}" for word in agreeing(wordings, gender, "singular", "oblique")}
+                heads = {before(word, expected[1]) for word in agreeing(wordings, gender, "singular", "oblique")}
                 fillers = {"thing": phraser.thing(thing, lexeme, (), top=False)}
                 for pattern in dict.fromkeys(phraser.grammar.where[relation]):
                     text = " ".join(phraser.render(pattern, fillers, phraser.features).split())
@@ -61,8 +67,8 @@ def test_two_of_a_kind_are_plural(kind: str) -> None:
     for seed in range(DRAWS):
         wheres = (Where("between", (Thing(kind), Thing(kind))),)
         text = " ".join(Phraser(load("hi").grammar, Random(seed)).wheres(wheres, top=True).split())
-        assert text.startswith(("दो ", "दोनों "))
-        assert any(f" {plural} के बीच" in text for plural in plurals), text
+        pairs = {before(two, plural) for plural in plurals for two in ("दो", "दोनों")}
+        assert text.startswith(tuple(f"{pair} के " for pair in pairs)), text
 
 
 @pytest.mark.parametrize("kind", NOUNS)

@@ -9,8 +9,8 @@ from lang import load, sampling
 from lang.meaning import Assembly, Face, Navigation, Rotate, Thing, Walk, Where
 from lang.quality import BLOCKED, check
 
-MUG = Thing("mug", "red", "striped")
-BENCH, BANNER = Thing("bench"), Thing("banner", "orange", "star")
+MUG = Thing("mug", "red", "striped", identity="3")
+BENCH, BANNER = Thing("bench", identity="1"), Thing("banner", "orange", "star")
 CROSSING = Thing("intersection", which="second")
 
 
@@ -41,7 +41,7 @@ def test_a_text_depends_on_meaning_and_draw_alone() -> None:
         (Walk("to", (BENCH,)), r"(to|reach|at|far as|come to) the (park |street )?bench"),
         (Walk("past", (BENCH,), "left"), r"on (the|your) left"),
         (Walk("past", (Thing("intersection"),)), r"(cross|across|through|over) the "),
-        (Walk("between", (BENCH, BENCH)), r"(the two|both) (park |street )?benches"),
+        (Walk("between", (BENCH, Thing("bench", identity="2"))), r"(the two|both) (park |street )?benches"),
         (Walk("between", (BENCH, Thing("tree"))), r"between the (park |street )?bench and the tree"),
         (Walk("along", (Thing("alley"),)), r"(down|through|along|into|follow) the alley"),
         (Walk("towards", (BANNER,)), r"towards? (the|an) .*(star|orange)"),
