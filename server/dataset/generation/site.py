@@ -5,6 +5,7 @@ from functools import cached_property
 
 from server.dataset.generation.draft import Draft
 from server.dataset.generation.drawing import DraftSampler
+from server.dataset.instructions.sight import identified
 from server.dataset.layout.solids import Solids
 from server.dataset.plans.graph import StreetGraph
 from server.dataset.plans.plan import Plan
@@ -53,6 +54,11 @@ class Site:
     def camera(self) -> Camera:
         """The section's fast camera."""
         return RasterCamera(self.scene)
+
+    @cached_property
+    def sight(self) -> Camera:
+        """The section's camera whose labels are the names of bodies, for `sight.find_landmarks`."""
+        return RasterCamera(identified(self.scene))
 
     @cached_property
     def sampler(self) -> DraftSampler:
