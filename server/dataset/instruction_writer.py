@@ -148,7 +148,7 @@ def _sights(draft: Draft, site: Site) -> Sights:
     sights, start = [], draft.start
     for turn in draft.turns:
         poses = poses_along(start, turn.path, turn.actions)
-        sights.append((tuple(poses), find_landmarks(poses, turn.street, site.section, site.camera)))
+        sights.append((tuple(poses), find_landmarks(poses, turn.street, site.section, site.sight)))
         start = poses[-1]
     return tuple(sights)
 

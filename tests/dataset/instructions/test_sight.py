@@ -2,7 +2,7 @@
 
 import pytest
 
-from server.dataset.instructions.sight import find_landmarks, poses_along
+from server.dataset.instructions.sight import find_landmarks, identified, poses_along
 from server.sim.city import city_scene
 from server.sim.geometry import Pose
 from server.sim.raster.camera import RasterCamera
@@ -32,7 +32,8 @@ def test_only_what_no_wall_hides_is_seen() -> None:
     section = crossing(Prop("barrel", -15.0, 0.5, 0.0, colour="gold"))
     poses = poses_along(START, PATH, ACTIONS)
     marks = {
-        mark.label.kind: mark for mark in find_landmarks(poses, STREET, section, RasterCamera(city_scene(section)))
+        mark.label.kind: mark
+        for mark in find_landmarks(poses, STREET, section, RasterCamera(identified(city_scene(section))))
     }
     assert marks["phone_booth"].seen[0] == 0
     assert marks["bench"].seen[0] > 12  # round the corner
@@ -42,5 +43,7 @@ def test_only_what_no_wall_hides_is_seen() -> None:
 
 def test_a_look_round_shows_what_is_behind_the_start() -> None:
     section = crossing(Prop("bin", 0.5, -19.0, 0.0))
-    marks = find_landmarks(poses_along(START, PATH, ACTIONS), STREET, section, RasterCamera(city_scene(section)))
+    marks = find_landmarks(
+        poses_along(START, PATH, ACTIONS), STREET, section, RasterCamera(identified(city_scene(section)))
+    )
     assert next(mark for mark in marks if mark.label.kind == "bin").seen == (-1,)
