@@ -18,6 +18,9 @@ SLOTS = frozenset(
 INSIDE = "~"
 """Marks the place in a noun of several words where what describes it stands: "the end of the ~street"."""
 
+LOOKS_AS = {"building_corner": "building"}
+"""Kinds with the looks of another."""
+
 JOINS = ("sentence", "assembly", "first", "later", "last", "where", "where after clause", "nested where")
 
 Features = Mapping[str, str]
@@ -151,6 +154,7 @@ class Grammar:
 
     def look_kind(self, kind: str) -> str:
         """Return the kind under which a kind's looks are listed: itself if it has its own, else "collectible"."""
+        kind = LOOKS_AS.get(kind, kind)
         return kind if kind in self.looks else "collectible"
 
     def word_forms(self) -> dict[str, tuple[str, ...]]:

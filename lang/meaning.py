@@ -20,9 +20,9 @@ ATS = ("at", "before", "after")
 RELATIONS = ("on_top_of", "left_of", "right_of", "in_front_of", "behind", "between", "near", "against", "diagonal_to")
 """Relations of one thing to another: those of the languages' `relations.toml`, and "diagonal_to"."""
 
-PLACES = ("intersection", "t_junction", "corner", "street", "alley", "square", "street_end")
-"""Kinds of things that are not solid: a crossing of streets, a place where a street ends at another, a building's
-corner where a street opens, a street, a narrow one, an open square, the end of a street."""
+PLACES = ("intersection", "t_junction", "corner", "building_corner", "street", "alley", "square", "street_end")
+"""Kinds of things that are not solid: a crossing of streets, a place where a street ends at another, a corner where a
+street opens, the same with the look of the building there, a street, a narrow one, an open square, a street's end."""
 
 WHICHES = ("", "first", "second", "third", "last", "nearest", "next", "another")
 """Which of several things that fit a name is meant: an ordinal along the way, "nearest", "next" (the first one farther

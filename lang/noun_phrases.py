@@ -157,9 +157,10 @@ class NounPhraseReader:
             for place in range(at + 1, min(at + _DIVIDED_WITHIN, len(keys) - len(tail)) + 1):
                 if tuple(keys[place : place + len(tail)]) == tail:
                     size = place - at + len(noun)
-                    for end, named in self._read_whole((*keys[at:place], *noun), 0):
-                        if end == size:
-                            yield place + len(tail), named
+                    after = place + len(tail)
+                    for end, named in self._read_whole((*keys[at:place], *noun, *keys[after:]), 0):
+                        if end >= size:
+                            yield after + end - size, named
 
     def _read_whole(self, keys: Sequence[str], start: int) -> list[tuple[int, NounPhrase]]:
         at, back, another = start, PLAIN, False
@@ -250,7 +251,9 @@ class NounPhraseReader:
     def _suits(self, word: _Word, kind: str) -> bool:
         """Return whether the adjective can describe things of that kind."""
         if word.role == "look":
-            return word.kind == kind or (word.kind == "collectible" and kind in self._collectibles)
+            return word.kind == self._grammar.look_kind(kind) or (
+                word.kind == "collectible" and kind in self._collectibles
+            )
         if word.role == "colour":
             return kind not in self._collectibles or word.value in self._object_colours
         return True

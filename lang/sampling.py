@@ -142,7 +142,9 @@ def _step(random: Random, things: list[Thing]) -> Step:
         return Rotate(random.choice(TURNS))
     thing = random.choice(things[-2:]) if things and random.random() < 0.25 else landmark(random)
     if random.random() < 0.25:
-        thing = Thing(random.choice(PLACES), which=random.choice(("", "", "first", "second", "next", "another")))
+        kind = random.choice(PLACES)
+        which = random.choice(("", "", "first", "second", "next", "another")) if kind != "building_corner" else ""
+        thing = Thing(kind, look="" if which or kind != "building_corner" else random.choice(FACADES), which=which)
     elif random.random() < 0.15 and not thing.where and thing.which in ("", "next"):
         thing = replace(thing, number=random.choice(NUMBERS[1:]))
     repeatable = [thing] if thing.which not in ("next", "another") else []

@@ -24,6 +24,9 @@ FEWEST_WORDS = 6
 MARKS = ",.;:।"
 """Punctuation at the ends of words."""
 
+STREETS = ("street", "alley")
+"""Kinds of which only their own patterns are written: one turns into a street, not at it."""
+
 _SENTENCES = (1, 1, 2, 2, 2, 3)
 """Distribution of the number of clauses per sentence."""
 
@@ -160,7 +163,8 @@ class _Draft(Phraser):
         patterns = self.fitting(listed.get(clause.key, ()), said, tables)
         thing = clause.said.get("thing")
         if isinstance(thing, Thing):
-            patterns += 2 * self.fitting(listed.get(f"{clause.key} {thing.kind}", ()), said, tables)
+            special = self.fitting(listed.get(f"{clause.key} {thing.kind}", ()), said, tables)
+            patterns = special if special and thing.kind in STREETS else patterns + 2 * special
             if thing.is_same(self.focus):
                 patterns += 4 * self.fitting(listed.get(f"{clause.key} same", ()), said - {"thing"}, tables)
         return [pattern for pattern in patterns if not (bent and pattern.main_only)]

@@ -2,14 +2,16 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 from agents.follower.map_landmarks import Landmark, landmarks_ahead
 from agents.follower.navigation_body import Body, rotated
 from agents.follower.navigation_motion import HEADINGS, TURN, can_step, find_path, turns
-from agents.follower.navigation_places import find_opening
+from agents.follower.navigation_places import Openings, find_opening
+from agents.follower.navigation_reference import ORDINALS, Marks, Referents
 from arramon_client.agent import Action
 from lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
-from lang.street import ALONG, BESIDE, DEGREES, NEAR, PAST
+from lang.street import ACROSS, ALONG, BESIDE, DEGREES, NEAR, PAST
 
 PASSED_DISTANCE = 0.5
 """Distance in units to the line beside a place at which the place counts as passed."""
@@ -22,6 +24,12 @@ LOOK = (Action.LEFT, Action.RIGHT, Action.RIGHT, Action.LEFT)
 
 LOCK_DISTANCE = 4.0
 """Distance in units below which a step no longer changes the landmark that it refers to."""
+
+SEEN_DISTANCE = 14.0
+"""Distance in units from which a landmark ends a walk until it is seen."""
+
+AT_BUILDING = 9.0
+"""Distance in units of a street's opening from the middle of a building at which one turns into it."""
 
 SEEK_DISTANCE = 15.0
 """Distance in units that the agent goes on to find a landmark that it has not seen."""
@@ -55,6 +63,7 @@ class Navigator:
         self._interacted: Landmark | None = None
         self._looks: list[Action] = []
         self._visited: list[tuple[float, float]] = []
+        self._referents = Referents(body.landmarks)
         self._searched = not meaning.target.where
         self._searches = [self._to_surroundings, self._onward, self._to_surroundings]
         self._begin_step()
@@ -73,7 +82,10 @@ class Navigator:
         return self._explore() if action is None else action
 
     def _begin_step(self) -> None:
-        self._lock: tuple[Landmark, ...] = ()
+        for thing, marks in getattr(self, "_locks", {}).items():
+            self._referents.keep(thing, marks)
+        self._locks: dict[Thing, Marks] = {}
+        self._openings = Openings(self._body.x, self._body.z, self._course)
         self._place: tuple[float, float] | None = None
         self._turned_to: float | None = None
         self._start = self._body.x, self._body.z
@@ -170,8 +182,12 @@ class Navigator:
         return self._turn_to(self._turned_to)
 
     def _walk(self, step: Walk) -> Action | None:
-        if step.way == "ahead":
+        if step.way in ("ahead", "along"):
             return self._walk_ahead(step)
+        if step.way == "until":
+            return None if self._is_seen(step.things[0]) else self._ahead()
+        if step.things[0].kind in PLACES:
+            return self._to_place(step.things[0], 0, ACROSS if step.way == "past" else 0.0)
         marks = self._resolve(step.things)
         if marks is None:
             return self._seek()
@@ -182,8 +198,22 @@ class Navigator:
                 self._course = self._aim(marks, self._start)
                 return None
             return self._go(marks, near - 0.2)
-        beyond = PAST if step.way == "past" else 0.3
+        beyond = {"past": PAST, "beside": 0.0}.get(step.way, 0.3)
+        if step.way == "past" and (step.things[0].number or step.things[0].kind == "building"):
+            marks = self._farthest(step.things[0])
         return self._pass(marks, beyond)
+
+    def _farthest(self, thing: Thing) -> tuple[float, float]:
+        """Return the place of the last of several landmarks along the walk."""
+        sin, cos = math.sin(self._start_course), math.cos(self._start_course)
+        last = max(self._locks[thing], key=lambda mark: (mark.x * sin + mark.z * cos, mark.x))
+        return last.x, last.z
+
+    def _is_seen(self, thing: Thing) -> bool:
+        """Return whether a landmark that fits is near enough ahead."""
+        body = self._body
+        marks = landmarks_ahead(body.landmarks.fitting(thing), body.x, body.z, self._course)
+        return any(body.distance(mark.x, mark.z) <= SEEN_DISTANCE for mark in marks)
 
     def _walk_ahead(self, step: Walk) -> Action | None:
         following = self._meaning.steps[self._number + 1 :]
@@ -198,21 +228,43 @@ class Navigator:
         """Return the next action towards the place of a turn; None when the agent is there."""
         thing = step.thing
         assert thing is not None
-        if thing.kind in PLACES:
-            return self._to_opening(-1 if "left" in step.direction else 1)
+        if thing.kind in PLACES or thing.kind == "building":
+            return self._to_place(thing, -1 if "left" in step.direction else 1, ALONG[step.at])
         marks = self._resolve((thing,))
         if marks is None:
             return self._seek()
         return self._pass(marks, ALONG[step.at])
 
-    def _to_opening(self, side: int) -> Action | None:
+    def _to_place(self, thing: Thing, side: int, beyond: float) -> Action | None:
+        """Return the next action to a place in the street, or to where one opens at a building; None there.
+
+        `side` is that of the street that opens there, -1 for the left, 1 for the right, 0 for any.
+        """
+        if thing.kind in ("street_end", "t_junction"):
+            return self._ahead()
         body = self._body
         if self._place is None:
-            self._place = find_opening(body.ground, body.x, body.z, self._course, side)
+            self._openings.add(body.ground, body.x, body.z, self._course)
+            self._place = self._find_place(thing, side)
             if self._place is None:
                 return self._ahead()
         _, ahead = rotated(self._place[0] - body.x, self._place[1] - body.z, self._course)
-        return None if ahead <= PASSED_DISTANCE else self._go(self._place, 0.6)
+        if ahead + beyond <= PASSED_DISTANCE:
+            return None
+        sin, cos = math.sin(self._course), math.cos(self._course)
+        return self._go((self._place[0] + beyond * sin, self._place[1] + beyond * cos), 0.6)
+
+    def _find_place(self, thing: Thing, side: int) -> tuple[float, float] | None:
+        building = thing if thing.kind == "building" else next((t for w in thing.where for t in w.things), None)
+        if building is not None:
+            marks = self._resolve((building,))
+            place = None if marks is None else self._openings.near(side, *marks)
+            near = place is not None and marks is not None and math.dist(place, marks) < AT_BUILDING
+            return place if near else None
+        number = max(ORDINALS.get(thing.which, 0), 0)
+        if number or side == 0:
+            return self._openings.place(side, number)
+        return find_opening(self._body.ground, self._body.x, self._body.z, self._course, side)
 
     def _pass(self, place: tuple[float, float], beyond: float) -> Action | None:
         """Return the next action along the course to `beyond` units past a place; None when the agent is there."""
@@ -237,17 +289,19 @@ class Navigator:
         return math.atan2(place[0] - start[0], place[1] - start[1])
 
     def _resolve(self, things: tuple[Thing, ...]) -> tuple[float, float] | None:
-        """Return the place of the things, or the middle of two; None if one has not been seen yet."""
-        if not self._lock or self._body.distance(self._lock[0].x, self._lock[0].z) > LOCK_DISTANCE:
-            found = []
-            for thing in things:
-                marks = landmarks_ahead(self._body.landmarks.fitting(thing), *self._start, self._start_course)
-                place = {"second": 1, "last": len(marks) - 1}.get(thing.which, 0)
-                if not 0 <= place < len(marks):
+        """Return the place of the things, the middle of several; None if one has not been seen yet."""
+        found: list[Landmark] = []
+        for thing in things:
+            locked = self._locks.get(thing)
+            if not locked or self._body.distance(locked[0].x, locked[0].z) > LOCK_DISTANCE:
+                locked = self._referents.find(thing, *self._start, self._start_course)
+                if locked is None:
                     return None
-                found.append(marks[place])
-            self._lock = tuple(found)
-        xs, zs = [mark.x for mark in self._lock], [mark.z for mark in self._lock]
+                self._locks[thing] = locked
+            found += locked if len(things) == 1 else locked[:1]
+        if len(things) == 2 and things[0] == things[1]:
+            return self._resolve((replace(things[0], number="two"),))
+        xs, zs = [mark.x for mark in found], [mark.z for mark in found]
         return sum(xs) / len(xs), sum(zs) / len(zs)
 
     # Motion

@@ -72,7 +72,7 @@ class InstructionWriter:
         """Yield candidate instructions, one plan after another: they pass the quality checks and are untested."""
         sights = _sights(draft, site)
         for number in range(PLANS):
-            plan = _plan(draft, sights, (*names, number))
+            plan = _plan(draft, site, sights, (*names, number))
             texts = self._write(draft, plan, (*names, number)) if plan is not None else None
             if texts is not None:
                 yield texts
@@ -148,17 +148,17 @@ def _sights(draft: Draft, site: Site) -> Sights:
     sights, start = [], draft.start
     for turn in draft.turns:
         poses = poses_along(start, turn.path, turn.actions)
-        sights.append((tuple(poses), find_landmarks(poses, turn.street, site.section, site.sight)))
+        sights.append((tuple(poses), find_landmarks(poses, turn.street, site.section, site.sight, site.graph)))
         start = poses[-1]
     return tuple(sights)
 
 
-def _plan(draft: Draft, sights: Sights, names: tuple[object, ...]) -> Plan | None:
+def _plan(draft: Draft, site: Site, sights: Sights, names: tuple[object, ...]) -> Plan | None:
     """Return the meanings of both turns' instructions, or None if a planner fails."""
     room, planned = draft.decoys, []
     for number, (turn, (poses, marks)) in enumerate(zip(draft.turns, sights, strict=True), start=1):
         random = seeded(*names, number, "plan")
-        navigation = plan_navigation(turn.path, poses, turn.target, turn.street, marks, random)
+        navigation = plan_navigation(turn.path, poses, turn.target, turn.street, marks, random, site.graph)
         assembly = plan_assembly(turn.target.type, turn.target_cell, room, random)
         if navigation is None or assembly is None:
             return None
