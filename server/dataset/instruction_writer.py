@@ -13,6 +13,9 @@ from server.dataset.generation import Draft, Site
 from server.dataset.generation.command import Progress, generate
 from server.dataset.generation.sizes import select_plans
 from server.dataset.instructions.assembly import plan_assembly
+from server.dataset.instructions.gate import faults_of_text
+from server.dataset.instructions.gate_navigation import faults_of_navigation
+from server.dataset.instructions.gate_world import GateWorld
 from server.dataset.instructions.navigation import plan_navigation
 from server.dataset.instructions.sight import Landmark, find_landmarks, poses_along
 from server.dataset.randomness import seeded
@@ -162,6 +165,9 @@ def _plan(draft: Draft, site: Site, sights: Sights, names: tuple[object, ...]) -
         assembly = plan_assembly(turn.target.type, turn.target_cell, room, random)
         if navigation is None or assembly is None:
             return None
+        goal = turn.target.position.x, turn.target.position.z
+        if faults_of_navigation(navigation, GateWorld(turn.path, poses[0], marks, goal, site.graph)):
+            return None
         planned.append((navigation, assembly))
         room = (*room, PlacedObject(turn.target.type, turn.target_cell))
     return planned[0], planned[1]
@@ -181,7 +187,7 @@ def _phrase(code: str, phase: str, turn: Turn, meaning: Meaning, names: tuple[ob
         target=Thing(target.kind, target.colour, target.pattern),
         first_turn=first_turn(turn.actions),
     )
-    return None if is_blocked(failures) else text
+    return None if is_blocked(failures) or faults_of_text(text, code, meaning) else text
 
 
 def first_turn(actions: tuple[Action, ...]) -> float:

@@ -15,23 +15,20 @@ from server.dataset.instructions.navigation_landmarks import landmark_options
 from server.dataset.instructions.navigation_legs import Place, bearing, max_deviation, turn_between
 from server.dataset.instructions.navigation_names import distinguish
 from server.dataset.instructions.navigation_places import place_options
-from server.dataset.instructions.navigation_route import MAX_DEVIATION, Option, Route, Waypoint, turn_towards
+from server.dataset.instructions.navigation_route import MAX_DEVIATION, Option, Route, Waypoint, turn_towards, turns_on
 from server.dataset.instructions.navigation_target import describe
 from server.dataset.instructions.sight import Landmark
 from server.dataset.plans.graph import StreetGraph
 from server.sim.geometry import Pose
 from server.sim.rules import Collectible
 
-MAX_COUNT, SHORT_COUNT = 14, 8
-"""Maximum count of paces, and the count used instead if more are needed, after which a landmark is sought."""
-
-COUNTED_SHARE = 0.1
-"""Probability that a plan may count paces where there is no landmark: people hardly ever do."""
+AHEAD = 8
+"""Maximum length of a walk straight on that no landmark ends, in steps."""
 
 MAX_STEPS = 9
 """Maximum number of steps of a plan."""
 
-UNTIL_SEEN = 0.45
+UNTIL_SEEN = 0.3
 """Probability that a walk straight to the target is told by it: "walk until you see the mug"."""
 
 ALONG_STREET = 0.12
@@ -80,7 +77,6 @@ class _Planner:
         self._around = [mark for mark in route.marks if mark.glimpsed is not None and mark.glimpsed <= 0]
         seen = [route.first_seen(mark) for mark in route.marks if (mark.x, mark.z) == route.goal]
         self._target_seen = min(seen, default=math.inf)
-        self._may_count = self._random.random() < COUNTED_SHARE
 
     def steps(self) -> tuple[Step, ...] | None:
         """Return all steps, or None if there are too many."""
@@ -96,10 +92,9 @@ class _Planner:
                 options = [o for o in options if len(o.steps) == 1 and not isinstance(o.steps[0], Rotate)]
                 if not options:
                     return (*steps, *last)
-            if not options and not self._may_count:
+            chosen = min(options, key=lambda option: option.cost, default=self._ahead(waypoint))
+            if chosen is None or (chosen.steps[-1] == Walk("ahead") == next(reversed(steps), None)):
                 return None
-            options = options or [self._counted_steps(waypoint)]
-            chosen = min(options, key=lambda option: option.cost)
             steps += self._with_facing(chosen) if not steps else (*self._along_street(waypoint, chosen), *chosen.steps)
             waypoint = chosen.waypoint
             if waypoint.number >= route.last and self._final_steps(waypoint) is None:
@@ -121,7 +116,7 @@ class _Planner:
             return None
         off = turn_between(waypoint.pose.heading, bearing(here, route.goal))
         words = turn_towards(off)
-        if words is None or (words and waypoint.turned):
+        if words is None or (words and waypoint.turned) or not turns_on(route, waypoint, words):
             return None
         turns = tuple(Rotate(word) for word in words)
         far = math.dist(here, route.goal)
@@ -141,22 +136,27 @@ class _Planner:
             return ()
         return (Walk("along", (Thing(roads[0].kind, identity=roads[0].identity),)),)
 
-    def _counted_steps(self, waypoint: Waypoint) -> Option:
-        """Return a continuation by counted paces to the next corner, for use without a landmark."""
+    def _ahead(self, waypoint: Waypoint) -> Option | None:
+        """Return a walk straight on to where more is seen, possibly after a turn; None if it leads nowhere."""
         route = self._route
-        here = waypoint.pose.x, waypoint.pose.z
-        corner = next((c for c in route.corners if c > waypoint.number + 1), route.last)
-        rotation = turn_between(waypoint.pose.heading, bearing(here, route.path[corner]))
-        words: tuple[str, ...] = ()
-        while abs(rotation) > 18.0:
-            word = min(DEGREES, key=lambda w: abs(turn_between(DEGREES[w], rotation)))
-            words, rotation = (*words, word), turn_between(DEGREES[word], rotation)
-        count = max(round(math.dist(here, route.path[corner])), 1)
-        if count > MAX_COUNT:
-            count = SHORT_COUNT
-        pose = waypoint.pose.turned(sum(DEGREES[word] for word in words)).ahead(count)
-        number = corner if count != SHORT_COUNT else route.nearest(pose, waypoint.number + 1)
-        return Option(0.0, (*(Rotate(word) for word in words), Walk("ahead", count=count)), Waypoint(pose, number))
+        onward = route.onward_heading(waypoint.number)
+        if onward is None or waypoint.number >= route.last:
+            return None
+        rotation = turn_between(waypoint.pose.heading, onward)
+        turns: tuple[Step, ...] = ()
+        if abs(rotation) > 20.0:
+            word = min(DEGREES, key=lambda each: abs(turn_between(DEGREES[each], rotation)))
+            if waypoint.turned or not turns_on(route, waypoint, (word,)):
+                return None
+            turns = (Rotate(word),)
+        here = route.path[waypoint.number]
+        number = waypoint.number
+        while number < min(waypoint.number + AHEAD, route.last) and _is_straight(route, here, onward, number + 1):
+            number += 1
+        if number < waypoint.number + 3:
+            return None
+        pose = Pose(*route.path[number], bearing(here, route.path[number]))
+        return Option(0.0, (*turns, Walk("ahead")), Waypoint(pose, number, turned=True))
 
     def _with_facing(self, option: Option) -> tuple[Step, ...]:
         """Return the option's steps, with the first turn sometimes expressed as facing a landmark."""
@@ -168,3 +168,8 @@ class _Planner:
         if thing is None or thing.number or sum(fits(thing, mark) for mark in self._around) != 1:
             return option.steps
         return (Face(thing), after)
+
+
+def _is_straight(route: Route, here: Place, heading: float, number: int) -> bool:
+    """Return whether a place of the path is straight ahead."""
+    return abs(turn_between(heading, bearing(here, route.path[number]))) < 20.0

@@ -18,6 +18,7 @@ from server.dataset.instructions.navigation_route import (
     Waypoint,
     pose_after_passing,
     turn_towards,
+    turns_on,
 )
 from server.dataset.instructions.sight import Landmark
 from server.sim.catalogue import KINDS
@@ -60,6 +61,8 @@ def landmark_options(route: Route, waypoint: Waypoint) -> Iterator[Option]:
         off = turn_between(waypoint.pose.heading, bearing(here, (mark.x, mark.z)))
         words = turn_towards(off)
         if words is None or (words and waypoint.turned) or (words == ("around",) and waypoint.number > 0):
+            continue
+        if not turns_on(route, waypoint, words):
             continue
         after = replace(waypoint, pose=waypoint.pose.turned(sum(DEGREES[word] for word in words)))
         turns = tuple(Rotate(word) for word in words)
@@ -124,7 +127,7 @@ def _options(route: Route, subject: _Subject) -> Iterator[Option]:
     if 1.0 < abs(right) < 5.0:
         beside = pose_after_passing(pose, mark.x, mark.z, 0.0)
         if _is_ahead(pose, beside):
-            yield from subject.option(route, Walk("beside", (name,), side), beside, 0.5)
+            yield from subject.option(route, Walk("beside", (name,), side), beside, 0.9)
     for word, beyond in ALONG.items():
         yield from _turns(route, subject, word, pose_after_passing(pose, mark.x, mark.z, beyond))
     straight = Pose(pose.x, pose.z, bearing((pose.x, pose.z), (mark.x, mark.z)))

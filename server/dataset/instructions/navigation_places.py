@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
-from lang.meaning import Rotate, Thing, Walk
-from lang.street import ACROSS
+from lang.meaning import Rotate, Step, Thing, Walk
+from lang.street import ACROSS, DEGREES
 from server.dataset.instructions.navigation_legs import turn_between
-from server.dataset.instructions.navigation_route import MAX_DEVIATION, Option, Route, Waypoint
+from server.dataset.instructions.navigation_route import MAX_DEVIATION, Option, Route, Waypoint, turns_on
 from server.dataset.instructions.sight import Landmark
 from server.dataset.plans.graph import Junction, StreetGraph
 from server.sim.geometry import Pose
@@ -15,9 +16,9 @@ MAX_BEND = 25.0
 """If the path's next steps differ by more degrees from its later direction, the path has not turned yet."""
 
 NAMES: dict[str, tuple[tuple[str, int], ...]] = {
-    "crossing": (("intersection", 4), ("corner", 1), ("street", 2)),
-    "t_junction": (("t_junction", 2), ("street_end", 2), ("intersection", 2), ("corner", 1)),
-    "side street": (("street", 3), ("corner", 2), ("intersection", 1)),
+    "crossing": (("intersection", 5), ("corner", 1), ("street", 1)),
+    "t_junction": (("t_junction", 1), ("street_end", 2), ("intersection", 4), ("corner", 1)),
+    "side street": (("street", 2), ("corner", 2), ("intersection", 4)),
     "alley": (("alley", 3), ("corner", 1)),
     "bend": (("corner", 4), ("street_end", 1)),
     "fork": (("corner", 2), ("street", 1)),
@@ -34,20 +35,30 @@ PLACE_COST = -2.4
 NEAR_CORNER = 4.5
 """Maximum distance of a building's corner from where one turns at it, in units."""
 
-BUILDING_SHARE = 0.6
+BUILDING_SHARE = 0.35
 """Probability that a corner is told by its building where it can be."""
 
 
 def place_options(route: Route, waypoint: Waypoint) -> Iterator[Option]:
-    """Yield turns into streets that open ahead, walks to places, and walks across them."""
+    """Yield turns into streets that open ahead, walks to places, and walks across them, possibly after a first turn."""
+    yield from _options(route, waypoint, ())
+    onward = route.onward_heading(waypoint.number)
+    if waypoint.number == 0 and onward is not None:
+        word = min(DEGREES, key=lambda each: abs(turn_between(waypoint.pose.heading + DEGREES[each], onward)))
+        if turns_on(route, waypoint, (word,)):
+            after = replace(waypoint, pose=waypoint.pose.turned(DEGREES[word]))
+            yield from _options(route, after, (Rotate(word),))
+
+
+def _options(route: Route, waypoint: Waypoint, turns: tuple[Step, ...]) -> Iterator[Option]:
     openings = _openings_ahead(route, waypoint)
     for side, degrees in (("left", -90.0), ("right", 90.0)):
         own = [(along, mark) for along, mark in openings if mark.label.look == side]
         for number, (along, mark) in enumerate(own[: len(ORDINALS)]):
             if number and own[0][0] < 1.5:
                 continue  # Nobody could tell whether it counts.
-            yield from _turn_into(route, waypoint, openings, number, (along, mark), degrees)
-    yield from _walks(route, waypoint, openings)
+            yield from _turn_into(route, waypoint, turns, openings, number, (along, mark), degrees)
+    yield from _walks(route, waypoint, turns, openings)
 
 
 def _openings_ahead(route: Route, waypoint: Waypoint) -> list[tuple[float, Landmark]]:
@@ -64,6 +75,7 @@ def _openings_ahead(route: Route, waypoint: Waypoint) -> list[tuple[float, Landm
 def _turn_into(
     route: Route,
     waypoint: Waypoint,
+    turns: tuple[Step, ...],
     openings: list[tuple[float, Landmark]],
     number: int,
     place: tuple[float, Landmark],
@@ -82,7 +94,7 @@ def _turn_into(
     thing = _name(route, openings, number, place, pose)
     if thing is not None:
         cost = inexact / 20.0 + PLACE_COST - (0.6 if number else 0.0)
-        yield from route.option(waypoint, (), Rotate(mark.label.look, "at", thing), end.turned(degrees), cost)
+        yield from route.option(waypoint, turns, Rotate(mark.label.look, "at", thing), end.turned(degrees), cost)
 
 
 def _name(
@@ -179,7 +191,9 @@ def _building_corner(route: Route, junction: Junction, mark: Landmark, at: Pose)
     return Thing("building_corner", look=house.label.look, identity=corner.identity)
 
 
-def _walks(route: Route, waypoint: Waypoint, openings: list[tuple[float, Landmark]]) -> Iterator[Option]:
+def _walks(
+    route: Route, waypoint: Waypoint, turns: tuple[Step, ...], openings: list[tuple[float, Landmark]]
+) -> Iterator[Option]:
     """Yield walks to the next crossing or to the end of the street, and across the next crossing."""
     ahead = [(along, mark) for along, mark in openings if along >= 1.5]
     if not ahead or len(ahead) < len(openings) or ahead[0][1].seen[0] > route.departures[waypoint.number]:
@@ -193,7 +207,7 @@ def _walks(route: Route, waypoint: Waypoint, openings: list[tuple[float, Landmar
     if kind in ("crossing", "t_junction"):
         name = "intersection" if kind == "crossing" else route.random.choice(("intersection", "street_end"))
         step = Walk("to", (Thing(name, identity=junction.identity),))
-        yield from route.option(waypoint, (), step, pose.ahead(along), PLACE_COST + 1.3)
+        yield from route.option(waypoint, turns, step, pose.ahead(along), PLACE_COST + 1.3)
     if kind == "crossing":
         step = Walk("past", (Thing("intersection", identity=junction.identity),))
-        yield from route.option(waypoint, (), step, pose.ahead(along + ACROSS), PLACE_COST + 1.0)
+        yield from route.option(waypoint, turns, step, pose.ahead(along + ACROSS), PLACE_COST + 1.0)

@@ -127,6 +127,18 @@ class Route:
         return wrap(bearing(self.path[number], self.path[ahead]))
 
 
+def turns_on(route: Route, waypoint: Waypoint, words: tuple[str, ...]) -> bool:
+    """Return whether the path turns at a waypoint as these words say; no words say nothing."""
+    onward = route.onward_heading(waypoint.number)
+    if not words or onward is None:
+        return not words
+    turned = turn_between(waypoint.pose.heading, onward)
+    if words == ("around",):
+        return abs(turned) >= 120.0
+    least = 12.0 if abs(DEGREES[words[0]]) < 45.0 else 45.0
+    return abs(turned) >= least and abs(turn_between(DEGREES[words[0]], turned)) <= 40.0
+
+
 def pose_after_passing(pose: Pose, x: float, z: float, beyond: float) -> Pose:
     """Return the pose after passing a place."""
     right, ahead = pose.local(x, z)

@@ -33,6 +33,9 @@ MIN_BUILDING = 1200
 MIN_GLIMPSE = 12
 """Minimum number of pixels of what can be confused with another landmark: an agent can find that few."""
 
+EVERY, LAST = 2, 6
+"""Of the poses along a path every second one is looked from, and each of the last six."""
+
 SLACK = 1.0
 """Maximum distance between a pixel and the collectible that it is assigned to, in units, if several look the same."""
 
@@ -114,7 +117,8 @@ def find_landmarks(
     sightings = _Sightings(camera.labels, things)
     visible: list[list[int]] = [[] for _ in places]
     round_about = [poses[0].turned(60.0 * i) for i in range(1, 6)]
-    for number, pose in [*((-1, pose) for pose in round_about), *enumerate(poses)]:
+    walked = [(n, pose) for n, pose in enumerate(poses) if n % EVERY == 0 or n >= len(poses) - LAST]
+    for number, pose in [*((-1, pose) for pose in round_about), *walked]:
         frame = camera.render(Viewpoint(pose.x, pose.z, pose.heading), actors, SIZE, segmentation=True)
         sightings.add(number, pose, frame)
         for place, seen in zip(places, visible, strict=True):
