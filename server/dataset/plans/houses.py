@@ -13,11 +13,15 @@ from server.sim.section import Building, Section
 COLOURS = {
     "brick": ("red", "brown"), "brown": ("brown",), "concrete": ("grey", "white"), "glass": ("blue", "grey"),
     "white": ("white",), "arched": ("yellow", "brown"), "red": ("red",), "grey": ("grey",),
+    "yellow": ("yellow",), "green": ("green",), "blue": ("blue",),
 }  # fmt: skip
 """What colours a facade may be called, the likeliest first."""
 
 AT_ROAD = 0.8
 """Maximum distance of a building from the edge of a road that it stands at, in units."""
+
+ON_WALL = 0.05
+"""Maximum distance of a sign from the wall of its building, in units."""
 
 TALL = 6.5
 """Height from which a building is tall, in units: about seven storeys."""
@@ -49,9 +53,17 @@ def house_of(number: int, section: Section, roads: tuple[Road, ...], tracks: tup
         COLOURS[building.facade],
         building.facade,
         size_of(building),
-        "",
+        _sign_of(building, section),
         at,
     )
+
+
+def _sign_of(building: Building, section: Section) -> str:
+    """Return what the sign on a building's wall is for; "" without a sign."""
+    signs = [prop for prop in section.props if prop.kind == "shop_sign"]
+    places = np.array([(sign.x, sign.z) for sign in signs]).reshape(-1, 2)
+    on = np.flatnonzero(from_building(building, places) < ON_WALL)
+    return signs[int(on[0])].shape if len(on) else ""
 
 
 def size_of(building: Building) -> str:

@@ -36,9 +36,9 @@ def test_only_what_no_wall_hides_is_seen() -> None:
         for mark in find_landmarks(poses, STREET, section, RasterCamera(identified(city_scene(section))))
     }
     assert marks["phone_booth"].seen[0] == 0
-    assert marks["bench"].seen[0] > 12  # round the corner
+    assert marks["kiosk"].seen[0] > 12  # round the corner
     assert marks["barrel"].seen == ()  # in the street that the path turns away from
-    assert (marks["bench"].x, marks["bench"].z) == (9.0, -2.5)
+    assert (marks["kiosk"].x, marks["kiosk"].z) == (9.0, -2.5)
 
 
 def test_a_look_round_shows_what_is_behind_the_start() -> None:
