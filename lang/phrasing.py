@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from random import Random
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 from lang.clauses import Value, focus_of, thing_slots
 from lang.grammar import SLOTS, Grammar, Lexeme
 from lang.meaning import Thing, Where
 from lang.patterns import Choice, Pattern, Sequence, needed, possible
+from lang.voice import Voice, draw_voice
 
 Filler = Callable[[Mapping[str, str]], str]
 """Returns a slot's text with the features that its marks require."""
@@ -15,7 +16,19 @@ Filler = Callable[[Mapping[str, str]], str]
 REFER_BACK = 0.6
 """Probability of an anaphoric reference to a thing that was just mentioned, where it is unambiguous."""
 
-_T = TypeVar("_T")
+REPEATED = 0.4
+"""Factor of the weight of a wording that the text has used already."""
+
+
+class Weighted(Protocol):
+    """A wording with its weight."""
+
+    @property
+    def weight(self) -> float:
+        """How often it is drawn, relative to others; 0 if it is only read."""
+
+
+_T = TypeVar("_T", bound=Weighted)
 
 
 def constant(text: str) -> Filler:
@@ -26,36 +39,35 @@ def constant(text: str) -> Filler:
 class Phraser:
     """The state of one text being written: random choices, register, things mentioned so far."""
 
-    def __init__(self, grammar: Grammar, random: Random) -> None:
+    def __init__(self, grammar: Grammar, random: Random, voice: Voice | None = None) -> None:
         self.grammar = grammar
         self.random = random
-        self.features = {axis: values[0] for axis, values in grammar.axes.items()}
-        for axis in grammar.per_text:
-            self.features[axis] = random.choice(grammar.axes[axis])
+        self.voice = voice = voice or draw_voice(grammar, random)
+        self.features = {axis: values[0] for axis, values in grammar.axes.items()} | dict(voice.features)
         self.focus: Thing | None = None
         self.mentioned_things: list[Thing] = []
         self._used: set[tuple[str, object]] = set()
-        self._nouns: dict[Thing, Lexeme] = {}
 
     # Choosing and filling
 
     def pick(self, options: Iterable[_T], about: str) -> _T:
-        """Return a random option, preferably one not used in this text yet.
+        """Return an option, drawn by weight; less often one that this text has used already.
 
         Raises:
-            ValueError: if there are no options.
+            ValueError: if there are no options with a weight above 0.
         """
-        options = list(options)
+        options = [option for option in options if option.weight > 0]
         if not options:
             raise ValueError(f"no wording for {about}")
-        chosen = self.random.choice([option for option in options if (about, option) not in self._used] or options)
+        weights = [option.weight * (REPEATED if (about, option) in self._used else 1.0) for option in options]
+        (chosen,) = self.random.choices(options, weights)
         self._used.add((about, chosen))
         return chosen
 
     def fitting(
         self, patterns: Iterable[Pattern], said: Iterable[str], fillers: Mapping[str, Filler] | None = None
     ) -> list[Pattern]:
-        """Return the patterns that express exactly the given content.
+        """Return the patterns to write that express exactly the given content.
 
         Args:
             patterns: candidates.
@@ -67,6 +79,8 @@ class Phraser:
         known = SLOTS | tables.keys()
         fitting = []
         for pattern in patterns:
+            if not pattern.weight:
+                continue
             must = needed(pattern.body, known)
             can = {slot for slot in possible(pattern.body, known) if slot not in tables or slot in fillers}
             attributes = {tables[slot].attribute if slot in tables else slot for slot in can}
@@ -96,9 +110,12 @@ class Phraser:
     def _option(self, choice: Choice, said: Iterable[str]) -> Sequence:
         """Return a random option among those with the most slots, of those whose slots can all be filled."""
         known, said = SLOTS | self.grammar.tables.keys(), frozenset(said)
-        allowed = [option for option in choice.options if needed(option, known) <= said]
-        most = max(len(possible(option, known) & said) for option in allowed)
-        return self.random.choice([option for option in allowed if len(possible(option, known) & said) == most])
+        weights = choice.weights or (1.0,) * len(choice.options)
+        allowed = [(o, w) for o, w in zip(choice.options, weights, strict=True) if w and needed(o, known) <= said]
+        most = max(len(possible(option, known) & said) for option, _ in allowed)
+        fullest = [(option, weight) for option, weight in allowed if len(possible(option, known) & said) == most]
+        (chosen,) = self.random.choices([option for option, _ in fullest], [weight for _, weight in fullest])
+        return chosen
 
     def table_fillers(self, said: Mapping[str, Value]) -> dict[str, Filler]:
         """Return a filler for the slot of each table that has a wording for the given value of its attribute."""
@@ -115,17 +132,15 @@ class Phraser:
     # Things
 
     def noun(self, thing: Thing) -> Lexeme:
-        """Return a noun for the thing, the same throughout one text.
+        """Return the voice's noun for the thing.
 
         Raises:
             ValueError: if the language has no noun for its kind.
         """
-        nouns = self.grammar.nouns.get(thing.kind)
-        if nouns is None:
+        noun = self.voice.nouns.get(thing.kind)
+        if noun is None:
             raise ValueError(f"no noun for kind {thing.kind!r}; expected one of {', '.join(self.grammar.nouns)}")
-        if thing not in self._nouns:
-            self._nouns[thing] = self.pick(nouns, f"noun {thing.kind}")
-        return self._nouns[thing]
+        return noun
 
     def nouns(self, said: Mapping[str, Value]) -> dict[str, Lexeme]:
         """Return a noun for each slot filled by a thing whose kind has one ("you" has none)."""
@@ -164,12 +179,12 @@ class Phraser:
 
     def _short(self, thing: Thing, noun: Lexeme) -> Filler:
         bare, given = Thing(thing.kind), dict(noun.given)
-        phrases = self.grammar.same_phrases
+        phrases = self.grammar.same_phrases_of(thing.kind)
         return lambda features: self._described(bare, noun, {**self.features, **features, **given}, phrases)
 
     def _pair(self, thing: Thing, noun: Lexeme) -> Filler:
         given = {**dict(noun.given), **self.grammar.features_of(self.grammar.pair_marks)}
-        phrases = self.grammar.pair_phrases
+        phrases = self.grammar.pair_phrases_of(thing.kind)
         return lambda features: self._described(thing, noun, {**self.features, **features, **given}, phrases)
 
     def _may_be_short(self, thing: Thing) -> bool:
@@ -184,23 +199,25 @@ class Phraser:
             raise ValueError(f"no form of {noun.forms[0][1]!r} that is {', '.join(own.values())}")
         said: dict[str, Filler] = {"noun": constant(form)}
         if thing.colour:
-            said["colour"] = self._adjective(thing.colour, grammar.colours, own)
+            said["colour"] = self._adjective(thing.colour, self.voice.colours, own)
         if thing.which:
-            said["which"] = self._adjective(thing.which, grammar.whiches, own)
+            said["which"] = self._adjective(thing.which, self.voice.whiches, own)
         if thing.look:
             looks = grammar.looks.get(grammar.look_kind(thing.kind), {})
             if thing.look not in looks:
                 raise ValueError(
                     f"no words for the look {thing.look!r} of {thing.kind!r}; expected one of {', '.join(looks)}"
                 )
-            look = self.pick(looks[thing.look], f"look {thing.look}")
+            usual = self.voice.looks[grammar.look_kind(thing.kind), thing.look]
+            behind = [each for each in looks[thing.look] if each.after and each.weight]
+            look = self.pick([usual, *behind], f"look {thing.look}") if not usual.after else usual
             said["look_after" if look.after else "look"] = self._wording(look.wording, own)
         return self.render(self.pick(self.fitting(patterns, said), "noun phrase"), said, own)
 
-    def _adjective(self, value: str, listed: Mapping[str, tuple[Pattern, ...]], own: Mapping[str, str]) -> Filler:
+    def _adjective(self, value: str, listed: Mapping[str, Pattern], own: Mapping[str, str]) -> Filler:
         if value not in listed:
             raise ValueError(f"no words for {value!r}; expected one of {', '.join(listed)}")
-        return self._wording(self.pick(listed[value], value), own)
+        return self._wording(listed[value], own)
 
     # Relations
 
@@ -210,7 +227,9 @@ class Phraser:
         for number, where in enumerate(wheres):
             said = self._where(where, top=top)
             if number:
-                key = "where" if top else "nested where"
+                key = "nested where"
+                if top:
+                    key = "where" if number == len(wheres) - 1 else "where of more"
                 if top and any(thing.where for thing in wheres[number - 1].things):
                     key = "where after clause"
                 fillers = {"a": constant(text), "b": constant(said)}
