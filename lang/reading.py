@@ -65,8 +65,12 @@ class Reader:
         for relation, phrases in relations["phrases"].items():
             for phrase in phrases:
                 self.relations.add_body(PatternLabel(relation, also=True), _phrase_body(relation, phrase, relations))
-        self.joins = {True: self._joins(("where", "where after clause")), False: self._joins(("nested where",))}
+        self.joins = {
+            True: self._joins(("where", "where of more", "where after clause")),
+            False: self._joins(("nested where",)),
+        }
         self.conjunctions = frozenset(relations["conjunctions"])
+        self.exact_slots = frozenset(slot for slot, table in grammar.tables.items() if table.attribute == "exactly")
         self.fillers = self._fillers()
         self._vocabulary = frozenset(self._all_words())
         self._long = [word for word in self._vocabulary if len(word) >= FUZZY_LENGTH]
@@ -290,7 +294,8 @@ class _Text:
                 continue
             bound = dict(match.bound)
             relation, _, kind = match.label.key.partition(" ")
-            exactly, things = "exactly" in bound, things_in(bound, kind, is_between=relation == "between")
+            exactly = not self.reader.exact_slots.isdisjoint(bound)
+            things = things_in(bound, kind, is_between=relation == "between")
             each = [(thing,) for thing in things] if "joined" in bound and relation != "between" else [things]
             found.append((match.end, tuple(RelationPhrase(relation, about, exactly) for about in each)))
         return list(dict.fromkeys(found))

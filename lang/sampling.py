@@ -147,7 +147,7 @@ def _step(random: Random, things: list[Thing]) -> Step:
         thing = Thing(kind, look="" if which or kind != "building_corner" else random.choice(FACADES), which=which)
     elif random.random() < 0.15 and not thing.where and thing.which in ("", "next"):
         thing = replace(thing, number=random.choice(NUMBERS[1:]))
-    repeatable = [thing] if thing.which not in ("next", "another") else []
+    repeatable = [thing] if thing.which not in ("next", "another") and not thing.where else []
     if draw < 0.45:
         things += repeatable
         return Rotate(random.choice(TURNS), random.choice((*ATS, "at")), thing)

@@ -9,6 +9,7 @@ from arramon_client.agent import Agent
 from arramon_client.plugin.loader import load_agent
 from lang.meaning import Assembly, Meaning, Navigation, Rotate, Thing, Where
 from lang.quality import check, is_blocked
+from lang.voice import Voice
 from server.dataset.generation import Draft, Site
 from server.dataset.generation.command import Progress, generate
 from server.dataset.generation.sizes import select_plans
@@ -52,11 +53,7 @@ class InstructionWriter:
     """Writes a draft's instructions in every language; accepts only those that lead the follower to the goal in all.
 
     Args:
-
-    Attributes:
-
-        make_follower: as passed in.
-
+        languages: codes of the languages to write in.
         make_follower: returns a new agent that plays from text, depth and segmentation; called once per trial.
 
     Attributes:
@@ -84,10 +81,11 @@ class InstructionWriter:
         """Return the plan's texts in every language, or None if a text fails a check."""
         texts = {}
         for code in self._languages:
+            voice = lang.load(code).draw_voice(seeded(*names, code, "voice"))
             turns = []
             for number, (turn, meanings) in enumerate(zip(draft.turns, plan, strict=True), start=1):
-                navigation = _phrase(code, "navigation", turn, meanings[0], (*names, code, number))
-                assembly = _phrase(code, "assembly", turn, meanings[1], (*names, code, number))
+                navigation = _phrase(code, "navigation", turn, meanings[0], voice, (*names, code, number))
+                assembly = _phrase(code, "assembly", turn, meanings[1], voice, (*names, code, number))
                 if navigation is None or assembly is None:
                     return None
                 turns.append(Instructions(navigation, assembly))
@@ -173,10 +171,10 @@ def _plan(draft: Draft, site: Site, sights: Sights, names: tuple[object, ...]) -
     return planned[0], planned[1]
 
 
-def _phrase(code: str, phase: str, turn: Turn, meaning: Meaning, names: tuple[object, ...]) -> str | None:
+def _phrase(code: str, phase: str, turn: Turn, meaning: Meaning, voice: Voice, names: tuple[object, ...]) -> str | None:
     """Return one instruction, or None if it cannot be expressed or fails a blocking check."""
     try:
-        text = lang.load(code).write(meaning, seeded(*names, phase))
+        text = lang.load(code).write(meaning, seeded(*names, phase), voice)
     except ValueError:
         return None  # The language cannot express part of it, such as a number of paces; another plan may not need it.
     target = turn.target.type

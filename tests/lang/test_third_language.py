@@ -73,7 +73,7 @@ FILES = {
         right = ["dekstren"]
         around = ["malantaŭen"]
         [text]
-        per_text = []
+        per_episode = {}
         sentence_end = "."
         spelling = []
         reading = []
@@ -139,6 +139,7 @@ FILES = {
         later = ["poste {a}"]
         last = ["fine {a}"]
         where = ["{a} kaj {b}"]
+        "where of more" = ["{a}, {b}"]
         "where after clause" = ["{a}, kaj {b}"]
         "nested where" = ["{a} kaj {b}"]
         [also_read]
