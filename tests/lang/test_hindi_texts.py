@@ -84,7 +84,7 @@ BY_HAND: list[tuple[str, Meaning]] = [
     (
         "हरी इमारत की ओर मुँह करें और सड़क पार करें। दूसरे पेड़ के पास एक धारीदार बैंगनी टीवी है, उसे उठा लें।",
         Navigation(
-            (Face(Thing("building", "green")), Walk("past", (Thing("street"),))),
+            (Face(Thing("building", look="green")), Walk("past", (Thing("street"),))),
             what(Thing("tv", "purple", "striped"), near(Thing("tree", which="second"))),
         ),
     ),
