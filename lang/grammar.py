@@ -98,6 +98,7 @@ class Grammar:
         self.sentence_end: str = text["sentence_end"]
         self.spelling: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text["spelling"]]
         self.reading: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text["reading"]]
+        self.clumsy: list[str] = text.get("clumsy", [])
         self._classes = grammar.get("classes", {})
         self.words = {name: self._lexemes(f"words.{name}", entry) for name, entry in grammar["words"].items()}
         self._slots: frozenset[str] = frozenset(self.words)

@@ -63,7 +63,8 @@ class Writer:
             draft = _Draft(self._grammar, random, voice)
             text = draft.navigation(meaning) if isinstance(meaning, Navigation) else draft.assembly(meaning)
             words = [word.casefold().strip(MARKS) for word in text.split()]
-            if len(words) >= FEWEST_WORDS and not _is_clumsy(words):
+            clumsy = _is_clumsy(words) or any(re.search(pattern, text) for pattern in self._grammar.clumsy)
+            if len(words) >= FEWEST_WORDS and not clumsy:
                 drafts.append(text)
             if len(drafts) == wanted:
                 break

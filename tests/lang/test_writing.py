@@ -67,7 +67,7 @@ def test_relations_of_a_landmark_are_told_from_those_of_the_target() -> None:
     texts = written(Navigation((), near))
     assert all(
         re.search(
-            r"bench (that|which) is (just |)(behind|at the back of|in back of|to the rear of) the (\w+ |)tree",
+            r"bench (that|which) is (just |right |)(behind|at the back of|in back of|to the rear of) the (\w+ |)tree",
             text,
         )
         for text in texts
