@@ -7,6 +7,7 @@ from random import Random
 from lang.meaning import Thing, Where
 from server.dataset.instructions.navigation_choice import full_name
 from server.dataset.instructions.sight import Landmark
+from server.sim.catalogue import KINDS
 from server.sim.geometry import Pose
 from server.sim.labels import Label
 from server.sim.rules import Collectible
@@ -16,6 +17,9 @@ NEAR = 3.0
 
 BUILDING_SHARE = 0.25
 """Probability that a building may tell a target's place."""
+
+COLLECTIBLE_LIKING = 1.0
+"""How many units nearer than other landmarks another collectible seems."""
 
 UNSUITED = ("intersection", "junction", "corner")
 """Kinds of landmarks that a target's place is not told by."""
@@ -79,10 +83,11 @@ def _where(target: Collectible, marks: Sequence[Landmark], poses: Sequence[Pose]
             or mark.seen[-1] < len(poses) - 10
         ):
             continue
-        near.append((distance + random.random(), right, ahead, mark))
+        liking = COLLECTIBLE_LIKING if mark.label.kind in KINDS else 0.0
+        near.append((distance + random.random() - liking, right, ahead, mark))
     if not near or random.random() < 0.15:
         return ()
-    _, right, ahead, mark = min(near, key=lambda item: item[0])
+    _, right, ahead, mark = min(near, key=lambda item: (item[0], item[3].identity))
     name = full_name(mark)
     relation = "near"
     if random.random() < 0.5:
