@@ -70,7 +70,7 @@ class InstructionWriter:
 
     def candidates(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Iterator[Texts]:
         """Yield candidate instructions, one plan after another: they pass the quality checks and are untested."""
-        sights = _sights(draft, site)
+        sights = _Sights(draft, site)
         for number in range(PLANS):
             plan = _plan(draft, site, sights, (*names, number))
             texts = self._write(draft, plan, (*names, number)) if plan is not None else None
@@ -141,23 +141,30 @@ def passes(scores: EpisodeScores) -> bool:
     return all(turn["nDTW"] > MIN_NDTW and all(turn[name] == 1.0 for name in MUST_BE_ONE) for turn in scores.turns)
 
 
-Sights = tuple[tuple[tuple[Pose, ...], tuple[Landmark, ...]], ...]
+class _Sights:
+    """What is seen along the ground truth of each turn, looked at when it is first asked for."""
+
+    def __init__(self, draft: Draft, site: Site) -> None:
+        self._draft, self._site = draft, site
+        self._starts = [draft.start]
+        self._seen: list[tuple[list[Pose], tuple[Landmark, ...]]] = []
+
+    def __getitem__(self, number: int) -> tuple[list[Pose], tuple[Landmark, ...]]:
+        """Return the poses of the ground truth of a turn, counted from 0, and the landmarks visible from them."""
+        while len(self._seen) <= number:
+            turn, site = self._draft.turns[len(self._seen)], self._site
+            poses = poses_along(self._starts[-1], turn.path, turn.actions)
+            marks = find_landmarks(poses, turn.street, site.section, site.sight, site.graph)
+            self._seen.append((poses, marks))
+            self._starts.append(poses[-1])
+        return self._seen[number]
 
 
-def _sights(draft: Draft, site: Site) -> Sights:
-    """Return, for each turn, the poses of its ground truth and the landmarks visible from them."""
-    sights, start = [], draft.start
-    for turn in draft.turns:
-        poses = poses_along(start, turn.path, turn.actions)
-        sights.append((tuple(poses), find_landmarks(poses, turn.street, site.section, site.sight, site.graph)))
-        start = poses[-1]
-    return tuple(sights)
-
-
-def _plan(draft: Draft, site: Site, sights: Sights, names: tuple[object, ...]) -> Plan | None:
+def _plan(draft: Draft, site: Site, sights: _Sights, names: tuple[object, ...]) -> Plan | None:
     """Return the meanings of both turns' instructions, or None if a planner fails."""
     room, planned = draft.decoys, []
-    for number, (turn, (poses, marks)) in enumerate(zip(draft.turns, sights, strict=True), start=1):
+    for number, turn in enumerate(draft.turns, start=1):
+        poses, marks = sights[number - 1]
         random = seeded(*names, number, "plan")
         navigation = plan_navigation(turn.path, poses, turn.target, turn.street, marks, random, site.graph)
         assembly = plan_assembly(turn.target.type, turn.target_cell, room, random)

@@ -139,12 +139,12 @@ class _Planner:
     def _ahead(self, waypoint: Waypoint) -> Option | None:
         """Return a walk straight on to where more is seen, possibly after a turn; None if it leads nowhere."""
         route = self._route
-        onward = route.onward_heading(waypoint.number)
+        onward = route.onward_heading(waypoint.number, 4)
         if onward is None or waypoint.number >= route.last:
             return None
         rotation = turn_between(waypoint.pose.heading, onward)
         turns: tuple[Step, ...] = ()
-        if abs(rotation) > 20.0:
+        if abs(rotation) > (36.0 if waypoint.turned else 20.0):
             word = min(DEGREES, key=lambda each: abs(turn_between(DEGREES[each], rotation)))
             if waypoint.turned or not turns_on(route, waypoint, (word,)):
                 return None
@@ -172,4 +172,4 @@ class _Planner:
 
 def _is_straight(route: Route, here: Place, heading: float, number: int) -> bool:
     """Return whether a place of the path is straight ahead."""
-    return abs(turn_between(heading, bearing(here, route.path[number]))) < 20.0
+    return abs(turn_between(heading, bearing(here, route.path[number]))) < 28.0

@@ -199,11 +199,14 @@ class _Sightings:
     def add(self, number: int, pose: Pose, frame: Frame) -> None:
         """Add the frame from the pose with this number."""
         assert frame.segmentation is not None
-        for label in np.flatnonzero(np.bincount(frame.segmentation.ravel()) >= MIN_GLIMPSE).tolist():
+        flat = frame.segmentation.ravel()
+        counts = np.bincount(flat)
+        order, ends = np.argsort(flat, kind="stable"), np.cumsum(counts)
+        for label in np.flatnonzero(counts >= MIN_GLIMPSE).tolist():
             candidates = self._by_number[label]
             if not len(candidates):
                 continue
-            rows, columns = np.nonzero(frame.segmentation == label)
+            rows, columns = np.divmod(order[ends[label] - counts[label] : ends[label]], SIZE)
             owner = np.full(len(rows), candidates[0])
             if len(candidates) > 1:
                 x, z = _ground_positions(pose, frame.depth[rows, columns], columns)
