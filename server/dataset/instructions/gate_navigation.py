@@ -15,6 +15,9 @@ AT, BY, NEAR = 4.5, 7.0, 4.0
 """Maximum distances: of the path from what one turns at or walks to, from what one passes, and of a target from the
 landmark that tells where it is, in units."""
 
+TURN_AT = 4.0
+"""Maximum distance from a thing of a turn that is made at it, in units."""
+
 TURN_REACH = 4
 """Places around the one nearest to a thing in which the path turns at it."""
 
@@ -158,7 +161,9 @@ class _Check:
         near = self._nearest(step.thing, AT)
         reach = TURN_REACH + (3 if step.thing.kind in PLACES else 0)
         index = None if near is None else self._world.turn_near(near, degrees, reach)
-        if index is None:
+        marks = self._world.landmarks(step.thing.identity)
+        apart = [math.dist((mark.x, mark.z), self._world.path[index]) for mark in marks] if index is not None else []
+        if index is None or (step.at == "at" and min(apart, default=0.0) > TURN_AT):
             yield f"the path does not turn {step.direction} {step.at} {step.thing.identity}"
             return
         if step.thing.kind in ("street", "alley"):
