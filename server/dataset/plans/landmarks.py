@@ -120,6 +120,9 @@ def place_landmark(
         return
     tried = room[sorted(random.sample(range(len(room)), min(TRIED, len(room))))]
     looks = looks_of(kind)
+    if kind == "shop_sign":
+        # One shop of each kind in a section, so that its sign alone tells where one is.
+        looks = [look for look in looks if label_of(kind, look) not in stops.labels] or looks
     random.shuffle(looks)
     values = landmark_values(surroundings, stops, places[tried], [label_of(kind, look) for look in looks])
     which, where = divmod(int(values.argmax()), len(tried))

@@ -90,6 +90,15 @@ _LOOKS = {
 }  # fmt: skip
 
 
+def wall_colour(name: str) -> Colour:
+    """Return the colour of a facade's wall.
+
+    Raises:
+        KeyError: for a name that is not one of `section.FACADES`.
+    """
+    return _LOOKS[name].wall
+
+
 @cache
 def facade(name: str) -> Image:
     """Draw the texture of a facade, (256, 192, 3) uint8. Read-only: callers share it.
