@@ -18,7 +18,7 @@ EPISODES = 130
 FORBIDDEN = {
     "en": {
         "a pronoun behind a verb's particle": r"\b(pick|scoop) up it\b|\bget hold of it\b",
-        "a particle before a place": r"(?<!\bend )(?<!\bends )\bup (to the (left|right) of|in front of|behind|between|next to|on top of)\b",
+        "a particle before a place": r"(?<!end )(?<!ends )\bup (to the (left|right)|in front|behind|next to|on top) ",
         "a turn joined to a statement": r"\b[Tt]urn[^.;]*,? (and|then) the [^.]* (belongs|goes|should|needs|has to)\b",
         "a sentence spliced by a comma": r"(^|\. )(Turn|Go|Walk|Head)\b[^.;]*, (there |you will |you'll |pick it )",
         "a place before its verb": r"(^|\. )(On|Atop|Upon|In|To|Behind|Against)\b[^.]*, (place|put|set) ",
