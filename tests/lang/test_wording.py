@@ -18,7 +18,7 @@ EPISODES = 130
 FORBIDDEN = {
     "en": {
         "a pronoun behind a verb's particle": r"\b(pick|scoop) up it\b|\bget hold of it\b",
-        "a particle before a place": r"\bup (to the (left|right) of|in front of|behind|between|next to|on top of)\b",
+        "a particle before a place": r"(?<!end )(?<!ends )\bup (to the (left|right)|in front|behind|next to|on top) ",
         "a turn joined to a statement": r"\b[Tt]urn[^.;]*,? (and|then) the [^.]* (belongs|goes|should|needs|has to)\b",
         "a sentence spliced by a comma": r"(^|\. )(Turn|Go|Walk|Head)\b[^.;]*, (there |you will |you'll |pick it )",
         "a place before its verb": r"(^|\. )(On|Atop|Upon|In|To|Behind|Against)\b[^.]*, (place|put|set) ",
@@ -41,7 +41,7 @@ FORBIDDEN = {
         "crossing what one passes": "(बैनर|झंडे|बैरिकेड|बैरियर|ड्रम|कोन|बेंच|पेड़|डंपस्टर) को पार",
         "you need": "चाहिए",
         "a state after this": "(इसके|उसके) बाद [^।]* (है|मिलेगा|मिलेगी|दिखेगा|दिखेगी)[,;।]",
-        "completely right": "(बिल्कुल|एकदम) (दाएँ|बाएँ|दाईं|बाईं|सामने|पीछे|ऊपर)",
+        "completely right": "बिल्कुल|एकदम",
         "mixed kinds of clause": "(मुड़ें|मुड़ो|मुड़िए|घूमें|घूमो|घूमिए|जाएँ|जाओ|जाइए) और [^।]*(रखना|रखनी) है",
         "repeated going past": "पार करके आगे निकलकर|आगे निकलकर[^।]* आगे निकलकर",
         "how, where English says nothing": "आराम से|ध्यान से|सावधानी से",
