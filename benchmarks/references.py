@@ -34,7 +34,7 @@ MARKERS = {
     },
     "hi": {
         "same": {"उस", "उसी", "वही", "वह", "यह", "इस", "इसी"}, "other": {"और_एक", "अगला", "अगले", "अगली"},
-        "two": {"दोनों", "दो"}, "first": {"पहला", "पहले", "पहली"}, "second": {"दूसरा", "दूसरे", "दूसरी"},
+        "two": {"दोनों"}, "first": {"पहला", "पहले", "पहली"}, "second": {"दूसरा", "दूसरे", "दूसरी"},
         "third": {"तीसरा", "तीसरे", "तीसरी"}, "": {"एक"},
     },
 }  # fmt: skip
@@ -90,6 +90,8 @@ def mentions(text: str, code: str) -> Iterator[Mention]:
         colours = [_colours(code)[word] for word in told if word in _colours(code)]
         looks = [look for word in told for look in _looks(code, kind).get(word, ())]
         markers = [m for word in told for m, words in MARKERS[code].items() if m and word in words]
+        if code == "hi" and " जो " in text[match.end() :]:  # "Take that mug which lies there" refers to none before.
+            markers = [marker for marker in markers if marker != "same"]
         beside = " ".join(before[-2:]) if code == "en" else text[match.end() :].strip()
         away = re.search(AWAY[code], beside) is not None
         yield Mention(
