@@ -1,8 +1,8 @@
 """How often English navigation instructions tell the way as people do: `python benchmarks/route_words.py DATA`.
 
-Prints the share of instructions that name a building, a crossing, a corner, a street, another or the next thing, several
-things, and so on, in a generated data set and, if the environment variable ARRAMON_RELEASE names its folder, in the
-official release's val-seen file.
+Prints the share of instructions that name a building, a crossing, a corner, a street, another or the next thing,
+several things, and so on, in a generated data set and, if the environment variable ARRAMON_RELEASE names its folder, in
+the official release's val-seen file.
 """
 
 import argparse
@@ -20,7 +20,8 @@ _OBJECTS = "ball|hourglass|mug|cup|tv|television|book|bowl|bucket"
 
 SHARES = {
     "building, house, store": r"\b(buildings?|houses?|stores?|shops?)\b",
-    "intersection, junction": r"\b(intersections?|junctions?|crossroads?|(?<!zebra )(?<!pedestrian )crossings?|t-junctions?)\b",
+    "intersection, junction": r"\b(intersections?|t-intersections?|junctions?|t-junctions?|crossroads?"
+    r"|(?<!zebra )(?<!pedestrian )crossings?)\b",
     "corner": r"\bcorners?\b",
     "street, road, alley": r"\b(streets?|roads?|alleys?|alleyways?|lanes?|path|pathway)\b"
     r"(?! (light|lamp|sign|cone|block|barrier|bench|post|corner)s?)",

@@ -16,12 +16,12 @@ MAX_BEND = 25.0
 """If the path's next steps differ by more degrees from its later direction, the path has not turned yet."""
 
 NAMES: dict[str, tuple[tuple[str, int], ...]] = {
-    "crossing": (("intersection", 5), ("corner", 1), ("street", 1)),
+    "crossing": (("intersection", 6), ("corner", 1), ("street", 2)),
     "t_junction": (("t_junction", 1), ("street_end", 2), ("intersection", 4), ("corner", 1)),
-    "side street": (("street", 2), ("corner", 2), ("intersection", 4)),
+    "side street": (("street", 3), ("corner", 1), ("intersection", 5)),
     "alley": (("alley", 3), ("corner", 1)),
     "bend": (("corner", 4), ("street_end", 1)),
-    "fork": (("corner", 2), ("street", 1)),
+    "fork": (("intersection", 2), ("corner", 1), ("street", 1)),
     "square": (("square", 2), ("corner", 1)),
     "": (("corner", 1),),
 }
@@ -29,7 +29,7 @@ NAMES: dict[str, tuple[tuple[str, int], ...]] = {
 
 ORDINALS = ("", "second", "third")
 
-PLACE_COST = -1.9
+PLACE_COST = -2.7
 """Additional cost of a turn at a place: people tell the way by streets and corners first."""
 
 NEAR_CORNER = 4.5
@@ -207,7 +207,7 @@ def _walks(
     if kind in ("crossing", "t_junction"):
         name = "intersection" if kind == "crossing" else route.random.choice(("intersection", "street_end"))
         step = Walk("to", (Thing(name, identity=junction.identity),))
-        yield from route.option(waypoint, turns, step, pose.ahead(along), PLACE_COST + 1.3)
+        yield from route.option(waypoint, turns, step, pose.ahead(along), PLACE_COST + 0.9)
     if kind == "crossing":
         step = Walk("past", (Thing("intersection", identity=junction.identity),))
-        yield from route.option(waypoint, turns, step, pose.ahead(along + ACROSS), PLACE_COST + 1.0)
+        yield from route.option(waypoint, turns, step, pose.ahead(along + ACROSS), PLACE_COST + 0.7)
