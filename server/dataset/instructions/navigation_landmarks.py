@@ -28,7 +28,7 @@ from server.sim.labels import Label
 AMBIGUITY_COST = 2.0
 """Cost of naming a landmark that could be confused with one not visible from the path."""
 
-COLLECTIBLE_COST, BUILDING_COST, COUNTED_COST, GROUP_COST = 0.3, 1.3, -0.8, -1.8
+COLLECTIBLE_COST, BUILDING_COST, COUNTED_COST, GROUP_COST = 0.3, 0.6, -1.0, -2.2
 """Additional costs of what an option names: an object that is not the target, a building, an ordinal, several."""
 
 GAP_WIDTH = (1.5, 7.0)
@@ -127,7 +127,7 @@ def _options(route: Route, subject: _Subject) -> Iterator[Option]:
     if 1.0 < abs(right) < 5.0:
         beside = pose_after_passing(pose, mark.x, mark.z, 0.0)
         if _is_ahead(pose, beside):
-            yield from subject.option(route, Walk("beside", (name,), side), beside, 0.9)
+            yield from subject.option(route, Walk("beside", (name,), side), beside, 1.1)
     for word, beyond in ALONG.items():
         yield from _turns(route, subject, word, pose_after_passing(pose, mark.x, mark.z, beyond))
     straight = Pose(pose.x, pose.z, bearing((pose.x, pose.z), (mark.x, mark.z)))
