@@ -23,10 +23,11 @@ MIN_CLEARANCE = 0.5
 """Minimum distance of starts, targets and distracters from everything solid, in units."""
 
 LENGTHS = (
-    (4, 5, 3), (5, 10, 11), (10, 15, 13), (15, 20, 13), (20, 25, 13), (25, 30, 12), (30, 35, 11), (35, 40, 9),
-    (40, 50, 10), (50, 60, 4), (60, 80, 1),
+    (4, 5, 2), (5, 10, 8), (10, 15, 11), (15, 20, 12), (20, 25, 13), (25, 30, 13), (30, 35, 12), (35, 40, 10),
+    (40, 50, 12), (50, 60, 6), (60, 80, 1),
 )  # fmt: skip
-"""Distribution of the number of points of a path: (from, below, percent). As in the original, with mean 24."""
+"""Distribution of the number of points of a path: (from, below, percent). Longer than the original's, as more of the
+long ones are rejected for lack of an instruction that leads there."""
 
 SLACK = 1.0
 """Maximum difference between the drawn and the actual length of a path, in units."""

@@ -28,7 +28,7 @@ AHEAD = 8
 MAX_STEPS = 9
 """Maximum number of steps of a plan."""
 
-UNTIL_SEEN = 0.22
+UNTIL_SEEN = 0.28
 """Probability that a walk straight to the target is told by it: "walk until you see the mug"."""
 
 ALONG_STREET = 0.12

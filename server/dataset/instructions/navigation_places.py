@@ -29,7 +29,7 @@ NAMES: dict[str, tuple[tuple[str, int], ...]] = {
 
 ORDINALS = ("", "second", "third")
 
-PLACE_COST = -2.7
+PLACE_COST = -3.0
 """Additional cost of a turn at a place: people tell the way by streets and corners first."""
 
 NEAR_CORNER = 4.5
