@@ -33,7 +33,7 @@ from server.sim.rules import Action, PlacedObject
 FOLLOWER = "agents.follower"
 """The agent that tests instructions, loaded by name because the server does not import agents."""
 
-PLANS = 4
+PLANS = 3
 """Plans tried for one draft before the draft is discarded."""
 
 MIN_NDTW = 0.2
