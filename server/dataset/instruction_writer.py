@@ -14,7 +14,9 @@ from server.dataset.generation import Draft, Site
 from server.dataset.generation.command import Progress, generate
 from server.dataset.generation.sizes import select_plans
 from server.dataset.instructions.assembly import plan_assembly
+from server.dataset.instructions.assembly_sight import whole_room
 from server.dataset.instructions.gate import faults_of_text
+from server.dataset.instructions.gate_assembly import faults_of_assembly
 from server.dataset.instructions.gate_navigation import faults_of_navigation
 from server.dataset.instructions.gate_world import GateWorld
 from server.dataset.instructions.navigation import plan_navigation
@@ -172,6 +174,9 @@ def _plan(draft: Draft, site: Site, sights: _Sights, names: tuple[object, ...]) 
             return None
         goal = turn.target.position.x, turn.target.position.z
         if faults_of_navigation(navigation, GateWorld(turn.path, poses[0], marks, goal, site.graph)):
+            return None
+        cell = turn.target_cell.column, turn.target_cell.row
+        if faults_of_assembly(assembly, cell, whole_room(room)):
             return None
         planned.append((navigation, assembly))
         room = (*room, PlacedObject(turn.target.type, turn.target_cell))
