@@ -35,7 +35,8 @@ def main() -> int:
     (split,) = select_plans([arguments.split])
     episodes = list(split.episodes())[: arguments.episodes]
     writer, languages = make_instruction_writer(), lang.available()
-    sites = {section: Site(build_section(read_plan(section), arguments.seed)) for _, section in episodes}
+    plans = {section: read_plan(section) for _, section in episodes}
+    sites = {section: Site(build_section(plan, arguments.seed), plan) for section, plan in plans.items()}
     scores: dict[str, list[EpisodeScores]] = {code: [] for code in languages}
     kept = rejected = 0
     for episode_id, section in episodes:

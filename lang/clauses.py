@@ -27,9 +27,9 @@ def clause_of(step: Step) -> Clause:
     if isinstance(step, Rotate):
         if step.thing is None:
             return Clause("turn", {"direction": step.direction})
-        return Clause(f"turn {step.at}", {"direction": step.direction, "thing": step.thing})
+        return Clause(f"turn {step.at}", {"direction": step.direction, **thing_slots((step.thing,))})
     if isinstance(step, Face):
-        return Clause("face", {"thing": step.thing})
+        return Clause("face", thing_slots((step.thing,)))
     return Clause(f"walk {step.way}", _said_of(step))
 
 
@@ -43,9 +43,11 @@ def _said_of(walk: Walk) -> dict[str, Value]:
 
 
 def thing_slots(things: tuple[Thing, ...]) -> dict[str, Thing]:
-    """Return the slots of one thing, of two, or of a pair of equal things ("the two benches")."""
+    """Return the slots of one thing, of two, of a pair of equal things ("the two benches"), or of several."""
     if len(things) == 2 and things[0] == things[1] and not things[0].where:
         return {"pair": things[0]}
+    if len(things) == 1 and things[0].number:
+        return {"pair" if things[0].number == "two" else "several": things[0]}
     return dict(zip(("thing", "other"), things, strict=False))
 
 
@@ -64,7 +66,7 @@ def step_of(key: str, direction: str, things: tuple[Thing, ...], side: str, coun
 
 
 def focus_of(things: tuple[Thing, ...], before: Thing | None) -> Thing | None:
-    """Return what "it" means after a clause about `things`: the one thing; None after two; unchanged after none."""
+    """Return what "it" means after a clause about `things`: the one thing; None after several; unchanged after none."""
     if not things:
         return before
-    return things[0] if len(things) == 1 else None
+    return things[0] if len(things) == 1 and not things[0].number else None

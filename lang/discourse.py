@@ -1,13 +1,14 @@
 """Interpretation of a text's parsed parts in order, resolving references such as "it" and "that bench"."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from lang.clauses import focus_of, step_of
 from lang.grammar import Grammar
 from lang.matching import Bindings
 from lang.meaning import TURNS, Assembly, Navigation, Step, Thing, Where
 from lang.noun_phrases import PRONOUN, SAME, NounPhrase
+from lang.reference import map_mentions, repeats
 
 _STEPS = ("turn", "face", "walk")
 
@@ -22,13 +23,13 @@ class Item:
     cost: float
 
 
-def things_in(bound: Mapping[str, object], kind: str) -> tuple[NounPhrase, ...]:
+def things_in(bound: Mapping[str, object], kind: str, *, is_between: bool) -> tuple[NounPhrase, ...]:
     """Return the things of a clause or relation; `kind` is the rest of its key ("same", "you")."""
     if kind in ("same", "you"):
         return (NounPhrase("", back=PRONOUN) if kind == "same" else NounPhrase("you"),)
-    things = tuple(bound[slot] for slot in ("thing", "other") if slot in bound)
-    if "pair" in bound:
-        things = (bound["pair"], bound["pair"])
+    things = tuple(bound[slot] for slot in ("thing", "pair", "several", "other") if slot in bound)
+    if is_between and "pair" in bound:
+        things = 2 * tuple(replace(each, number="") for each in things if isinstance(each, NounPhrase))
     joined = bound.get("joined")
     if isinstance(joined, tuple):
         things = joined
@@ -42,6 +43,8 @@ class Discourse:
     grammar: Grammar
     focus: Thing | None = None
     mentioned_things: list[Thing] = field(default_factory=list)
+    named_things: list[Thing] = field(default_factory=list)
+    identities: int = 0
 
     def navigation(self, items: Sequence[Item]) -> Navigation:
         """Return the meaning of a navigation instruction: steps in order, and the last target that is named."""
@@ -52,6 +55,8 @@ class Discourse:
             kind, bound = item.label.split()[0], dict(item.bound)
             if kind in _STEPS:
                 steps += self._step(item)
+            elif item.label == "target same":
+                targets += [self.focus] if self.focus is not None else []
             elif kind in ("target", "mention") and "target" in bound:
                 (targets if kind == "target" else mentioned).append(self._target(bound))
             elif kind == "where" and (targets or mentioned):
@@ -87,7 +92,11 @@ class Discourse:
                 thing = self._with(thing, (), bare=True)
             if "where" in bound:
                 wheres += self._wheres(bound["where"])
-        return Assembly(tuple(turns), thing or Thing(""), wheres)
+        meaning = map_mentions(
+            Assembly(tuple(turns), thing or Thing(""), wheres), lambda each: replace(each, number="")
+        )
+        assert isinstance(meaning, Assembly)
+        return meaning
 
     def _step(self, item: Item) -> list[Step]:
         """Return a clause's step, one for each of its things ("past the bench and the cone"), or none if unclear."""
@@ -95,8 +104,7 @@ class Discourse:
         words = item.label.split()
         size = 2 if words[0] == "walk" or (len(words) > 1 and words[0] == "turn") else 1
         key, rest = " ".join(words[:size]), words[size:]
-        named = things_in(bound, "same" if rest == ["same"] else "")
-        things = tuple(self._thing(each) for each in named)
+        things = self._things(things_in(bound, "same" if rest == ["same"] else "", is_between=key == "walk between"))
         each = [things] if key == "walk between" or len(things) < 2 else [(thing,) for thing in things]
         direction, side = self._attribute(bound, "direction"), self._attribute(bound, "side")
         count = int(self._attribute(bound, "count") or 0)
@@ -123,7 +131,14 @@ class Discourse:
 
     def _with(self, thing: Thing, wheres: tuple[Where, ...], *, bare: bool = False) -> Thing:
         where = () if bare else (*thing.where, *wheres)
-        return Thing(thing.kind, thing.colour, thing.look, thing.which, where)
+        return replace(thing, where=where)
+
+    def _things(self, named: tuple[NounPhrase, ...]) -> tuple[Thing, ...]:
+        """Return the things that noun phrases mean; two of one name are two things ("the two benches")."""
+        things = tuple(self._thing(each) for each in named)
+        if len(things) == 2 and things[0].is_same(things[1]):
+            things = (things[0], replace(things[1], identity=self._new_identity(things[1])))
+        return things
 
     def _thing(self, named: NounPhrase) -> Thing:
         """Return the thing that a noun phrase means, resolving references to things mentioned before."""
@@ -133,13 +148,31 @@ class Discourse:
             last = next((thing for thing in reversed(self.mentioned_things) if thing.kind == named.kind), None)
             if last is not None:
                 return last
-        return Thing(named.kind, named.colour, named.look, named.which, self._wheres(named.where))
+        wheres = self._wheres(named.where)
+        thing = Thing(named.kind, named.colour, named.look, named.which, wheres, named.number)
+        return replace(thing, identity=self._identity(thing))
+
+    def _identity(self, thing: Thing) -> str:
+        """Return the identity of an earlier thing that the name repeats, possibly with fewer words, or else a new one.
+
+        "The bench" after "the red bench" is the same one; "another bench" and "the next bench" are new.
+        """
+        for earlier in reversed(self.named_things):
+            if repeats(thing, earlier):
+                return earlier.identity
+        return self._new_identity(thing)
+
+    def _new_identity(self, thing: Thing) -> str:
+        self.identities += 1
+        self.named_things.append(replace(thing, identity=str(self.identities)))
+        return str(self.identities)
 
     def _wheres(self, placed: object) -> tuple[Where, ...]:
         assert isinstance(placed, tuple)
         wheres, focus = [], self.focus
         for each in placed:
-            wheres.append(Where(each.relation, tuple(map(self._thing, each.things)), each.exactly))
+            wheres.append(Where(each.relation, self._things(each.things), each.exactly))
+            self.mentioned_things += wheres[-1].things
             self.focus = focus_of(wheres[-1].things, self.focus)
         self.focus = focus
         return tuple(wheres)

@@ -4,18 +4,27 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from lang.patterns import Pattern, parse, spell_out
+from lang.patterns import Pattern, parse, spell_out, split_weight
 
 SLOTS = frozenset(
     (
-        *("thing", "other", "pair", "joined", "target", "where"),
+        *("thing", "other", "pair", "several", "joined", "target", "where"),
         *("noun", "which", "look", "look_after", "colour"),
         *("a", "b", "c"),
     )
 )
 """Slots that are neither words nor tables. "joined", two things that share a noun, is only read."""
 
-JOINS = ("sentence", "assembly", "first", "later", "last", "where", "where after clause", "nested where")
+INSIDE = "~"
+"""Marks the place in a noun of several words where what describes it stands: "the end of the ~street"."""
+
+LOOKS_AS = {"building_corner": "building"}
+"""Kinds with the looks of another."""
+
+JOINS = (
+    *("sentence", "assembly", "first", "later", "last"),
+    *("where", "where of more", "where after clause", "nested where"),
+)
 
 Features = Mapping[str, str]
 """A value for each axis that is determined: {"case": "oblique", "gender": "feminine"}."""
@@ -28,10 +37,12 @@ class Lexeme:
     Attributes:
         forms: the marks of each form, and the form; the first is the dictionary form.
         given: features that it imposes on words that agree with it, such as its gender.
+        weight: how often it is drawn, relative to others; 0 if it is only read.
     """
 
     forms: tuple[tuple[frozenset[str], str], ...]
     given: tuple[tuple[str, str], ...] = ()
+    weight: float = 1.0
 
     def form(self, features: Features) -> str | None:
         """Return the form with the most marks among those whose marks all hold, or None if there is none."""
@@ -55,6 +66,11 @@ class Look:
     wording: Pattern
     after: bool
 
+    @property
+    def weight(self) -> float:
+        """The wording's weight."""
+        return self.wording.weight
+
 
 class Grammar:
     """The parsed content of `grammar.toml`, `things.toml` and `phrases.toml`, whose comments describe the formats.
@@ -75,10 +91,14 @@ class Grammar:
         self.axes: dict[str, list[str]] = dict(grammar["features"])
         self._axis_of = {value: axis for axis, values in self.axes.items() for value in values}
         text = grammar["text"]
-        self.per_text: list[str] = text["per_text"]
+        self.per_episode: dict[str, dict[str, float]] = text["per_episode"]
+        for axis, values in self.per_episode.items():
+            if axis not in self.axes or not values.keys() <= set(self.axes[axis]):
+                raise ValueError(f"text.per_episode: {axis} is not an axis with the values {', '.join(values)}")
         self.sentence_end: str = text["sentence_end"]
         self.spelling: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text["spelling"]]
         self.reading: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text["reading"]]
+        self.clumsy: list[str] = text.get("clumsy", [])
         self._classes = grammar.get("classes", {})
         self.words = {name: self._lexemes(f"words.{name}", entry) for name, entry in grammar["words"].items()}
         self._slots: frozenset[str] = frozenset(self.words)
@@ -98,14 +118,22 @@ class Grammar:
         }
         self._slots |= SLOTS | self.tables.keys()
         self.noun_phrases = self._patterns("noun_phrases", things["noun_phrases"])
-        self._noun_phrases_of = self._tabled("noun_phrases_of", things.get("noun_phrases_of", {}))
         self.pair_phrases = self._patterns("pair_phrases", things["pair_phrases"])
         self.pair_marks: list[str] = things["pair_marks"]
+        self.several_phrases = self._patterns("several_phrases", things["several_phrases"])
+        self.another_phrases = self._patterns("another_phrases", things["another_phrases"])
         self.same_phrases = self._patterns("same_phrases", things["same_phrases"])
+        self._phrases_of = {
+            name: self._tabled(name, things.get(name, {}))
+            for name in (f"{each}_phrases_of" for each in ("noun", "pair", "several", "same", "another"))
+        }
         self.attached = self._patterns("attached", things["attached"])
         self.nested = self._patterns("nested", things["nested"])
         self.determiners: list[str] = things["determiners"]
         self.same: list[str] = things["same"]
+        self.another: list[str] = things["another"]
+        self.two: list[str] = things["two"]
+        self.several: list[str] = things["several"]
         self.pronouns: list[str] = things["pronouns"]
         self.modifiers: list[str] = things["modifiers"]
 
@@ -117,7 +145,7 @@ class Grammar:
         self.joins = self._tabled("joins", phrases["joins"])
         self.also_read = self._tabled("also_read", phrases["also_read"])
         for name, table, keys in (
-            ("target", self.target, ("clause", "sentences")),
+            ("target", self.target, ("clause", "sentences", "same")),
             ("assembly", self.assembly, ("turn", "place", "place it")),
             ("joins", self.joins, JOINS),
         ):
@@ -139,10 +167,27 @@ class Grammar:
 
     def noun_phrases_of(self, kind: str) -> tuple[Pattern, ...]:
         """Return the noun phrases for things of a kind: specific ones, or else the general ones."""
-        return self._noun_phrases_of.get(kind, self.noun_phrases)
+        return self._phrases_of["noun_phrases_of"].get(kind, self.noun_phrases)
+
+    def pair_phrases_of(self, kind: str) -> tuple[Pattern, ...]:
+        """Return the noun phrases for two things of a kind that are named alike: specific or general."""
+        return self._phrases_of["pair_phrases_of"].get(kind, self.pair_phrases)
+
+    def several_phrases_of(self, kind: str) -> tuple[Pattern, ...]:
+        """Return the noun phrases for several things of a kind: specific ones, or else the general ones."""
+        return self._phrases_of["several_phrases_of"].get(kind, self.several_phrases)
+
+    def another_phrases_of(self, kind: str) -> tuple[Pattern, ...]:
+        """Return the noun phrases for another thing of a kind: specific ones, or else the general ones."""
+        return self._phrases_of["another_phrases_of"].get(kind, self.another_phrases)
+
+    def same_phrases_of(self, kind: str) -> tuple[Pattern, ...]:
+        """Return the noun phrases for things of a kind that were spoken of: specific ones, or else the general ones."""
+        return self._phrases_of["same_phrases_of"].get(kind, self.same_phrases)
 
     def look_kind(self, kind: str) -> str:
         """Return the kind under which a kind's looks are listed: itself if it has its own, else "collectible"."""
+        kind = LOOKS_AS.get(kind, kind)
         return kind if kind in self.looks else "collectible"
 
     def word_forms(self) -> dict[str, tuple[str, ...]]:
@@ -179,10 +224,12 @@ class Grammar:
         entries = entry if isinstance(entry, list) else [entry]
         return tuple(self._lexeme(name, each) for each in entries)
 
-    def _lexeme(self, name: str, entry: str | Mapping[str, str]) -> Lexeme:
+    def _lexeme(self, name: str, entry: str | Mapping[str, Any]) -> Lexeme:
         if isinstance(entry, str):
-            return Lexeme(((frozenset(), entry),))
+            weight, text = split_weight(entry)
+            return Lexeme(((frozenset(), text),), (), weight)
         listed = dict(entry)
+        weight = float(listed.pop("weight", 1.0))
         given = tuple((axis, listed.pop(axis)) for axis in self.axes if axis in listed)
         if "class" in listed:
             stem = listed.pop("stem", "")
@@ -196,7 +243,7 @@ class Grammar:
                 raise ValueError(f"{name}: {error}") from error
         if not forms:
             raise ValueError(f"{name}: {entry!r} has no form")
-        return Lexeme(tuple(forms), given)
+        return Lexeme(tuple(forms), given, weight)
 
 
 def forms_of(lexemes: Iterable[Lexeme]) -> tuple[str, ...]:

@@ -14,6 +14,7 @@ from lang.mentions import Mention, find_mentions
 from lang.reading import Reader
 from lang.relations import Relations
 from lang.tokens import Tokenizer
+from lang.voice import Voice, draw_voice
 from lang.writing import Writer
 
 ROOT = Path(__file__).parent
@@ -89,13 +90,22 @@ class Language:
         """
         return self._relations.of(self._tokenizer.split(text), mention)
 
-    def write(self, meaning: Meaning, random: Random) -> str:
-        """Return an instruction that expresses the meaning; it depends on the two arguments alone.
+    def write(self, meaning: Meaning, random: Random, voice: Voice | None = None) -> str:
+        """Return an instruction that expresses the meaning; it depends on the arguments alone.
+
+        Args:
+            meaning: what to say.
+            random: for all random choices.
+            voice: from `draw_voice`, to write several texts as one speaker; None for a speaker of its own.
 
         Raises:
             ValueError: if the language cannot express some part of it.
         """
-        return self._writer.write(meaning, random)
+        return self._writer.write(meaning, random, voice)
+
+    def draw_voice(self, random: Random) -> Voice:
+        """Return a random speaker, whose register and nouns are the same in all texts."""
+        return draw_voice(self.grammar, random)
 
     @cached_property
     def grammar(self) -> Grammar:

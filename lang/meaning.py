@@ -3,14 +3,15 @@
 Strings here are the project's own identifiers, never words of a language; each language's data maps its words to them.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 TURNS = ("left", "right", "around", "slightly left", "slightly right")
 """Directions of turns: about 90, 90, 180, 30 and 30 degrees."""
 
-WAYS = ("ahead", "to", "towards", "past", "between", "along")
+WAYS = ("ahead", "to", "towards", "until", "beside", "past", "between", "along")
 """Kinds of walks. "ahead": straight on until the next step applies (or for `Walk.count` steps). "to": until the thing
-is reached. "towards": in its direction, until the next step applies. "past": until it is behind. "between": through the
+is reached. "towards": in its direction, until the next step applies. "until": straight on until it is seen. "beside":
+until it is on the stated side. "past": until it is behind. "between": through the
 gap of two things. "along": keeping beside it."""
 
 ATS = ("at", "before", "after")
@@ -19,10 +20,16 @@ ATS = ("at", "before", "after")
 RELATIONS = ("on_top_of", "left_of", "right_of", "in_front_of", "behind", "between", "near", "against", "diagonal_to")
 """Relations of one thing to another: those of the languages' `relations.toml`, and "diagonal_to"."""
 
-PLACES = ("intersection", "corner", "street", "alley", "street_end")
-"""Kinds of things that are not solid: a crossing, a building's corner where a street opens, and so on."""
+PLACES = ("intersection", "t_junction", "corner", "building_corner", "street", "alley", "square", "street_end")
+"""Kinds of things that are not solid: a crossing of streets, a place where a street ends at another, a corner where a
+street opens, the same with the look of the building there, a street, a narrow one, an open square, a street's end."""
 
-WHICHES = ("", "first", "second", "last", "nearest")
+WHICHES = ("", "first", "second", "third", "last", "nearest", "next", "another")
+"""Which of several things that fit a name is meant: an ordinal along the way, "nearest", "next" (the first one farther
+on that has not been mentioned) or "another" (one that has not been mentioned)."""
+
+NUMBERS = ("", "two", "several")
+"""How many things are named together: one, both of two ("both benches"), or several ("the cones")."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +44,9 @@ class Thing:
             look ("spotted"); "" if not stated.
         which: one of WHICHES, counted along the way.
         where: stated relations to other things ("the bucket in front of the TV").
+        number: one of NUMBERS.
+        identity: names the object or place itself, the same for all mentions of one thing in an instruction; "" if
+            unknown. Excluded from comparison: a reader recovers which mentions are of one thing, not these names.
     """
 
     kind: str
@@ -44,9 +54,16 @@ class Thing:
     look: str = ""
     which: str = ""
     where: tuple["Where", ...] = ()
+    number: str = ""
+    identity: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
         _check("which", self.which, WHICHES)
+        _check("number", self.number, NUMBERS)
+
+    def is_same(self, other: "Thing | None") -> bool:
+        """Return whether both are known to be one thing, however they are named."""
+        return other is not None and bool(self.identity) and self.identity == other.identity
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,6 +133,8 @@ class Walk:
     def __post_init__(self) -> None:
         _check("way", self.way, WAYS)
         _check("side", self.side, ("", "left", "right"))
+        if self.way == "beside" and not self.side:
+            raise ValueError("beside without a side")
         if len(self.things) != {"ahead": 0, "between": 2}.get(self.way, 1):
             raise ValueError(f"{self.way} with {len(self.things)} things")
 

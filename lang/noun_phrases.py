@@ -1,10 +1,10 @@
 """Reader of noun phrases: a thing with adjectives in any order."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
-from lang.grammar import Grammar, forms_of
+from lang.grammar import INSIDE, Grammar, forms_of
 from lang.matching import Phrasebook, SplitWords
 
 PLAIN, SAME, PRONOUN = "", "same", "it"
@@ -16,6 +16,7 @@ class NounPhrase:
 
     Attributes:
         back: SAME if it refers to an earlier thing of its kind, PRONOUN if to the last thing mentioned.
+        number: as in `lang.meaning.Thing`; "several" for a plural without a number too.
     """
 
     kind: str
@@ -24,6 +25,7 @@ class NounPhrase:
     which: str = ""
     where: tuple["RelationPhrase", ...] = ()
     back: str = PLAIN
+    number: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +50,13 @@ _PATTERNED = "\0"
 _JOINED_WITHIN = 5
 """Maximum distance in words of the conjunction of two things that share a noun."""
 
-_DESCRIBING = ("look", "colour", "which", "modifier")
+_DIVIDED_WITHIN = 5
+"""Maximum number of words within a noun."""
+
+_PLURAL = "plural"
+"""`_Word.kind` of a noun's form that is always a plural."""
+
+_DESCRIBING = ("look", "colour", "which", "two", "several", "modifier")
 """Roles of adjectives; of a word's possible roles, the first that suits the noun is used."""
 
 
@@ -68,15 +76,17 @@ class NounPhraseReader:
         self._object_colours = frozenset(lexicon["colours"])
         self._book = Phrasebook()
         self._after = Phrasebook()
+        self._divided = Phrasebook()
         self._patterned = {
             split(phrase): kind for kind, phrases in lexicon["patterned_kinds"].items() for phrase in phrases
         }
-        for role, phrases in (
-            ("determiner", grammar.determiners), ("same", grammar.same), ("pronoun", grammar.pronouns),
-            ("modifier", (*grammar.modifiers, *lexicon["modifiers"])),
+        for role, value, phrases in (
+            ("determiner", "", grammar.determiners), ("same", "", grammar.same), ("pronoun", "", grammar.pronouns),
+            ("another", "", grammar.another), ("two", "two", grammar.two), ("several", "several", grammar.several),
+            ("modifier", "", (*grammar.modifiers, *lexicon["modifiers"])),
         ):  # fmt: skip
             for phrase in phrases:
-                self._book.add(split(phrase), _Word(role))
+                self._book.add(split(phrase), _Word(role, value))
         self._add_nouns(lexicon)
         self._add_adjectives(lexicon)
 
@@ -91,13 +101,24 @@ class NounPhraseReader:
         return self._book.vocabulary | self._after.vocabulary
 
     def _add_nouns(self, lexicon: Mapping[str, Any]) -> None:
+        plural = frozenset(self._grammar.pair_marks)
+        written: dict[str, set[tuple[str, ...]]] = {}
         for kind, lexemes in self._grammar.nouns.items():
+            listed: set[tuple[str, ...]] = set()
+            singular = {text for each in lexemes for marks, text in each.forms if not marks & plural}
             for form in forms_of(lexemes):
-                self._book.add(self._split(form), _Word("noun", kind))
-        for listed in (self._grammar.also_nouns, lexicon["kinds"], {"": lexicon["stand_ins"]}):
-            for kind, phrases in listed.items():
+                number = "" if form in singular else _PLURAL
+                self._book.add(self._split(form.replace(INSIDE, "")), _Word("noun", kind, number))
+                if INSIDE in form:
+                    head, tail = map(self._split, form.split(INSIDE))
+                    self._divided.add(head, (*head, *tail))
+                listed.add(self._split(form.replace(INSIDE, "")))
+            written[kind] = listed
+        for also in (self._grammar.also_nouns, lexicon["kinds"], {"": lexicon["stand_ins"]}):
+            for kind, phrases in also.items():
                 for phrase in phrases:
-                    self._book.add(self._split(phrase), _Word("noun", kind))
+                    if self._split(phrase) not in written.get(kind, ()):
+                        self._book.add(self._split(phrase), _Word("noun", kind))
         for phrase in self._patterned:
             self._book.add(phrase, _Word("noun", _PATTERNED))
 
@@ -126,12 +147,28 @@ class NounPhraseReader:
 
     def read(self, keys: Sequence[str], start: int) -> list[tuple[int, NounPhrase]]:
         """Return the noun phrases that begin at `keys[start]`, each with its end."""
-        at, back = start, PLAIN
+        return [*self._read_whole(keys, start), *self._read_divided(keys, start)]
+
+    def _read_divided(self, keys: Sequence[str], start: int) -> Iterator[tuple[int, NounPhrase]]:
+        """Yield noun phrases whose adjectives stand within the noun: they are read as if they stood before it."""
+        for at, noun in self._divided.at(keys, start):
+            assert isinstance(noun, tuple)
+            tail = noun[at - start :]
+            for place in range(at + 1, min(at + _DIVIDED_WITHIN, len(keys) - len(tail)) + 1):
+                if tuple(keys[place : place + len(tail)]) == tail:
+                    size = place - at + len(noun)
+                    after = place + len(tail)
+                    for end, named in self._read_whole((*keys[at:place], *noun, *keys[after:]), 0):
+                        if end >= size:
+                            yield after + end - size, named
+
+    def _read_whole(self, keys: Sequence[str], start: int) -> list[tuple[int, NounPhrase]]:
+        at, back, another = start, PLAIN, False
         for end, word in self._words(self._book, keys, start):
             if word.role == "pronoun":
                 return [(end, NounPhrase("", back=PRONOUN))]
-            if word.role in ("determiner", "same"):
-                at, back = end, SAME if word.role == "same" else PLAIN
+            if word.role in ("determiner", "same", "another"):
+                at, back, another = end, SAME if word.role == "same" else PLAIN, word.role == "another"
                 break
         found: dict[tuple[int, NounPhrase], None] = {}
         described: list[tuple[_Word, ...]] = []
@@ -139,7 +176,8 @@ class NounPhraseReader:
             words = list(self._words(self._book, keys, at))
             for end, word in words:
                 if word.role == "noun":
-                    found.update(dict.fromkeys(self._with_noun(keys, at, end, word.value, described, back)))
+                    named = self._with_noun(keys, at, end, word, described, back)
+                    found.update((each, None) for each in _other_than_mentioned(named, another=another))
             nouns = [end for end, word in words if word.role == "noun"]
             # "Blue booth" is one noun, not an adjective before another noun.
             adjectives = [
@@ -155,7 +193,9 @@ class NounPhraseReader:
     ) -> list[tuple[int, tuple[NounPhrase, NounPhrase]]]:
         """Return pairs of things that share a noun ("the brick and wooden walls") and begin at `keys[start]`."""
         found: list[tuple[int, tuple[NounPhrase, NounPhrase]]] = []
-        if any(word.role == "modifier" for _, word in self._words(self._book, keys, start)):  # "both the brick and ..."
+        if any(
+            word.role in ("modifier", "two") for _, word in self._words(self._book, keys, start)
+        ):  # "both the brick and ..."
             found += self.read_joined(keys, start + 1, conjunctions)
         for at in range(start + 1, min(start + _JOINED_WITHIN, len(keys))):
             if keys[at] not in conjunctions:
@@ -170,7 +210,7 @@ class NounPhraseReader:
                     if to == at - start + end - noun
                 ]
                 if noun > at + 1 and first and first[0] != second:
-                    found.append((end, (first[0], second)))
+                    found.append((end, (replace(first[0], number=""), replace(second, number=""))))
         return found
 
     def _nouns(self, keys: Sequence[str], at: int) -> list[tuple[int, _Word]]:
@@ -186,16 +226,17 @@ class NounPhraseReader:
         keys: Sequence[str],
         at: int,
         end: int,
-        kind: str,
+        noun: _Word,
         described: Sequence[tuple[_Word, ...]],
         back: str,
     ) -> Iterator[tuple[int, NounPhrase]]:
+        kind = noun.value
         patterned = any(word.role == "look" and word.kind == "collectible" for group in described for word in group)
         if kind == _PATTERNED or (patterned and tuple(keys[at:end]) in self._patterned):
             if not patterned:
                 return
             kind = self._patterned[tuple(keys[at:end])]
-        said = {"look": "", "colour": "", "which": ""}
+        said = {"look": "", "colour": "", "which": "", "two": "", "several": ""}
         for group in described:
             suiting = [word for word in group if self._suits(word, kind)]
             if suiting:
@@ -204,12 +245,22 @@ class NounPhraseReader:
         after = [(to, word.value) for to, word in self._words(self._after, keys, end) if self._suits(word, kind)]
         if after:
             end, said["look"] = after[0]
-        yield end, NounPhrase(kind, said["colour"], said["look"], said["which"], (), back)
+        number = said["two"] or said["several"] or ("several" if noun.kind == _PLURAL else "")
+        yield end, NounPhrase(kind, said["colour"], said["look"], said["which"], (), back, number)
 
     def _suits(self, word: _Word, kind: str) -> bool:
         """Return whether the adjective can describe things of that kind."""
         if word.role == "look":
-            return word.kind == kind or (word.kind == "collectible" and kind in self._collectibles)
+            return word.kind == self._grammar.look_kind(kind) or (
+                word.kind == "collectible" and kind in self._collectibles
+            )
         if word.role == "colour":
             return kind not in self._collectibles or word.value in self._object_colours
         return True
+
+
+def _other_than_mentioned(
+    named: Iterator[tuple[int, NounPhrase]], *, another: bool
+) -> Iterator[tuple[int, NounPhrase]]:
+    for end, each in named:
+        yield end, replace(each, which="another") if another else each

@@ -4,6 +4,7 @@
 {name:a.b}      the same with marks: required features ("oblique", "plural")
 (this|that)     one of these
 [this|that]     one of these or nothing
+3* at the front of a pattern or of one of these: its weight; 0* is read and never written
 ^ at the front  a main clause only: never transformed ("after walking ...")
 """
 
@@ -12,7 +13,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
-_PIECE = re.compile(r"\{([^{}:]+)(?::([^{}]+))?\}|([(\[|)\]])|([^{}()\[\]|]+)|(.)", re.DOTALL)
+_PIECE = re.compile(r"\{([^{}:]+)(?::([^{}]+))?\}|([(\[|)\]])|(\d+(?:\.\d+)?)\*\s*|([^{}()\[\]|]+)|(.)", re.DOTALL)
+_WEIGHT = re.compile(r"(\d+(?:\.\d+)?)\*\s*")
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,9 +27,15 @@ class Slot:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """One of several sequences; an empty one makes it optional."""
+    """One of several sequences; an empty one makes it optional.
+
+    Attributes:
+        options: the sequences.
+        weights: of each option, by which one is drawn; empty if they are equal.
+    """
 
     options: tuple["Sequence", ...]
+    weights: tuple[float, ...] = ()
 
 
 Sequence: TypeAlias = tuple["str | Slot | Choice", ...]
@@ -35,17 +43,19 @@ Sequence: TypeAlias = tuple["str | Slot | Choice", ...]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pattern:
-    """One wording. Instances are compared by identity: a wording that is listed twice is chosen twice as often.
+    """One wording. Instances are compared by identity.
 
     Attributes:
         body: its parts, in order.
         main_only: whether it is valid as a main clause only.
         text: its notation.
+        weight: how often it is drawn, relative to others; 0 if it is only read.
     """
 
     body: Sequence
     main_only: bool
     text: str
+    weight: float = 1.0
 
     def slots(self) -> tuple[Slot, ...]:
         """Return all slots, including those in choices."""
@@ -58,38 +68,53 @@ def parse(text: str) -> Pattern:
     Raises:
         ValueError: if its brackets do not match; names the pattern.
     """
-    main_only = text.startswith("^")
-    pieces = list(_PIECE.finditer(text, 1 if main_only else 0))[::-1]
-    body = _parse(pieces, "", text)
-    return Pattern(body[0], main_only, text)
+    weight, rest = split_weight(text)
+    main_only = rest.startswith("^")
+    pieces = list(_PIECE.finditer(rest, 1 if main_only else 0))[::-1]
+    return Pattern(_parse(pieces, "", text).options[0], main_only, text, weight)
+
+
+def split_weight(text: str) -> tuple[float, str]:
+    """Return the weight at the front of a text ("3* walk"), 1 if there is none, and the rest."""
+    weight = _WEIGHT.match(text)
+    return (float(weight[1]), text[weight.end() :]) if weight else (1.0, text)
 
 
 _CLOSING = {"(": ")", "[": "]"}
 
 
-def _parse(pieces: list[re.Match[str]], closing: str, text: str) -> tuple[Sequence, ...]:
+def _parse(pieces: list[re.Match[str]], closing: str, text: str) -> Choice:
     options: list[list[str | Slot | Choice]] = [[]]
+    weights = [1.0]
     while pieces:
-        slot, marks, bracket, literal, wrong = pieces.pop().groups()
+        slot, marks, bracket, weight, literal, wrong = pieces.pop().groups()
         if wrong is not None:
             break
         if slot is not None:
             options[-1].append(Slot(slot.strip(), tuple(marks.split(".")) if marks else ()))
+        elif weight is not None:
+            weights[-1] = float(weight)
         elif literal is not None:
             options[-1].append(literal)
         elif bracket in _CLOSING:
-            inner = _parse(pieces, _CLOSING[bracket], text)
-            options[-1].append(Choice(inner if bracket == "(" else (*inner, ())))
+            options[-1].append(_parse(pieces, _CLOSING[bracket], text))
         elif bracket == "|" and closing:
             options.append([])
+            weights.append(1.0)
         elif bracket == closing:
-            return tuple(map(tuple, options))
+            return _choice(options, weights, optional=closing == "]")
         else:
             break
     else:
         if not closing:
-            return tuple(map(tuple, options))
+            return _choice(options, weights, optional=False)
     raise ValueError(f"pattern {text!r}: unbalanced brackets")
+
+
+def _choice(options: list[list[str | Slot | Choice]], weights: list[float], *, optional: bool) -> Choice:
+    nothing: list[list[str | Slot | Choice]] = [[]] if optional else []
+    weights = [*weights, 1.0] if optional else weights
+    return Choice(tuple(map(tuple, [*options, *nothing])), () if set(weights) == {1.0} else tuple(weights))
 
 
 def needed(body: Sequence, fillable: frozenset[str]) -> frozenset[str]:

@@ -1,13 +1,15 @@
 """Wording of things, relations and clauses: chooses patterns and fills their slots with inflected words."""
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from random import Random
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 from lang.clauses import Value, focus_of, thing_slots
-from lang.grammar import SLOTS, Grammar, Lexeme
+from lang.grammar import INSIDE, SLOTS, Grammar, Lexeme, Look
 from lang.meaning import Thing, Where
 from lang.patterns import Choice, Pattern, Sequence, needed, possible
+from lang.voice import Voice, draw_voice
 
 Filler = Callable[[Mapping[str, str]], str]
 """Returns a slot's text with the features that its marks require."""
@@ -15,7 +17,22 @@ Filler = Callable[[Mapping[str, str]], str]
 REFER_BACK = 0.6
 """Probability of an anaphoric reference to a thing that was just mentioned, where it is unambiguous."""
 
-_T = TypeVar("_T")
+NOUN = "\0"
+"""Marks the beginning of a noun in a noun phrase while it is put together."""
+
+REPEATED = 0.4
+"""Factor of the weight of a wording that the text has used already."""
+
+
+class Weighted(Protocol):
+    """A wording with its weight."""
+
+    @property
+    def weight(self) -> float:
+        """How often it is drawn, relative to others; 0 if it is only read."""
+
+
+_T = TypeVar("_T", bound=Weighted)
 
 
 def constant(text: str) -> Filler:
@@ -26,36 +43,36 @@ def constant(text: str) -> Filler:
 class Phraser:
     """The state of one text being written: random choices, register, things mentioned so far."""
 
-    def __init__(self, grammar: Grammar, random: Random) -> None:
+    def __init__(self, grammar: Grammar, random: Random, voice: Voice | None = None) -> None:
         self.grammar = grammar
         self.random = random
-        self.features = {axis: values[0] for axis, values in grammar.axes.items()}
-        for axis in grammar.per_text:
-            self.features[axis] = random.choice(grammar.axes[axis])
+        self.voice = voice = voice or draw_voice(grammar, random)
+        self.features = {axis: values[0] for axis, values in grammar.axes.items()} | dict(voice.features)
         self.focus: Thing | None = None
         self.mentioned_things: list[Thing] = []
         self._used: set[tuple[str, object]] = set()
-        self._nouns: dict[Thing, Lexeme] = {}
+        self._looks: dict[tuple[str, str], Look] = {}
 
     # Choosing and filling
 
     def pick(self, options: Iterable[_T], about: str) -> _T:
-        """Return a random option, preferably one not used in this text yet.
+        """Return an option, drawn by weight; less often one that this text has used already.
 
         Raises:
-            ValueError: if there are no options.
+            ValueError: if there are no options with a weight above 0.
         """
-        options = list(options)
+        options = [option for option in options if option.weight > 0]
         if not options:
             raise ValueError(f"no wording for {about}")
-        chosen = self.random.choice([option for option in options if (about, option) not in self._used] or options)
+        weights = [option.weight * (REPEATED if (about, option) in self._used else 1.0) for option in options]
+        (chosen,) = self.random.choices(options, weights)
         self._used.add((about, chosen))
         return chosen
 
     def fitting(
         self, patterns: Iterable[Pattern], said: Iterable[str], fillers: Mapping[str, Filler] | None = None
     ) -> list[Pattern]:
-        """Return the patterns that express exactly the given content.
+        """Return the patterns to write that express exactly the given content.
 
         Args:
             patterns: candidates.
@@ -67,6 +84,8 @@ class Phraser:
         known = SLOTS | tables.keys()
         fitting = []
         for pattern in patterns:
+            if not pattern.weight:
+                continue
             must = needed(pattern.body, known)
             can = {slot for slot in possible(pattern.body, known) if slot not in tables or slot in fillers}
             attributes = {tables[slot].attribute if slot in tables else slot for slot in can}
@@ -96,9 +115,12 @@ class Phraser:
     def _option(self, choice: Choice, said: Iterable[str]) -> Sequence:
         """Return a random option among those with the most slots, of those whose slots can all be filled."""
         known, said = SLOTS | self.grammar.tables.keys(), frozenset(said)
-        allowed = [option for option in choice.options if needed(option, known) <= said]
-        most = max(len(possible(option, known) & said) for option in allowed)
-        return self.random.choice([option for option in allowed if len(possible(option, known) & said) == most])
+        weights = choice.weights or (1.0,) * len(choice.options)
+        allowed = [(o, w) for o, w in zip(choice.options, weights, strict=True) if w and needed(o, known) <= said]
+        most = max(len(possible(option, known) & said) for option, _ in allowed)
+        fullest = [(option, weight) for option, weight in allowed if len(possible(option, known) & said) == most]
+        (chosen,) = self.random.choices([option for option, _ in fullest], [weight for _, weight in fullest])
+        return chosen
 
     def table_fillers(self, said: Mapping[str, Value]) -> dict[str, Filler]:
         """Return a filler for the slot of each table that has a wording for the given value of its attribute."""
@@ -115,17 +137,15 @@ class Phraser:
     # Things
 
     def noun(self, thing: Thing) -> Lexeme:
-        """Return a noun for the thing, the same throughout one text.
+        """Return the voice's noun for the thing.
 
         Raises:
             ValueError: if the language has no noun for its kind.
         """
-        nouns = self.grammar.nouns.get(thing.kind)
-        if nouns is None:
+        noun = self.voice.nouns.get(thing.kind)
+        if noun is None:
             raise ValueError(f"no noun for kind {thing.kind!r}; expected one of {', '.join(self.grammar.nouns)}")
-        if thing not in self._nouns:
-            self._nouns[thing] = self.pick(nouns, f"noun {thing.kind}")
-        return self._nouns[thing]
+        return noun
 
     def nouns(self, said: Mapping[str, Value]) -> dict[str, Lexeme]:
         """Return a noun for each slot filled by a thing whose kind has one ("you" has none)."""
@@ -138,9 +158,9 @@ class Phraser:
         for slot, noun in nouns.items():
             thing = said[slot]
             assert isinstance(thing, Thing)
-            if slot == "pair":
-                fillers[slot] = self._pair(thing, noun)
-            elif self._may_be_short(thing) and self.random.random() < REFER_BACK:
+            if slot in ("pair", "several"):
+                fillers[slot] = self._plural(thing, noun, slot)
+            elif self._must_be_short(thing) or (self._may_be_short(thing) and self.random.random() < REFER_BACK):
                 fillers[slot] = self._short(thing, noun)
             else:
                 fillers[slot] = self.thing(thing, noun, self.grammar.nested, top=False)
@@ -149,6 +169,8 @@ class Phraser:
     def thing(self, thing: Thing, noun: Lexeme, attached: Iterable[Pattern], *, top: bool) -> Filler:
         """Return a filler for a thing: its noun phrase, with its relations added by one of the `attached` patterns."""
         given, phrases = dict(noun.given), self.grammar.noun_phrases_of(thing.kind)
+        if thing.which == "another":
+            thing, phrases = replace(thing, which=""), self.grammar.another_phrases_of(thing.kind)
 
         def fill(features: Mapping[str, str]) -> str:
             own = {**self.features, **features, **given}
@@ -164,43 +186,68 @@ class Phraser:
 
     def _short(self, thing: Thing, noun: Lexeme) -> Filler:
         bare, given = Thing(thing.kind), dict(noun.given)
-        phrases = self.grammar.same_phrases
+        phrases = self.grammar.same_phrases_of(thing.kind)
         return lambda features: self._described(bare, noun, {**self.features, **features, **given}, phrases)
 
-    def _pair(self, thing: Thing, noun: Lexeme) -> Filler:
+    def _plural(self, thing: Thing, noun: Lexeme, slot: str) -> Filler:
+        """Return a filler for two or several things that are named together."""
         given = {**dict(noun.given), **self.grammar.features_of(self.grammar.pair_marks)}
-        phrases = self.grammar.pair_phrases
+        grammar = self.grammar
+        phrases = (grammar.pair_phrases_of if slot == "pair" else grammar.several_phrases_of)(thing.kind)
         return lambda features: self._described(thing, noun, {**self.features, **features, **given}, phrases)
 
     def _may_be_short(self, thing: Thing) -> bool:
-        """Return whether "that bench" suffices: the last thing of its kind mentioned is this one."""
-        last = next((each for each in reversed(self.mentioned_things) if each.kind == thing.kind), None)
-        return bool(thing.kind) and last == thing
+        """Return whether "that bench" suffices: this one has been mentioned, and no other of its kind."""
+        mentioned = [each for each in self.mentioned_things if each.kind == thing.kind]
+        return bool(thing.kind and mentioned) and all(map(thing.is_same, mentioned))
+
+    def _must_be_short(self, thing: Thing) -> bool:
+        """Return whether only "that bench" is right: "another bench" and "the next bench" name a thing once.
+
+        Raises:
+            ValueError: if "that bench" would mean another one.
+        """
+        if thing.which not in ("next", "another") or not any(map(thing.is_same, self.mentioned_things)):
+            return False
+        last = next(each for each in reversed(self.mentioned_things) if each.kind == thing.kind)
+        if not thing.is_same(last):
+            raise ValueError(f"no name for a {thing.kind} that was called {thing.which!r}, as another was named since")
+        return True
 
     def _described(self, thing: Thing, noun: Lexeme, own: Mapping[str, str], patterns: Iterable[Pattern]) -> str:
         grammar = self.grammar
         form = noun.form(own)
         if form is None:
             raise ValueError(f"no form of {noun.forms[0][1]!r} that is {', '.join(own.values())}")
-        said: dict[str, Filler] = {"noun": constant(form)}
+        said: dict[str, Filler] = {"noun": constant(f"{NOUN}{form}" if INSIDE in form else form)}
         if thing.colour:
-            said["colour"] = self._adjective(thing.colour, grammar.colours, own)
+            said["colour"] = self._adjective(thing.colour, self.voice.colours, own)
         if thing.which:
-            said["which"] = self._adjective(thing.which, grammar.whiches, own)
+            said["which"] = self._adjective(thing.which, self.voice.whiches, own)
         if thing.look:
             looks = grammar.looks.get(grammar.look_kind(thing.kind), {})
             if thing.look not in looks:
                 raise ValueError(
                     f"no words for the look {thing.look!r} of {thing.kind!r}; expected one of {', '.join(looks)}"
                 )
-            look = self.pick(looks[thing.look], f"look {thing.look}")
+            look = self._look(grammar.look_kind(thing.kind), thing.look)
             said["look_after" if look.after else "look"] = self._wording(look.wording, own)
-        return self.render(self.pick(self.fitting(patterns, said), "noun phrase"), said, own)
+        text = self.render(self.pick(self.fitting(patterns, said), "noun phrase"), said, own)
+        described, _, divided = text.rpartition(NOUN)
+        return divided.replace(INSIDE, described) if INSIDE in divided else text
 
-    def _adjective(self, value: str, listed: Mapping[str, tuple[Pattern, ...]], own: Mapping[str, str]) -> Filler:
+    def _look(self, kind: str, value: str) -> Look:
+        """Return the wording of a look, one for the whole text: the voice's, or one that stands behind the noun."""
+        if (kind, value) not in self._looks:
+            usual = self.voice.looks[kind, value]
+            behind = [each for each in self.grammar.looks[kind][value] if each.after and each.weight]
+            self._looks[kind, value] = self.pick([usual, *([] if usual.after else behind)], f"look {value}")
+        return self._looks[kind, value]
+
+    def _adjective(self, value: str, listed: Mapping[str, Pattern], own: Mapping[str, str]) -> Filler:
         if value not in listed:
             raise ValueError(f"no words for {value!r}; expected one of {', '.join(listed)}")
-        return self._wording(self.pick(listed[value], value), own)
+        return self._wording(listed[value], own)
 
     # Relations
 
@@ -210,7 +257,9 @@ class Phraser:
         for number, where in enumerate(wheres):
             said = self._where(where, top=top)
             if number:
-                key = "where" if top else "nested where"
+                key = "nested where"
+                if top:
+                    key = "where" if number == len(wheres) - 1 else "where of more"
                 if top and any(thing.where for thing in wheres[number - 1].things):
                     key = "where after clause"
                 fillers = {"a": constant(text), "b": constant(said)}
@@ -228,14 +277,18 @@ class Phraser:
         kind = where.things[0].kind
         tables = self.table_fillers(said)
         patterns: list[Pattern] = []
-        if kind == "you" and "thing" in said:
+        if said.keys() & {"pair", "several"} and where.relation != "between":
+            patterns = self.fitting(listed.get(f"{where.relation} group", ()), said, tables)
+        elif kind == "you" and "thing" in said:
             patterns = self.fitting(listed.get(f"{where.relation} you", ()), said.keys() - {"thing"}, tables)
         elif not top and f"{where.relation} nested" in listed:
             patterns = self.fitting(listed[f"{where.relation} nested"], said, tables)
-        elif said.get("thing") == self.focus is not None and self.random.random() < REFER_BACK:
+        elif "thing" in said and where.things[0].is_same(self.focus) and self.random.random() < REFER_BACK:
             patterns = self.fitting(listed.get(f"{where.relation} same", ()), said.keys() - {"thing"}, tables)
         patterns = patterns or self.fitting(listed.get(where.relation, ()), said, tables)
         nouns = self.nouns(said)
         given = dict(nouns["thing"].given) if "thing" in nouns else {}
         pattern = self.pick(patterns, f"{where.relation} of {kind!r}")
-        return self.render(pattern, tables | self.thing_fillers(said, nouns), {**self.features, **given})
+        text = self.render(pattern, tables | self.thing_fillers(said, nouns), {**self.features, **given})
+        self.mentioned_things += where.things
+        return text

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from lang.discourse import Discourse, Item, things_in
@@ -65,8 +65,12 @@ class Reader:
         for relation, phrases in relations["phrases"].items():
             for phrase in phrases:
                 self.relations.add_body(PatternLabel(relation, also=True), _phrase_body(relation, phrase, relations))
-        self.joins = {True: self._joins(("where", "where after clause")), False: self._joins(("nested where",))}
+        self.joins = {
+            True: self._joins(("where", "where of more", "where after clause")),
+            False: self._joins(("nested where",)),
+        }
         self.conjunctions = frozenset(relations["conjunctions"])
+        self.exact_slots = frozenset(slot for slot, table in grammar.tables.items() if table.attribute == "exactly")
         self.fillers = self._fillers()
         self._vocabulary = frozenset(self._all_words())
         self._long = [word for word in self._vocabulary if len(word) >= FUZZY_LENGTH]
@@ -234,7 +238,12 @@ class _Text:
                 for end, named in found
                 if isinstance(named, NounPhrase) and reader.noun_phrase_reader.is_collectible(named)
             ]
-        return self._noun_phrases_at(at)
+        number = {"pair": "two", "several": "several"}.get(slot)
+        return [
+            (end, named)
+            for end, named in self._noun_phrases_at(at)
+            if number is None or (isinstance(named, NounPhrase) and named.number == number)
+        ]
 
     def _noun_phrases_at(self, at: int) -> list[tuple[int, object]]:
         key = ("", at, 0, False)
@@ -256,7 +265,7 @@ class _Text:
             thing, where = bound["thing"], bound["where"]
             assert isinstance(thing, NounPhrase)
             assert isinstance(where, tuple)
-            found.append((match.end, NounPhrase(thing.kind, thing.colour, thing.look, thing.which, where, thing.back)))
+            found.append((match.end, replace(thing, where=where)))
         return found
 
     def _wheres(self, at: int, depth: int, *, top: bool) -> list[tuple[int, tuple[RelationPhrase, ...]]]:
@@ -285,7 +294,8 @@ class _Text:
                 continue
             bound = dict(match.bound)
             relation, _, kind = match.label.key.partition(" ")
-            exactly, things = "exactly" in bound, things_in(bound, kind)
+            exactly = not self.reader.exact_slots.isdisjoint(bound)
+            things = things_in(bound, kind, is_between=relation == "between")
             each = [(thing,) for thing in things] if "joined" in bound and relation != "between" else [things]
             found.append((match.end, tuple(RelationPhrase(relation, about, exactly) for about in each)))
         return list(dict.fromkeys(found))

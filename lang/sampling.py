@@ -1,12 +1,15 @@
 """Random meanings for testing the writing and reading of languages, covering everything that planners may express."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from random import Random
 
 from lang.meaning import (
     ATS,
+    NUMBERS,
     PLACES,
     TURNS,
+    WHICHES,
     Assembly,
     Face,
     Meaning,
@@ -17,6 +20,7 @@ from lang.meaning import (
     Walk,
     Where,
 )
+from lang.reference import map_mentions, repeats
 
 KINDS = ("ball", "hourglass", "mug", "tv", "book", "bowl", "bucket")
 COLOURS = ("green", "red", "blue", "white", "yellow", "brown", "purple")
@@ -51,6 +55,9 @@ BANNER_SHAPES = ("star", "diamond", "triangle", "circle", "hexagon", "dot")
 FACADES = ("brick", "brown", "concrete", "glass", "white", "arched", "red", "grey")
 WALLS = ("wood", "brick", "spotted", "striped")
 
+_OTHER = "other"
+"""Marks the second of two things of one name, until it gets an identity."""
+
 _STREET_RELATIONS = ("near", "behind", "in_front_of", "left_of", "right_of", "between")
 _ROOM_RELATIONS = ("on_top_of", "left_of", "right_of", "in_front_of", "behind", "between", "near", "diagonal_to")
 
@@ -65,7 +72,9 @@ def navigation(random: Random) -> Navigation:
             steps.append(step)
     places = things[-1:] if things and random.random() < 0.4 else []
     where = tuple(_where(random, _STREET_RELATIONS, places) for _ in range(random.choice((0, 1, 1, 1, 2))))
-    return Navigation(tuple(steps), collectible(random, where))
+    meaning = identified(Navigation(tuple(steps), collectible(random, where)))
+    assert isinstance(meaning, Navigation)
+    return meaning
 
 
 def assembly(random: Random) -> Assembly:
@@ -74,7 +83,25 @@ def assembly(random: Random) -> Assembly:
     wheres = [_room_where(random) for _ in range(random.choice((1, 1, 1, 2)))]
     kind = random.choice(KINDS)
     thing = random.choice((collectible(random), Thing(kind), Thing(kind, random.choice(COLOURS)), Thing("")))
-    return Assembly(turns, thing, tuple(dict.fromkeys(wheres)))
+    meaning = identified(Assembly(turns, thing, tuple(dict.fromkeys(wheres))))
+    assert isinstance(meaning, Assembly)
+    return meaning
+
+
+def identified(meaning: Meaning) -> Meaning:
+    """Return a meaning whose mentions have identities: one for those that repeat a name, which they get in full."""
+    named: list[Thing] = []
+
+    def identify(thing: Thing) -> Thing:
+        earlier = next((each for each in reversed(named) if repeats(thing, each)), None)
+        if earlier is not None and earlier.where != thing.where:
+            return identify(replace(thing, which="another"))
+        if earlier is None or thing.identity == _OTHER:
+            earlier = replace(thing, identity=str(len(named) + 1))
+            named.append(earlier)
+        return earlier
+
+    return map_mentions(meaning, identify)
 
 
 def meanings(random: Random, count: int) -> Iterable[Meaning]:
@@ -90,13 +117,20 @@ def collectible(random: Random, where: tuple[Where, ...] = ()) -> Thing:
 
 
 def landmark(random: Random, nested: float = 0.05) -> Thing:
-    """Return a random landmark in the street, with random detail; `nested` is the probability of a relation."""
+    """Return a random landmark in the street, with random detail.
+
+    Args:
+        random: draws it.
+        nested: probability of a relation; if it is 0, the landmark is not called "next" or "another" either.
+    """
     if random.random() < 0.15:
         return Thing("banner", random.choice(BANNER_COLOURS), random.choice(("", *BANNER_SHAPES)))
     if random.random() < 0.12:
         return Thing("building", look=random.choice(("", *FACADES)))
     kind = random.choice(tuple(FURNITURE))
-    which = random.choice(("first", "second", "last", "nearest")) if random.random() < 0.12 else ""
+    which = ""
+    if random.random() < 0.15:
+        which = random.choice(WHICHES[1:] if nested else WHICHES[1:-2])
     colour = random.choice(("", *FURNITURE[kind]))
     where = (Where(random.choice(_STREET_RELATIONS[:3]), (landmark(random, 0.0),)),) if random.random() < nested else ()
     return Thing(kind, colour, which=which, where=where)
@@ -108,29 +142,45 @@ def _step(random: Random, things: list[Thing]) -> Step:
         return Rotate(random.choice(TURNS))
     thing = random.choice(things[-2:]) if things and random.random() < 0.25 else landmark(random)
     if random.random() < 0.25:
-        thing = Thing(random.choice(PLACES[:2]), which=random.choice(("", "", "first", "second")))
+        kind = random.choice(PLACES)
+        which = random.choice(("", "", "first", "second", "next", "another")) if kind != "building_corner" else ""
+        thing = Thing(kind, look="" if which or kind != "building_corner" else random.choice(FACADES), which=which)
+    elif random.random() < 0.15 and not thing.where and thing.which in ("", "next"):
+        thing = replace(thing, number=random.choice(NUMBERS[1:]))
+    repeatable = [thing] if thing.which not in ("next", "another") and not thing.where else []
     if draw < 0.45:
-        things.append(thing)
+        things += repeatable
         return Rotate(random.choice(TURNS), random.choice((*ATS, "at")), thing)
     if draw < 0.55:
-        things.append(thing)
+        things += repeatable
         return Face(thing)
     if draw < 0.63:
         return Walk("ahead", count=random.choice((0, 0, 0, random.randint(2, 20))))
     if draw < 0.7:
-        other = random.choice((thing, landmark(random)))
-        return Walk("between", (thing, other))
-    things.append(thing)
+        thing = replace(thing, number="", which="")
+        other = random.choice((thing, landmark(random, 0.0)))
+        return Walk("between", _two(thing, other))
+    things += repeatable
     side = random.choice(("", "", "left", "right"))
-    if draw > 0.93:
+    if draw > 0.9 and not thing.number:
+        return Walk("beside", (thing,), random.choice(("left", "right")))
+    if draw > 0.85 and not thing.number:
+        return Walk("until", (thing,))
+    if draw > 0.82:
         return Walk("along", (Thing(random.choice(("wall", "street", "alley", "building"))),), side)
-    return Walk(random.choice(("to", "towards", "past", "past")), (thing,), side)
+    way = random.choice(("to", "towards", "past", "past"))
+    return Walk(way, (thing,), side if way == "past" or not thing.number else "")
+
+
+def _two(one: Thing, other: Thing) -> tuple[Thing, Thing]:
+    """Return two things to be told of together: two of one name if the second repeats the first's."""
+    return one, replace(one, identity=_OTHER) if repeats(other, one) else other
 
 
 def _where(random: Random, relations: tuple[str, ...], things: list[Thing]) -> Where:
     relation = random.choice(relations)
     if relation == "between":
-        return Where(relation, (landmark(random), landmark(random)))
+        return Where(relation, _two(landmark(random, 0.0), landmark(random, 0.0)))
     return Where(relation, (random.choice(things) if things else landmark(random),), random.random() < 0.1)
 
 
@@ -140,7 +190,7 @@ def _room_where(random: Random, nested: float = 0.06) -> Where:
         return Where("against", (wall,))
     relation = random.choice(_ROOM_RELATIONS)
     if relation == "between":
-        return Where(relation, (collectible(random), random.choice((wall, collectible(random)))))
+        return Where(relation, _two(collectible(random), random.choice((wall, collectible(random)))))
     if random.random() < 0.1 and relation in ("left_of", "right_of", "in_front_of", "near"):
         return Where(relation, (Thing("you"),), random.random() < 0.3)
     where = (_room_where(random, 0.0),) if random.random() < nested else ()

@@ -19,6 +19,18 @@ NEAR = {"to": 1.6, "towards": 3.0}
 BESIDE = 2.0
 """Maximum lateral distance at which a walk passes a thing, in units."""
 
+COUNTED_ASIDE = 5.0
+"""Maximum distance from the course of things that are counted along it ("the second bench"), in units."""
+
+GROUP = 6.0
+"""Maximum distance of things that are named together from the nearest of them ("the cones"), in units."""
+
+ACROSS = 4.0
+"""How far beyond the place where a street opens a walk past it, or across it, ends, in units."""
+
+SAME_OPENING = 4.0
+"""Openings on both sides that are nearer than this along the walk belong to one crossing, in units."""
+
 OFF_AXIS = 1.5
 """A name refers to the nearest matching thing, where a thing off the course counts as farther away: by this factor for
 each squared radian."""

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from itertools import pairwise
 from random import Random
 
@@ -10,18 +11,22 @@ from lang.grammar import SLOTS, Grammar
 from lang.meaning import Assembly, Meaning, Navigation, Thing
 from lang.patterns import Pattern, Slot, needed, possible
 from lang.phrasing import Filler, Phraser, constant
+from lang.voice import Voice, draw_voice
 
 ATTEMPTS = 30
 """Maximum number of drafts until enough pass the checks."""
 
-DRAFTS = {"navigation": 5, "assembly": 2}
-"""Number of good drafts of which the shortest is returned, as people are brief."""
+DRAFTS = {"navigation": (1, 1, 2, 4), "assembly": (1, 1, 1, 2)}
+"""Numbers of good drafts of which the shortest is returned, one drawn for each text: most people are brief."""
 
 FEWEST_WORDS = 6
 """Minimum number of words in the paper's automated checks."""
 
 MARKS = ",.;:।"
 """Punctuation at the ends of words."""
+
+STREETS = ("street", "alley")
+"""Kinds of which only their own patterns are written: one turns into a street, not at it."""
 
 _SENTENCES = (1, 1, 2, 2, 2, 3)
 """Distribution of the number of clauses per sentence."""
@@ -44,21 +49,24 @@ class Writer:
     def __init__(self, grammar: Grammar) -> None:
         self._grammar = grammar
 
-    def write(self, meaning: Meaning, random: Random) -> str:
-        """Return the meaning as a text, which depends on the two arguments alone.
+    def write(self, meaning: Meaning, random: Random, voice: Voice | None = None) -> str:
+        """Return the meaning as a text, which depends on the arguments alone; without a voice, one is drawn.
 
         Raises:
             ValueError: if the language's data have no words for some part of it.
         """
         phase = "navigation" if isinstance(meaning, Navigation) else "assembly"
+        voice = voice or draw_voice(self._grammar, random)
         drafts: list[str] = []
+        wanted = random.choice(DRAFTS[phase])
         for _ in range(ATTEMPTS):
-            draft = _Draft(self._grammar, random)
+            draft = _Draft(self._grammar, random, voice)
             text = draft.navigation(meaning) if isinstance(meaning, Navigation) else draft.assembly(meaning)
             words = [word.casefold().strip(MARKS) for word in text.split()]
-            if len(words) >= FEWEST_WORDS and not _is_clumsy(words):
+            clumsy = _is_clumsy(words) or any(re.search(pattern, text) for pattern in self._grammar.clumsy)
+            if len(words) >= FEWEST_WORDS and not clumsy:
                 drafts.append(text)
-            if len(drafts) == DRAFTS[phase]:
+            if len(drafts) == wanted:
                 break
         return min(drafts, key=lambda each: len(each.split())) if drafts else text
 
@@ -78,26 +86,28 @@ class _Draft(Phraser):
         sentences = []
         for i, group in enumerate(groups):
             target = meaning.target if joined and i == len(groups) - 1 else None
-            sentences.append(self._add_opening("first" if i == 0 else "later", self._join_clauses(group, target)))
+            body = self._join_clauses(group, target)
+            sentences.append(self._add_opening("later" if i else "first", body) if len(groups) > 1 else body)
         if not joined:
             listed = self.grammar.target
-            body = self._target(meaning.target, (*listed["clause"], *listed["sentences"]), {})
-            sentences.append(self._add_opening("last", body) if groups else body)
+            body, plain = self._target(meaning.target, (*listed["clause"], *listed["sentences"]), {})
+            sentences.append(self._add_opening("last", body) if len(groups) > 1 and plain else body)
         return self._finish_text(sentences)
 
     def assembly(self, meaning: Assembly) -> str:
         parts = [self._turn(direction) for direction in meaning.turns]
         if parts and self.random.random() < _TURN_JOINED:
-            return self._finish_text([self._join_assembly([*parts, self._place(meaning)])])
+            return self._finish_text([self._join_assembly([*parts, self._place(meaning, joined=True)])])
         apart = [self._join_assembly(parts)] if parts else []
-        return self._finish_text([*apart, self._place(meaning)])
+        return self._finish_text([*apart, self._place(meaning, joined=False)])
 
     def _turn(self, direction: str) -> str:
         fillers = self.table_fillers({"direction": direction})
         patterns = self.fitting(self.grammar.assembly["turn"], {"direction"}, fillers)
         return self.render(self.pick(patterns, f"turn {direction}"), fillers, self.features)
 
-    def _place(self, meaning: Assembly) -> str:
+    def _place(self, meaning: Assembly, *, joined: bool) -> str:
+        """Return the clause about the placement; `joined` if it shares a sentence with turns."""
         thing, wheres = meaning.thing, meaning.where
         named = bool(thing.kind or thing.colour or thing.look)
         said: dict[str, Filler] = {}
@@ -109,6 +119,7 @@ class _Draft(Phraser):
         if wheres:
             said["where"] = lambda _: self.wheres(wheres, top=True)
         patterns = self.fitting(self.grammar.assembly["place" if named else "place it"], said)
+        patterns = [pattern for pattern in patterns if not (joined and pattern.main_only)]
         return self.render(self.pick(patterns, "where to place"), said, {**self.features, **given})
 
     def _join_assembly(self, parts: list[str]) -> str:
@@ -135,10 +146,11 @@ class _Draft(Phraser):
         join = self.pick([join for join in joins if _bent(join) <= bendable], "join")
         marks = {part.name: self.grammar.features_of(part.marks) for part in join.body if isinstance(part, Slot)}
         fillers = {
-            label: constant(self._clause(clause, marks[label])) for label, clause in zip(labels, clauses, strict=False)
+            label: constant(self._clause(clause, marks[label], front=label == labels[0]))
+            for label, clause in zip(labels, clauses, strict=False)
         }
         if target is not None:
-            fillers[labels[-1]] = constant(self._target(target, self.grammar.target["clause"], marks[labels[-1]]))
+            fillers[labels[-1]] = constant(self._target(target, self.grammar.target["clause"], marks[labels[-1]])[0])
         return self.render(join, fillers, self.features)
 
     def _add_opening(self, place: str, body: str) -> str:
@@ -152,37 +164,51 @@ class _Draft(Phraser):
         """Return the patterns for a clause: by its key, its thing's kind, and short ones if that was just mentioned."""
         listed, said = self.grammar.steps, clause.said.keys()
         tables = self.table_fillers(clause.said)
+        plural = said & {"pair", "several"}
+        if plural and clause.key != "walk between":
+            patterns = self.fitting(listed.get(f"{clause.key} group", ()), said, tables)
+            return [pattern for pattern in patterns if not (bent and pattern.main_only)]
         patterns = self.fitting(listed.get(clause.key, ()), said, tables)
         thing = clause.said.get("thing")
         if isinstance(thing, Thing):
-            patterns += 2 * self.fitting(listed.get(f"{clause.key} {thing.kind}", ()), said, tables)
-            if thing == self.focus:
+            special = self.fitting(listed.get(f"{clause.key} {thing.kind}", ()), said, tables)
+            patterns = special if special and thing.kind in STREETS else patterns + 2 * special
+            if thing.is_same(self.focus):
                 patterns += 4 * self.fitting(listed.get(f"{clause.key} same", ()), said - {"thing"}, tables)
         return [pattern for pattern in patterns if not (bent and pattern.main_only)]
 
-    def _clause(self, clause: Clause, marked: Mapping[str, str]) -> str:
-        pattern = self.pick(self._patterns(clause, bent=bool(marked)), clause.key)
+    def _clause(self, clause: Clause, marked: Mapping[str, str], *, front: bool) -> str:
+        """Return a clause's text; at the front of a sentence and unmarked, it may be of any pattern."""
+        bent = bool(marked) or not front
+        pattern = self.pick(self._patterns(clause, bent=bent) or self._patterns(clause, bent=bool(marked)), clause.key)
         nouns = self.nouns(clause.said)
         given = dict(nouns["thing"].given) if "thing" in nouns else {}
         fillers = self.table_fillers(clause.said) | self.thing_fillers(clause.said, nouns)
         text = self.render(pattern, fillers, {**self.features, **given, **marked})
         things = [value for value in clause.said.values() if isinstance(value, Thing)]
-        self.focus = focus_of(tuple(things) * (2 if "pair" in clause.said else 1), self.focus)
+        self.focus = focus_of(
+            tuple(things) * (2 if clause.key == "walk between" and "pair" in clause.said else 1), self.focus
+        )
         self.mentioned_things += things
         return text
 
-    def _target(self, target: Thing, patterns: Iterable[Pattern], marked: Mapping[str, str]) -> str:
+    def _target(self, target: Thing, patterns: Iterable[Pattern], marked: Mapping[str, str]) -> tuple[str, bool]:
+        """Return what to pick up, and whether other words may open its sentence."""
+        if target.is_same(self.focus):
+            fitting = [p for p in self.grammar.target["same"] if p.weight and not (marked and p.main_only)]
+            return self.render(self.pick(fitting, "to pick it up"), {}, {**self.features, **marked}), True
         said = {"target", "where"} if target.where else {"target"}
-        fitting = [p for p in patterns if needed(p.body, SLOTS) <= said and not (marked and p.main_only)]
+        fitting = [p for p in patterns if p.weight and needed(p.body, SLOTS) <= said and not (marked and p.main_only)]
         pattern = self.pick(fitting, "what to pick up")
         noun = self.noun(target)
         fillers: dict[str, Filler] = {}
         wheres = target.where
         if wheres and "where" in possible(pattern.body, SLOTS):
             fillers["where"] = lambda _: self.wheres(wheres, top=True)
-            target = Thing(target.kind, target.colour, target.look, target.which)
+            target = replace(target, where=())
         fillers["target"] = self.thing(target, noun, self.grammar.attached, top=True)
-        return self.render(pattern, fillers, {**self.features, **dict(noun.given), **marked})
+        text = self.render(pattern, fillers, {**self.features, **dict(noun.given), **marked})
+        return text, not pattern.main_only
 
     def _finish_text(self, sentences: list[str]) -> str:
         """Return the final text: sentences ended, spacing and spelling fixed, capitals where the script has them."""

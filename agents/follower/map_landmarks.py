@@ -10,7 +10,9 @@ from lang.meaning import Thing
 from lang.street import OFF_AXIS
 
 APART, BUILDINGS_APART = 1.2, 3.0
-"""Distance in units below which two sightings of one label are the same landmark."""
+"""Distance in units below which two sightings of one label are the same landmark, of small things and LARGE ones."""
+
+LARGE = ("building", "car", "zebra_crossing", "awning")
 
 MIN_SAMPLES, MIN_SAMPLES_OF_COLLECTIBLE = 6, 2
 """Minimum number of samples of a sighting: of a landmark, and of a collectible."""
@@ -50,7 +52,7 @@ class Landmarks:
             if seen.pixels < (MIN_SAMPLES_OF_COLLECTIBLE if label.kind in COLLECTIBLES else MIN_SAMPLES):
                 continue
             known = self._by_label.setdefault(seen.label, [])
-            apart = BUILDINGS_APART if label.kind == "building" else APART
+            apart = BUILDINGS_APART if label.kind in LARGE else APART
             for landmark in known:
                 if abs(landmark.x - seen.x) < apart and abs(landmark.z - seen.z) < apart:
                     if seen.distance < 0.8 * landmark.nearest:

@@ -1,15 +1,18 @@
 """Execution of a navigation instruction, step by step, on the agent's map and landmarks."""
 
 import math
-from collections.abc import Callable
+from dataclasses import replace
 
 from agents.follower.map_landmarks import Landmark, landmarks_ahead
 from agents.follower.navigation_body import Body, rotated
-from agents.follower.navigation_motion import HEADINGS, TURN, can_step, find_path, turns
-from agents.follower.navigation_places import find_opening
+from agents.follower.navigation_motion import HEADINGS, TURN, turns
+from agents.follower.navigation_places import Openings, find_opening
+from agents.follower.navigation_reference import ORDINALS, Marks, Referents
+from agents.follower.navigation_target import REACH_TO, find_target, is_reached
+from agents.follower.navigation_walk import Walker
 from arramon_client.agent import Action
 from lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
-from lang.street import ALONG, BESIDE, DEGREES, NEAR, PAST
+from lang.street import ACROSS, ALONG, BESIDE, DEGREES, NEAR, PAST
 
 PASSED_DISTANCE = 0.5
 """Distance in units to the line beside a place at which the place counts as passed."""
@@ -23,15 +26,18 @@ LOOK = (Action.LEFT, Action.RIGHT, Action.RIGHT, Action.LEFT)
 LOCK_DISTANCE = 4.0
 """Distance in units below which a step no longer changes the landmark that it refers to."""
 
+SEEN_DISTANCE = 14.0
+"""Distance in units from which a landmark ends a walk until it is seen."""
+
+AT_BUILDING = 9.0
+"""Distance in units of a street's opening from the middle of a building at which one turns into it."""
+
 SEEK_DISTANCE = 15.0
 """Distance in units that the agent goes on to find a landmark that it has not seen."""
 
 ONWARD_DISTANCE = 25.0
 """Distance in units that the agent goes on after the last step if it has not seen the target, before it searches
 elsewhere."""
-
-REACH_SIDE, REACH_FROM, REACH_TO = 0.42, 0.8, 1.9
-"""Range of the target for the pick-up, in units to the side and ahead; the rules' box is 0.5 and 3."""
 
 
 class Navigator:
@@ -47,14 +53,13 @@ class Navigator:
         self._meaning = meaning
         self._number = 0
         self._course = body.angle
-        self._plan: list[Action] = []
-        self._plan_goal = (math.inf, math.inf)
-        self._plan_age = 0
+        self._walker = Walker(body)
         self._committed = False
         self._missed: set[tuple[float, float]] = set()
         self._interacted: Landmark | None = None
         self._looks: list[Action] = []
         self._visited: list[tuple[float, float]] = []
+        self._referents = Referents(body.landmarks)
         self._searched = not meaning.target.where
         self._searches = [self._to_surroundings, self._onward, self._to_surroundings]
         self._begin_step()
@@ -73,19 +78,22 @@ class Navigator:
         return self._explore() if action is None else action
 
     def _begin_step(self) -> None:
-        self._lock: tuple[Landmark, ...] = ()
+        for thing, marks in getattr(self, "_locks", {}).items():
+            self._referents.keep(thing, marks)
+        self._locks: dict[Thing, Marks] = {}
+        self._openings = Openings(self._body.x, self._body.z, self._course)
         self._place: tuple[float, float] | None = None
         self._turned_to: float | None = None
         self._start = self._body.x, self._body.z
         self._start_course = self._course
         self._looked = False
         self._looks = []
-        self._plan = []
+        self._walker.stop()
 
     # The target
 
     def _go_for_target(self) -> Action | None:
-        target = self._target()
+        target = find_target(self._body, self._meaning.target, self._missed)
         if target is None:
             return None
         body = self._body
@@ -94,40 +102,12 @@ class Navigator:
             if distance > NEAR_TARGET or not body.ground.sees(body.x, body.z, target.x, target.z):
                 return None
         self._committed = True
-        if self._is_reached(target, *body.pose):
+        if is_reached(body, target, *body.pose):
             self._interacted = target
             return Action.INTERACT
-        return self._go(
-            (target.x, target.z), REACH_TO + 0.2, lambda x, z, heading: self._is_reached(target, x, z, heading)
+        return self._walker.go(
+            (target.x, target.z), REACH_TO + 0.2, lambda x, z, heading: is_reached(body, target, x, z, heading)
         )
-
-    def _target(self) -> Landmark | None:
-        wanted = self._meaning.target
-        fitting = [mark for mark in self._body.landmarks.fitting(wanted) if (mark.x, mark.z) not in self._missed]
-        if not fitting:
-            return None
-        near = [thing for where in wanted.where for thing in where.things]
-
-        def cost(mark: Landmark) -> tuple[float, float]:
-            cost = self._body.distance(mark.x, mark.z)
-            for thing in near:
-                others = self._body.landmarks.fitting(thing)
-                cost += min([20.0, *(2.0 * math.hypot(o.x - mark.x, o.z - mark.z) for o in others)])
-            return cost, mark.x
-
-        return min(fitting, key=cost)
-
-    def _is_reached(self, target: Landmark, x: float, z: float, heading: int) -> bool:
-        right, ahead = rotated(target.x - x, target.z - z, heading * TURN)
-        if abs(right) > REACH_SIDE or not REACH_FROM <= ahead <= REACH_TO:
-            return False
-        # The nearest object in the box is picked up.
-        for other in self._body.landmarks.fitting(Thing("")):
-            if other is not target:
-                aside, far = rotated(other.x - x, other.z - z, heading * TURN)
-                if abs(aside) < 0.6 and far > -0.1 and math.hypot(aside, far) < math.hypot(right, ahead) + 0.1:
-                    return False
-        return True
 
     # The steps
 
@@ -170,8 +150,12 @@ class Navigator:
         return self._turn_to(self._turned_to)
 
     def _walk(self, step: Walk) -> Action | None:
-        if step.way == "ahead":
+        if step.way in ("ahead", "along"):
             return self._walk_ahead(step)
+        if step.way == "until":
+            return None if self._is_seen(step.things[0]) else self._walker.ahead(self._course)
+        if step.things[0].kind in PLACES:
+            return self._to_place(step.things[0], 0, ACROSS if step.way == "past" else 0.0)
         marks = self._resolve(step.things)
         if marks is None:
             return self._seek()
@@ -181,38 +165,74 @@ class Navigator:
             if body.distance(marks[0], marks[1]) <= near:
                 self._course = self._aim(marks, self._start)
                 return None
-            return self._go(marks, near - 0.2)
-        beyond = PAST if step.way == "past" else 0.3
+            return self._walker.go(marks, near - 0.2)
+        beyond = {"past": PAST, "beside": 0.0}.get(step.way, 0.3)
+        if step.way == "past" and (step.things[0].number or step.things[0].kind == "building"):
+            marks = self._farthest(step.things[0])
         return self._pass(marks, beyond)
+
+    def _farthest(self, thing: Thing) -> tuple[float, float]:
+        """Return the place of the last of several landmarks along the walk."""
+        sin, cos = math.sin(self._start_course), math.cos(self._start_course)
+        last = max(self._locks[thing], key=lambda mark: (mark.x * sin + mark.z * cos, mark.x))
+        return last.x, last.z
+
+    def _is_seen(self, thing: Thing) -> bool:
+        """Return whether a landmark that fits is near enough ahead."""
+        body = self._body
+        marks = landmarks_ahead(body.landmarks.fitting(thing), body.x, body.z, self._course)
+        return any(body.distance(mark.x, mark.z) <= SEEN_DISTANCE for mark in marks)
 
     def _walk_ahead(self, step: Walk) -> Action | None:
         following = self._meaning.steps[self._number + 1 :]
         if step.count:
             done = math.hypot(self._body.x - self._start[0], self._body.z - self._start[1]) >= step.count
-            return None if done else self._ahead()
+            return None if done else self._walker.ahead(self._course)
         if following and not (isinstance(following[0], Rotate) and not following[0].at):
             return None
-        return self._ahead()
+        return self._walker.ahead(self._course)
 
     def _approach(self, step: Rotate) -> Action | None:
         """Return the next action towards the place of a turn; None when the agent is there."""
         thing = step.thing
         assert thing is not None
-        if thing.kind in PLACES:
-            return self._to_opening(-1 if "left" in step.direction else 1)
+        if thing.kind in PLACES or thing.kind == "building":
+            return self._to_place(thing, -1 if "left" in step.direction else 1, ALONG[step.at])
         marks = self._resolve((thing,))
         if marks is None:
             return self._seek()
         return self._pass(marks, ALONG[step.at])
 
-    def _to_opening(self, side: int) -> Action | None:
+    def _to_place(self, thing: Thing, side: int, beyond: float) -> Action | None:
+        """Return the next action to a place in the street, or to where one opens at a building; None there.
+
+        `side` is that of the street that opens there, -1 for the left, 1 for the right, 0 for any.
+        """
+        if thing.kind in ("street_end", "t_junction"):
+            return self._walker.ahead(self._course)
         body = self._body
         if self._place is None:
-            self._place = find_opening(body.ground, body.x, body.z, self._course, side)
+            self._openings.add(body.ground, body.x, body.z, self._course)
+            self._place = self._find_place(thing, side)
             if self._place is None:
-                return self._ahead()
+                return self._walker.ahead(self._course)
         _, ahead = rotated(self._place[0] - body.x, self._place[1] - body.z, self._course)
-        return None if ahead <= PASSED_DISTANCE else self._go(self._place, 0.6)
+        if ahead + beyond <= PASSED_DISTANCE:
+            return None
+        sin, cos = math.sin(self._course), math.cos(self._course)
+        return self._walker.go((self._place[0] + beyond * sin, self._place[1] + beyond * cos), 0.6)
+
+    def _find_place(self, thing: Thing, side: int) -> tuple[float, float] | None:
+        building = thing if thing.kind == "building" else next((t for w in thing.where for t in w.things), None)
+        if building is not None:
+            marks = self._resolve((building,))
+            place = None if marks is None else self._openings.near(side, *marks)
+            near = place is not None and marks is not None and math.dist(place, marks) < AT_BUILDING
+            return place if near else None
+        number = max(ORDINALS.get(thing.which, 0), 0)
+        if number or side == 0:
+            return self._openings.place(side, number)
+        return find_opening(self._body.ground, self._body.x, self._body.z, self._course, side)
 
     def _pass(self, place: tuple[float, float], beyond: float) -> Action | None:
         """Return the next action along the course to `beyond` units past a place; None when the agent is there."""
@@ -229,7 +249,7 @@ class Navigator:
         aside = right - min(max(right, -BESIDE), BESIDE)
         sin, cos = math.sin(course), math.cos(course)
         goal = body.x + left * sin + aside * cos, body.z + left * cos - aside * sin
-        return self._go(body.ground.near_free(*goal), 0.6)
+        return self._walker.go(body.ground.near_free(*goal), 0.6)
 
     def _aim(self, place: tuple[float, float], start: tuple[float, float]) -> float:
         if math.hypot(place[0] - start[0], place[1] - start[1]) < 1.5:
@@ -237,53 +257,20 @@ class Navigator:
         return math.atan2(place[0] - start[0], place[1] - start[1])
 
     def _resolve(self, things: tuple[Thing, ...]) -> tuple[float, float] | None:
-        """Return the place of the things, or the middle of two; None if one has not been seen yet."""
-        if not self._lock or self._body.distance(self._lock[0].x, self._lock[0].z) > LOCK_DISTANCE:
-            found = []
-            for thing in things:
-                marks = landmarks_ahead(self._body.landmarks.fitting(thing), *self._start, self._start_course)
-                place = {"second": 1, "last": len(marks) - 1}.get(thing.which, 0)
-                if not 0 <= place < len(marks):
+        """Return the place of the things, the middle of several; None if one has not been seen yet."""
+        found: list[Landmark] = []
+        for thing in things:
+            locked = self._locks.get(thing)
+            if not locked or self._body.distance(locked[0].x, locked[0].z) > LOCK_DISTANCE:
+                locked = self._referents.find(thing, *self._start, self._start_course)
+                if locked is None:
                     return None
-                found.append(marks[place])
-            self._lock = tuple(found)
-        xs, zs = [mark.x for mark in self._lock], [mark.z for mark in self._lock]
+                self._locks[thing] = locked
+            found += locked if len(things) == 1 else locked[:1]
+        if len(things) == 2 and things[0] == things[1]:
+            return self._resolve((replace(things[0], number="two"),))
+        xs, zs = [mark.x for mark in found], [mark.z for mark in found]
         return sum(xs) / len(xs), sum(zs) / len(zs)
-
-    # Motion
-
-    def _go(
-        self, goal: tuple[float, float], radius: float, is_there: Callable[[float, float, int], bool] | None = None
-    ) -> Action | None:
-        """Return the next action towards a goal; None when the agent is there or cannot get nearer."""
-        body = self._body
-        moved = math.hypot(goal[0] - self._plan_goal[0], goal[1] - self._plan_goal[1])
-        stale = not self._plan or self._plan_age > 10 or moved > 0.8
-        if not stale and self._plan[0] is Action.FORWARD:
-            stale = not can_step(body.ground, *body.pose)
-        if stale:
-            self._plan = find_path(body.ground, body.pose, goal, radius, is_there, body.closed_steps)
-            self._plan_goal, self._plan_age = goal, 0
-        self._plan_age += 1
-        return self._plan.pop(0) if self._plan else None
-
-    def _ahead(self) -> Action | None:
-        """Return the next action along the street, near the course; None if it is blocked."""
-        body = self._body
-        if self._plan and body.distance(*self._plan_goal) > 2.5:
-            return self._go(self._plan_goal, 0.6)
-
-        def worth(degrees: int) -> float:
-            reach = body.ground.reach(body.x, body.z, self._course + math.radians(degrees), 10.0)
-            return reach - 0.04 * abs(degrees)
-
-        degrees = max((0, -10, 10, -20, 20, -30, 30, -45, 45), key=worth)
-        angle = self._course + math.radians(degrees)
-        reach = body.ground.reach(body.x, body.z, angle, 10.0)
-        if reach < 1.75:
-            return None
-        far = min(reach - 0.25, 6.0)
-        return self._go((body.x + far * math.sin(angle), body.z + far * math.cos(angle)), 0.6)
 
     def _seek(self) -> Action | None:
         """Look to both sides for a landmark not seen yet, then go on; None if blocked or far enough."""
@@ -292,7 +279,7 @@ class Navigator:
             self._looks = list(LOOK)
         if self._looks:
             return self._looks.pop(0)
-        return self._ahead() if self._body.distance(*self._start) < SEEK_DISTANCE else None
+        return self._walker.ahead(self._course) if self._body.distance(*self._start) < SEEK_DISTANCE else None
 
     def _explore(self) -> Action:
         """Search for the target after the last step: near its surroundings, along the street, then anywhere."""
@@ -306,7 +293,7 @@ class Navigator:
             if action is not None:
                 return action
             self._searches.pop(0)
-            self._plan = []
+            self._walker.stop()
         return self._wander()
 
     def _to_surroundings(self) -> Action | None:
@@ -314,7 +301,7 @@ class Navigator:
         if self._searched:
             return None
         marks = self._resolve(tuple(thing for where in self._meaning.target.where[:1] for thing in where.things))
-        action = None if marks is None else self._go(marks, 2.0)
+        action = None if marks is None else self._walker.go(marks, 2.0)
         if action is None and marks is not None:
             self._searched = True
             self._looks = [Action.RIGHT] * (HEADINGS - 1)
@@ -322,18 +309,22 @@ class Navigator:
         return action
 
     def _onward(self) -> Action | None:
-        return self._ahead() if self._body.distance(*self._start) < ONWARD_DISTANCE else None
+        return self._walker.ahead(self._course) if self._body.distance(*self._start) < ONWARD_DISTANCE else None
 
     def _wander(self) -> Action:
         """Look around, go to the edge of the known ground, and repeat."""
         body = self._body
-        if not self._looks and not self._plan and all(body.distance(*place) > 2.0 for place in self._visited):
+        if (
+            not self._looks
+            and not self._walker.is_walking
+            and all(body.distance(*place) > 2.0 for place in self._visited)
+        ):
             self._visited.append((body.x, body.z))
             self._looks = [Action.RIGHT] * (HEADINGS - 1)
         if self._looks:
             return self._looks.pop(0)
-        if self._plan:
-            action = self._go(self._plan_goal, 0.8)
+        if self._walker.is_walking:
+            action = self._walker.go(self._walker.goal, 0.8)
             if action is not None:
                 return action
         edge = body.ground.frontier()
@@ -343,7 +334,7 @@ class Navigator:
             for place in self._visited:
                 far[((edge - place) ** 2).sum(axis=1) < 4.0] += 1e4
             x, z = edge[int(far.argmin())].tolist()
-            action = self._go((x, z), 0.8)
+            action = self._walker.go((x, z), 0.8)
             if action is not None:
                 return action
         return Action.RIGHT

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from agents.follower.map import Map
-from lang.street import DEEP, DEEPER, IN
+from lang.street import DEEP, DEEPER, IN, SAME_OPENING
 
 OFFSETS = np.arange(-3.0, 14.0, 0.5)
 """Places along the walk that are examined, in units from the agent."""
@@ -34,6 +34,43 @@ def find_opening(ground: Map, x: float, z: float, angle: float, side: int) -> tu
         if along > 0.0:
             return x + along * math.sin(angle), z + along * math.cos(angle)
     return None
+
+
+class Openings:
+    """The places along one walk where streets open, in order along it.
+
+    Args:
+        x, z, angle: where the walk begins, and its direction in radians.
+    """
+
+    def __init__(self, x: float, z: float, angle: float) -> None:
+        self._x, self._z, self._sin, self._cos = x, z, math.sin(angle), math.cos(angle)
+        self._found: list[tuple[float, int, tuple[float, float]]] = []
+
+    def add(self, ground: Map, x: float, z: float, angle: float) -> None:
+        """Add the openings that are known from a place on the walk."""
+        for side in (-1, 1):
+            runs, walls = ground.runs(x, z, angle, side, OFFSETS, DEEP)
+            for start in find_openings(runs.tolist(), walls.tolist()):
+                along = float(OFFSETS[start]) + IN
+                place = x + along * math.sin(angle), z + along * math.cos(angle)
+                far = (place[0] - self._x) * self._sin + (place[1] - self._z) * self._cos
+                near = [each for each in self._found if each[1] == side and abs(each[0] - far) < SAME_OPENING / 2]
+                if far > 1.0 and not near:
+                    self._found.append((far, side, place))
+
+    def place(self, side: int, number: int) -> tuple[float, float] | None:
+        """Return the place of the opening with this number (from 0) on a side, or on any for 0; None if unknown."""
+        kept: list[tuple[float, tuple[float, float]]] = []
+        for far, own, place in sorted(self._found):
+            if side in (0, own) and (not kept or far - kept[-1][0] >= SAME_OPENING or side != 0):
+                kept.append((far, place))
+        return kept[number][1] if number < len(kept) else None
+
+    def near(self, side: int, x: float, z: float) -> tuple[float, float] | None:
+        """Return the place of the opening on a side that is nearest to (x, z); None if there is none."""
+        places = [place for _, own, place in self._found if own == side]
+        return min(places, key=lambda place: math.hypot(place[0] - x, place[1] - z), default=None)
 
 
 def find_openings(runs: list[float], walls: list[bool]) -> list[int]:

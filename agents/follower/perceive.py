@@ -34,7 +34,8 @@ BEAM = np.arange(0.125, 16.0, 0.25, dtype=np.float32)
 CLUSTER = 1.5
 """Side of the squares in which pixels of one label form one sighting, in units."""
 
-GROUND = ("nothing", "road", "pavement", "roof", "floor", "start_tile")
+GROUND = ("nothing", "road", "pavement", "roof", "floor", "start_tile", "ceiling")
+NOT_SOLID = ("banner", "awning", "shop_sign", "zebra_crossing")
 COLLECTIBLES = ("ball", "hourglass", "mug", "tv", "book", "bowl", "bucket")
 
 
@@ -86,7 +87,7 @@ class Eye:
 
     def __post_init__(self) -> None:
         kinds = [label.kind for label in self.labels]
-        self.solid = np.array([kind not in (*GROUND, *COLLECTIBLES, "banner") for kind in kinds])
+        self.solid = np.array([kind not in (*GROUND, *COLLECTIBLES, *NOT_SOLID) for kind in kinds])
         self.building = np.array([kind == "building" for kind in kinds])
         self.thing = np.array([kind not in (*GROUND, "building", "wall") for kind in kinds])
 

@@ -9,10 +9,16 @@ from arramon_client.agent import Agent
 from arramon_client.plugin.loader import load_agent
 from lang.meaning import Assembly, Meaning, Navigation, Rotate, Thing, Where
 from lang.quality import check, is_blocked
+from lang.voice import Voice
 from server.dataset.generation import Draft, Site
 from server.dataset.generation.command import Progress, generate
 from server.dataset.generation.sizes import select_plans
 from server.dataset.instructions.assembly import plan_assembly
+from server.dataset.instructions.assembly_sight import whole_room
+from server.dataset.instructions.gate import faults_of_text
+from server.dataset.instructions.gate_assembly import faults_of_assembly
+from server.dataset.instructions.gate_navigation import faults_of_navigation
+from server.dataset.instructions.gate_world import GateWorld
 from server.dataset.instructions.navigation import plan_navigation
 from server.dataset.instructions.sight import Landmark, find_landmarks, poses_along
 from server.dataset.randomness import seeded
@@ -29,7 +35,7 @@ from server.sim.rules import Action, PlacedObject
 FOLLOWER = "agents.follower"
 """The agent that tests instructions, loaded by name because the server does not import agents."""
 
-PLANS = 4
+PLANS = 3
 """Plans tried for one draft before the draft is discarded."""
 
 MIN_NDTW = 0.2
@@ -49,11 +55,7 @@ class InstructionWriter:
     """Writes a draft's instructions in every language; accepts only those that lead the follower to the goal in all.
 
     Args:
-
-    Attributes:
-
-        make_follower: as passed in.
-
+        languages: codes of the languages to write in.
         make_follower: returns a new agent that plays from text, depth and segmentation; called once per trial.
 
     Attributes:
@@ -70,9 +72,9 @@ class InstructionWriter:
 
     def candidates(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Iterator[Texts]:
         """Yield candidate instructions, one plan after another: they pass the quality checks and are untested."""
-        sights = _sights(draft, site)
+        sights = _Sights(draft, site)
         for number in range(PLANS):
-            plan = _plan(draft, sights, (*names, number))
+            plan = _plan(draft, site, sights, (*names, number))
             texts = self._write(draft, plan, (*names, number)) if plan is not None else None
             if texts is not None:
                 yield texts
@@ -81,10 +83,11 @@ class InstructionWriter:
         """Return the plan's texts in every language, or None if a text fails a check."""
         texts = {}
         for code in self._languages:
+            voice = lang.load(code).draw_voice(seeded(*names, code, "voice"))
             turns = []
             for number, (turn, meanings) in enumerate(zip(draft.turns, plan, strict=True), start=1):
-                navigation = _phrase(code, "navigation", turn, meanings[0], (*names, code, number))
-                assembly = _phrase(code, "assembly", turn, meanings[1], (*names, code, number))
+                navigation = _phrase(code, "navigation", turn, meanings[0], voice, (*names, code, number))
+                assembly = _phrase(code, "assembly", turn, meanings[1], voice, (*names, code, number))
                 if navigation is None or assembly is None:
                     return None
                 turns.append(Instructions(navigation, assembly))
@@ -140,37 +143,50 @@ def passes(scores: EpisodeScores) -> bool:
     return all(turn["nDTW"] > MIN_NDTW and all(turn[name] == 1.0 for name in MUST_BE_ONE) for turn in scores.turns)
 
 
-Sights = tuple[tuple[tuple[Pose, ...], tuple[Landmark, ...]], ...]
+class _Sights:
+    """What is seen along the ground truth of each turn, looked at when it is first asked for."""
+
+    def __init__(self, draft: Draft, site: Site) -> None:
+        self._draft, self._site = draft, site
+        self._starts = [draft.start]
+        self._seen: list[tuple[list[Pose], tuple[Landmark, ...]]] = []
+
+    def __getitem__(self, number: int) -> tuple[list[Pose], tuple[Landmark, ...]]:
+        """Return the poses of the ground truth of a turn, counted from 0, and the landmarks visible from them."""
+        while len(self._seen) <= number:
+            turn, site = self._draft.turns[len(self._seen)], self._site
+            poses = poses_along(self._starts[-1], turn.path, turn.actions)
+            marks = find_landmarks(poses, turn.street, site.section, site.sight, site.graph)
+            self._seen.append((poses, marks))
+            self._starts.append(poses[-1])
+        return self._seen[number]
 
 
-def _sights(draft: Draft, site: Site) -> Sights:
-    """Return, for each turn, the poses of its ground truth and the landmarks visible from them."""
-    sights, start = [], draft.start
-    for turn in draft.turns:
-        poses = poses_along(start, turn.path, turn.actions)
-        sights.append((tuple(poses), find_landmarks(poses, turn.street, site.section, site.camera)))
-        start = poses[-1]
-    return tuple(sights)
-
-
-def _plan(draft: Draft, sights: Sights, names: tuple[object, ...]) -> Plan | None:
+def _plan(draft: Draft, site: Site, sights: _Sights, names: tuple[object, ...]) -> Plan | None:
     """Return the meanings of both turns' instructions, or None if a planner fails."""
     room, planned = draft.decoys, []
-    for number, (turn, (poses, marks)) in enumerate(zip(draft.turns, sights, strict=True), start=1):
+    for number, turn in enumerate(draft.turns, start=1):
+        poses, marks = sights[number - 1]
         random = seeded(*names, number, "plan")
-        navigation = plan_navigation(turn.path, poses, turn.target, turn.street, marks, random)
+        navigation = plan_navigation(turn.path, poses, turn.target, turn.street, marks, random, site.graph)
         assembly = plan_assembly(turn.target.type, turn.target_cell, room, random)
         if navigation is None or assembly is None:
+            return None
+        goal = turn.target.position.x, turn.target.position.z
+        if faults_of_navigation(navigation, GateWorld(turn.path, poses[0], marks, goal, site.graph)):
+            return None
+        cell = turn.target_cell.column, turn.target_cell.row
+        if faults_of_assembly(assembly, cell, whole_room(room)):
             return None
         planned.append((navigation, assembly))
         room = (*room, PlacedObject(turn.target.type, turn.target_cell))
     return planned[0], planned[1]
 
 
-def _phrase(code: str, phase: str, turn: Turn, meaning: Meaning, names: tuple[object, ...]) -> str | None:
+def _phrase(code: str, phase: str, turn: Turn, meaning: Meaning, voice: Voice, names: tuple[object, ...]) -> str | None:
     """Return one instruction, or None if it cannot be expressed or fails a blocking check."""
     try:
-        text = lang.load(code).write(meaning, seeded(*names, phase))
+        text = lang.load(code).write(meaning, seeded(*names, phase), voice)
     except ValueError:
         return None  # The language cannot express part of it, such as a number of paces; another plan may not need it.
     target = turn.target.type
@@ -181,7 +197,7 @@ def _phrase(code: str, phase: str, turn: Turn, meaning: Meaning, names: tuple[ob
         target=Thing(target.kind, target.colour, target.pattern),
         first_turn=first_turn(turn.actions),
     )
-    return None if is_blocked(failures) else text
+    return None if is_blocked(failures) or faults_of_text(text, code, meaning) else text
 
 
 def first_turn(actions: tuple[Action, ...]) -> float:

@@ -11,6 +11,7 @@ from server.sim.assets.furniture import COLOURS, piece_of
 from server.sim.assets.markings import DASH, Dash, dashes
 from server.sim.assets.meshes import Vector, merge, moved, quad
 from server.sim.assets.palette import palette
+from server.sim.assets.signs import shop_sign_texture
 from server.sim.assets.textures import GROUND_SPAN, Image, texture
 from server.sim.cameras import FAR
 from server.sim.labels import Label
@@ -19,6 +20,9 @@ from server.sim.section import Building, Prop, Section
 
 PAVEMENT = 0.8
 """Width of the pavement around a building, in units."""
+
+CLEAR_OF_ZEBRA = 1.4
+"""Distance between the middles of a dash and of a zebra crossing from which both are painted, in units."""
 
 _KERB, _LINE = 0.07, 0.12
 _TILE = 16.0
@@ -77,6 +81,9 @@ def _prop_body(prop: Prop, number: int, meshes: dict[str, Mesh], textures: dict[
     if prop.kind == "banner":
         cover = f"banner/{prop.colour}/{prop.shape}/{prop.shape_colour}"
         textures[cover] = banner_texture(prop.colour, prop.shape, prop.shape_colour)
+    elif prop.kind == "shop_sign":
+        cover = f"sign/{prop.shape}"
+        textures[cover] = shop_sign_texture(prop.shape)
     else:
         textures[cover] = palette()
     meshes[mesh] = piece.mesh
@@ -87,7 +94,7 @@ def _prop_body(prop: Prop, number: int, meshes: dict[str, Mesh], textures: dict[
 
 def label_of_prop(prop: Prop) -> Label:
     """Return the segmentation label of a prop."""
-    if prop.kind == "banner":
+    if prop.kind in ("banner", "shop_sign"):
         return Label(prop.kind, prop.colour, prop.shape)
     colours = COLOURS.get(prop.kind, ("",))
     return Label(prop.kind, prop.colour or colours[0])
@@ -138,7 +145,12 @@ def _ground(section: Section) -> list[tuple[str, str, str, Mesh]]:
             ("pavements", "pavement", "pavement", merge(*pavements)),
             ("kerbs", "pavement", "kerb", merge(*kerbs)),
         ]
-    lines = dashes(section, PAVEMENT)
+    zebras = [prop for prop in section.props if prop.kind == "zebra_crossing"]
+    lines = [
+        dash
+        for dash in dashes(section, PAVEMENT)
+        if all(math.dist((dash.x, dash.z), (zebra.x, zebra.z)) > CLEAR_OF_ZEBRA for zebra in zebras)
+    ]
     if lines:
         layers.append(("lines", "road", "line", merge(*(_line(dash) for dash in lines))))
     layers.append(("asphalt", "road", "asphalt", _asphalt(section)))

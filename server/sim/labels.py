@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from server.sim.assets.furniture import COLOURS
+from server.sim.assets.signs import SHOPS
 from server.sim.catalogue import ALL_TYPES, ObjectType
 from server.sim.section import FACADES, PROP_KINDS
 
@@ -22,10 +23,11 @@ class Label:
 
     Attributes:
         kind: "nothing" (the sky), "road", "pavement", "roof", "building", a kind of `section.PROP_KINDS`, a
-            collectible's kind, "wall", "floor" or "start_tile".
+            collectible's kind, "wall", "floor", "ceiling" or "start_tile".
         colour: a collectible's colour, a banner's background colour, or the colour of furniture of a kind with several;
             otherwise "".
-        look: a collectible's pattern, a banner's shape, a building's facade, a wall's look; otherwise "".
+        look: a collectible's pattern, a banner's shape, a sign's shop, a building's facade or a wall's look; otherwise
+            "".
     """
 
     kind: str
@@ -42,6 +44,8 @@ class Label:
         return f"{self.kind}/{self.colour}/{self.look}".rstrip("/")
 
 
+_SHAPED = ("banner", "shop_sign")
+
 NOTHING = Label("nothing")
 """Label of the sky."""
 
@@ -52,10 +56,12 @@ LABELS: tuple[Label, ...] = (
     Label("roof"),
     Label("floor"),
     Label("start_tile"),
+    Label("ceiling"),
     *(Label("wall", look=look) for look in WALLS),
     *(Label("building", look=look) for look in FACADES),
     *(Label("banner", colour, shape) for colour, shape in product(BANNER_COLOURS, BANNER_SHAPES)),
-    *(Label(kind, colour) for kind in PROP_KINDS if kind != "banner" for colour in COLOURS.get(kind, ("",))),
+    *(Label(kind, colour) for kind in PROP_KINDS if kind not in _SHAPED for colour in COLOURS.get(kind, ("",))),
+    *(Label("shop_sign", look=shop) for shop in SHOPS),
     *(Label.of(type_) for type_ in ALL_TYPES),
 )
 """All labels; a segmentation's numbers are indices into this table."""

@@ -1,11 +1,11 @@
-"""The assembly room as a scene: floor with its grid, the checkered start tile, four walls.
+"""The assembly room as a scene: floor with its grid, the checkered start tile, four walls, a ceiling.
 
 Seen from the start tile, facing row 3: brick ahead, wood on the right, striped behind, spotted on the left. This is
 inferred from the release's instructions: objects put against the wooden wall belong in column 4, against the striped
 wall in row 0, and "turn to face the dotted wall" is a turn to the left.
 """
 
-from server.sim.assets.meshes import Vector, quad
+from server.sim.assets.meshes import Vector, moved, quad
 from server.sim.assets.textures import texture
 from server.sim.labels import Label
 from server.sim.room import CELL, COLUMNS, ROWS, START
@@ -48,8 +48,10 @@ def room_scene() -> Scene:
         Body("start", "tile", "start", (START.column * CELL, START.row * CELL, 0.004), label=str(Label("start_tile")))
     )
     bodies.append(Body("floor", "floor", "floor", (middle_x, middle_y, 0.0), label="floor"))
+    bodies.append(Body("ceiling", "ceiling", "ceiling", (middle_x, middle_y, WALL_HEIGHT), label=str(Label("ceiling"))))
     meshes = {f"wall/{look}": _wall(length) for look, _, _, length in walls}
     meshes["tile"] = _flat(CELL * 0.94, CELL * 0.94, 1.0, 1.0)
+    meshes["ceiling"] = moved(_flat(wide, deep, COLUMNS, ROWS), pitch=180.0)
     meshes["floor"] = _flat(wide, deep, COLUMNS, ROWS)
     names = {body.texture for body in bodies}
     return Scene("room", tuple(bodies), meshes, {name: texture(name) for name in sorted(names)})

@@ -2,14 +2,18 @@
 
 from dataclasses import dataclass
 
-FACADES = ("brick", "brown", "concrete", "glass", "white", "arched", "red", "grey")
+FACADES = ("brick", "brown", "concrete", "glass", "white", "arched", "red", "grey", "yellow", "green", "blue")
 """Facades of buildings."""
 
 PROP_KINDS = (
     "cone", "phone_booth", "bench", "lamp_post", "traffic_light", "dumpster", "barrier", "barrel", "tyre_stack",
-    "hydrant", "mailbox", "bin", "bags", "tree", "stop_sign", "speed_sign", "banner",
+    "hydrant", "mailbox", "bin", "bags", "tree", "stop_sign", "speed_sign", "banner", "car", "kiosk", "planter",
+    "awning", "shop_sign", "zebra_crossing",
 )  # fmt: skip
-"""Street furniture. A banner hangs on a wall; everything else stands on the ground."""
+"""Street furniture. What hangs on a wall or lies on the road stands in nobody's way; everything else is solid."""
+
+ON_WALLS = frozenset({"banner", "awning", "shop_sign"})
+"""Kinds that hang on a wall, above the heads of agents or flat against it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,11 +44,11 @@ class Prop:
 
     Attributes:
         kind: one of PROP_KINDS.
-        x, z: position, in units; for a banner, a point on the wall that it hangs on.
-        heading: direction of its front, degrees clockwise from +z.
-        colour: for kinds with several colours (cone: orange, red, blue; dumpster: green, silver; barrier: concrete,
-            white, red; barrel: red, yellow, gold; banner: its background colour), otherwise "".
-        shape: a banner's star, diamond, triangle, circle, hexagon or dot; otherwise "".
+        x, z: position, in units; for one of ON_WALLS, a point on the wall that it hangs on.
+        heading: direction of its front, degrees clockwise from +z; of a zebra crossing, that of the street.
+        colour: for kinds with several colours (`assets.furniture.COLOURS`; a banner's background colour), otherwise "".
+        shape: a banner's star, diamond, triangle, circle, hexagon or dot; what a shop's sign is for, one of
+            `assets.signs.SHOPS`; otherwise "".
         shape_colour: colour of a banner's shape; otherwise "".
     """
 

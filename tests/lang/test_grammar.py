@@ -47,6 +47,11 @@ def test_classes_put_endings_behind_stems(data: dict[str, Any]) -> None:
     assert (word.form({"form": "main"}), word.form({"form": "ing"})) == ("veer", "veering off")
 
 
+def test_words_have_weights(data: dict[str, Any]) -> None:
+    data["grammar"]["words"]["turn"] = ["3* turn", {"weight": 0.5, "main": "veer", "ing": "veering"}, "pivot"]
+    assert [word.weight for word in loaded(data).words["turn"]] == [3.0, 0.5, 1.0]
+
+
 @pytest.mark.parametrize(
     ("path", "value", "message"),
     [
@@ -62,6 +67,7 @@ def test_classes_put_endings_behind_stems(data: dict[str, Any]) -> None:
         (("grammar", "words", "turn"), {}, "words.turn: .* has no form"),
         (("phrases", "joins"), {"sentence": ["{a}"]}, "joins: assembly, first, later, .* missing"),
         (("things",), {}, "'nouns' is missing"),
+        (("grammar", "text", "per_episode"), {"numeral": {"roman": 1}}, "per_episode: numeral is not an axis .* roman"),
     ],
 )
 def test_what_is_wrong_is_named(data: dict[str, Any], path: tuple[str, ...], value: Any, message: str) -> None:

@@ -38,10 +38,8 @@ def test_bodies_and_their_names() -> None:
 
 
 def test_every_kind_of_prop_and_facade_finds_its_place() -> None:
-    props = tuple(
-        Prop(kind, 3.0 * i, 0, 0, *(("green", "dot", "white") if kind == "banner" else ()))
-        for i, kind in enumerate(PROP_KINDS)
-    )
+    looks = {"banner": ("green", "dot", "white"), "shop_sign": ("", "hotel")}
+    props = tuple(Prop(kind, 3.0 * i, 0, 0, *looks.get(kind, ())) for i, kind in enumerate(PROP_KINDS))
     buildings = tuple(Building(12.0 * i, 20, 5, 5, 0, 3, facade) for i, facade in enumerate(FACADES))
     scene = city_scene(Section("all", 0.0, (0, 0, 100, 30), buildings, props))
     assert {body.texture for body in scene.bodies} == set(scene.textures)

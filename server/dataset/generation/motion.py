@@ -24,7 +24,7 @@ DISCOMFORT = 900
 """Extra cost of a unit of path directly at a wall, on top of 1000; it falls with the square of the distance, to 0 at
 COMFORT."""
 
-TURN_COST = 350
+TURN_COST = 110
 """Cost of a turn of 30 degrees, where a step costs 1000."""
 
 OBLIQUE_COST = 600

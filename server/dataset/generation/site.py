@@ -5,7 +5,11 @@ from functools import cached_property
 
 from server.dataset.generation.draft import Draft
 from server.dataset.generation.drawing import DraftSampler
+from server.dataset.instructions.sight import identified
 from server.dataset.layout.solids import Solids
+from server.dataset.plans.graph import StreetGraph
+from server.dataset.plans.plan import Plan
+from server.dataset.plans.street_graph import street_graph
 from server.episodes.episode import Instructions
 from server.sim.bullet import Obstacles
 from server.sim.cameras import Camera
@@ -20,10 +24,16 @@ class Site:
 
     Attributes:
         section: the section itself.
+        plan: the street plan that it was built from; None for a section reconstructed from paths.
     """
 
-    def __init__(self, section: Section) -> None:
-        self.section = section
+    def __init__(self, section: Section, plan: Plan | None = None) -> None:
+        self.section, self.plan = section, plan
+
+    @cached_property
+    def graph(self) -> StreetGraph | None:
+        """The section's street graph; None without a plan."""
+        return None if self.plan is None else street_graph(self.plan, self.section)
 
     @cached_property
     def scene(self) -> Scene:
@@ -44,6 +54,11 @@ class Site:
     def camera(self) -> Camera:
         """The section's fast camera."""
         return RasterCamera(self.scene)
+
+    @cached_property
+    def sight(self) -> Camera:
+        """The section's camera whose labels are the names of bodies, for `sight.find_landmarks`."""
+        return RasterCamera(identified(self.scene))
 
     @cached_property
     def sampler(self) -> DraftSampler:

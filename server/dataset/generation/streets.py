@@ -1,5 +1,6 @@
 """Random navigation tasks in a section's streets: start poses, objects, and the ground truth."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from random import Random
 
@@ -8,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from server.dataset.generation.ground import Ground
 from server.dataset.generation.motion import NEED, REACH_TO, Field, Walker
-from server.dataset.release.extras import Points, draw_distracters
+from server.dataset.release.extras import Points, distance_to_path, draw_distracters, in_pick_up_box, is_apart
 from server.sim.assets.collectibles import height_of
 from server.sim.catalogue import ObjectType
 from server.sim.geometry import Point, Pose, wrap
@@ -22,10 +23,11 @@ MIN_CLEARANCE = 0.5
 """Minimum distance of starts, targets and distracters from everything solid, in units."""
 
 LENGTHS = (
-    (4, 5, 3), (5, 10, 11), (10, 15, 13), (15, 20, 13), (20, 25, 13), (25, 30, 12), (30, 35, 11), (35, 40, 9),
-    (40, 50, 10), (50, 60, 4), (60, 80, 1),
+    (4, 5, 2), (5, 10, 8), (10, 15, 11), (15, 20, 12), (20, 25, 13), (25, 30, 13), (30, 35, 12), (35, 40, 10),
+    (40, 50, 12), (50, 60, 6), (60, 80, 1),
 )  # fmt: skip
-"""Distribution of the number of points of a path: (from, below, percent). As in the original, with mean 24."""
+"""Distribution of the number of points of a path: (from, below, percent). Longer than the original's, as more of the
+long ones are rejected for lack of an instruction that leads there."""
 
 SLACK = 1.0
 """Maximum difference between the drawn and the actual length of a path, in units."""
@@ -38,6 +40,12 @@ HEADINGS = (45, 2, 2, 12, 2, 2, 15, 2, 2, 12, 2, 2)
 
 LANDMARK_DISTANCE, LANDMARK_SHARE = 2.5, 0.85
 """Distance to street furniture within which targets are preferred, in units, and how often only those are drawn."""
+
+BESIDE_SHARE = 0.3
+"""Share of turns with a distracter beside the target, by which people tell where it is ("behind the green ball")."""
+
+BESIDE, BESIDE_PATH = (1.2, 2.6), 0.8
+"""Range of its distance from the target, and its minimum distance from the path, in units."""
 
 MAX_ACTIONS = STEPS_PER_PHASE - 10
 """Maximum number of actions of a ground truth: more would leave an agent no margin for mistakes."""
@@ -118,6 +126,9 @@ class Streets:
             return None
         lying = Point(place[0], 0.0, place[1])
         others = draw_distracters(key, turn, target, lying, np.array(path), end, self._places)
+        if others and others[-1][0].kind != target.kind and random.random() < BESIDE_SHARE:
+            beside = self._beside(lying, np.array(path), end, [at for _, at in others[:-1]], random)
+            others = (*others[:-1], (others[-1][0], beside or others[-1][1]))
         street = tuple(
             Collectible(kind, Point(at.x, round(height_of(kind.kind) / 2, 3), at.z))
             for kind, at in ((target, lying), *others)
@@ -136,6 +147,21 @@ class Streets:
             return None
         x, z = self._places[fitting[random.randrange(len(fitting))]].tolist()
         return x, z
+
+    def _beside(self, target: Point, path: Points, end: Pose, others: Sequence[Point], random: Random) -> Point | None:
+        """Return a place beside the target for a distracter by which it can be told, or None if there is none."""
+        far = np.hypot(self._places[:, 0] - target.x, self._places[:, 1] - target.z)
+        near = self._places[(far >= BESIDE[0]) & (far <= BESIDE[1])]
+        taken = [np.array((at.x, at.z)) for at in others]
+        free = [
+            place
+            for place in near[distance_to_path(near, path) >= BESIDE_PATH]
+            if not in_pick_up_box(end, place) and is_apart(place, taken)
+        ]
+        if not free:
+            return None
+        x, z = random.choice(free).tolist()
+        return Point(x, 0.0, z)
 
     def _connected(self, places: Points) -> Points:
         """Return those places that can be reached from most of the others."""

@@ -14,6 +14,7 @@ from multiprocessing.connection import wait
 
 from server.dataset.generation.check import problems
 from server.dataset.generation.site import Site, Writer
+from server.dataset.plans.plan import read_plan
 from server.episodes.episode import Episode
 from server.errors import ArraMonError
 from server.sim.section import Section
@@ -38,7 +39,7 @@ class EpisodeBatch:
     Attributes:
         seed: seeds all random choices.
         split: name of the split.
-        section: where the episodes take place.
+        section: where the episodes take place; built from the plan with its id.
         episode_ids: ids of the episodes.
         make_writer: see `MakeWriter`.
     """
@@ -124,7 +125,7 @@ def _make(batch: EpisodeBatch, episode_id: str, site: Site, writer: Writer) -> G
 
 @lru_cache(maxsize=CACHED_SECTIONS)
 def _site(section: Section) -> Site:
-    return Site(section)
+    return Site(section, read_plan(section.id))
 
 
 @lru_cache(maxsize=1)

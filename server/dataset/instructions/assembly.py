@@ -221,7 +221,7 @@ def _walls_beside(cell: tuple[int, int], names: Names) -> Iterator[tuple[Thing, 
     for look, quarter in names.seen.walls.items():
         place = beyond[quarter]
         if not (0 <= place[0] < COLUMNS and 0 <= place[1] < ROWS):
-            yield Thing("wall", look=look), relative(cell, place, names.quarter)
+            yield Thing("wall", look=look, identity=f"wall/{look}"), relative(cell, place, names.quarter)
 
 
 def _is_before(item: Standing, quarter: int) -> bool:

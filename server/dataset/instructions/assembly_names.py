@@ -1,7 +1,7 @@
 """Names for objects in assembly instructions: short but unique, sometimes complete or related to a neighbour."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from random import Random
 
@@ -27,6 +27,9 @@ SHORT = tuple(
 )
 """Combinations of words that may name a landmark, the shortest first."""
 
+HELD = "held"
+"""Identity of the object in the agent's hand."""
+
 MIN_LIKELIHOOD_RATIO = 1.5
 """Minimum factor by which the named object must be likelier than any other."""
 
@@ -50,7 +53,8 @@ class Names:
     def name_target(self, random: Random) -> Thing:
         """Return a random name for the object in hand."""
         words = random.choices([words for words, _ in TARGET_NAMES], [share for _, share in TARGET_NAMES])[0]
-        return _named(self.target.kind, self.target.colour, self.target.pattern, words)
+        held = Standing(self.target.kind, self.target.colour, self.target.pattern, -1, -1)
+        return replace(_named(held, words), identity=HELD)
 
     def name(self, item: Standing, random: Random) -> Thing | None:
         """Return a name that matches this item alone, or None if there is none."""
@@ -58,7 +62,7 @@ class Names:
             placed = self._placed(item, random)
             if placed is not None:
                 return placed
-        names = [_named(item.kind, item.colour, item.look, words) for words in SHORT]
+        names = [_named(item, words) for words in SHORT]
         unique = [name for name in names if self._is_unique(name, item)]
         if not unique:
             return self._placed(item, random)
@@ -80,14 +84,14 @@ class Names:
         random.shuffle(places)
         for where in places:
             for words in random.sample(SHORT, len(SHORT)):
-                name = _named(item.kind, item.colour, item.look, words, (where,))
+                name = _named(item, words, (where,))
                 if self._is_clear(name, item):
                     return name
         return None
 
     def _places(self, item: Standing) -> Iterable[Where]:
         for other in self.seen.things:
-            name = _named(other.kind, other.colour, other.look, SHORT[-1])
+            name = _named(other, SHORT[-1])
             relation = "on_top_of" if _is_on(item, other) else adjacent_relation(item, other, self.quarter)
             if other != item and relation and self._is_unique(name, other):
                 yield Where(relation, (name,))
@@ -114,9 +118,14 @@ def _is_on(item: Standing, other: Standing) -> bool:
     return item.cell == other.cell and item.level == other.level + 1
 
 
-def _named(kind: str, colour: str, look: str, words: tuple[str, ...], where: tuple[Where, ...] = ()) -> Thing:
-    said = {word: text for word, text in (("kind", kind), ("colour", colour), ("look", look)) if word in words}
-    return Thing(said.get("kind", ""), said.get("colour", ""), said.get("look", ""), where=where)
+def _named(item: Standing, words: tuple[str, ...], where: tuple[Where, ...] = ()) -> Thing:
+    told = {word: getattr(item, word) if word in words else "" for word in ("kind", "colour", "look")}
+    return Thing(**told, where=where, identity=identity_of(item))
+
+
+def identity_of(item: Standing) -> str:
+    """Return the identity of an object in the room: its place."""
+    return f"room/{item.column},{item.level},{item.row}"
 
 
 def _means(name: Thing, kind: str, colour: str, look: str) -> bool:

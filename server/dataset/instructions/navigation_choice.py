@@ -5,10 +5,12 @@ The ranking is that of the follower (agents/follower/map_landmarks.py), duplicat
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
 from random import Random
 
 from lang.meaning import Thing
-from lang.street import OFF_AXIS
+from lang.street import COUNTED_ASIDE, OFF_AXIS
 from server.dataset.instructions.sight import Landmark
 from server.sim.assets.furniture import COLOURS
 from server.sim.geometry import Pose
@@ -18,6 +20,8 @@ BEHIND = -1.5
 
 MIN_DISTANCE_RATIO = 1.35
 """Minimum ratio of the perceived distances of any other matching landmark and of the named one."""
+
+ORDINALS = ("first", "second", "third")
 
 OMIT_COLOUR = 0.4
 """Probability that an unnecessary colour is omitted."""
@@ -39,9 +43,9 @@ def name_of(
         The name, and whether it would be unique even if all landmarks were visible.
     """
     label = mark.label
-    names = [Thing(label.kind, label.colour, label.look)]
+    names = [full_name(mark)]
     if label.kind in COLOURS and random.random() < OMIT_COLOUR:
-        names.insert(0, Thing(label.kind))
+        names.insert(0, Thing(label.kind, identity=mark.identity))
     own = perceived_distance(mark, view)
     for name in names if own < math.inf else []:
         rivals = [
@@ -52,6 +56,36 @@ def name_of(
         if not any(rival.glimpsed is not None and rival.glimpsed <= until for rival in rivals):
             return name, not rivals
     return None
+
+
+def full_name(mark: Landmark) -> Thing:
+    """Return a name with all that is seen of a landmark."""
+    return Thing(mark.label.kind, mark.label.colour, mark.label.look, identity=mark.identity)
+
+
+def counted_name(mark: Landmark, marks: Sequence[Landmark], seen: Sequence[Landmark], view: Pose) -> Thing | None:
+    """Return a name with an ordinal, "the second bench", or None if it is not one of the first three along the walk.
+
+    Args:
+        mark: a landmark ahead.
+        marks: all landmarks.
+        seen: those that have been seen by now: all that are counted.
+        view: position and course of the walker.
+    """
+    name = full_name(mark)
+    counted = []
+    for other in marks:
+        right, along = view.local(other.x, other.z)
+        if fits(name, other) and abs(right) <= COUNTED_ASIDE + 1.0 and along > -1.0:
+            counted.append((along, abs(right), other))
+    counted.sort(key=lambda each: each[:2])
+    alongs = [along for along, _, _ in counted]
+    place = next(i for i, (_, _, other) in enumerate([*counted, (0.0, 0.0, mark)]) if other is mark)
+    if place >= min(len(counted), len(ORDINALS)) or alongs[0] < 1.0:
+        return None
+    is_clear = all(other in seen and right <= COUNTED_ASIDE for _, right, other in counted[: place + 1])
+    is_apart = all(after - before >= 1.5 for before, after in pairwise(alongs[: place + 2]))
+    return replace(name, which=ORDINALS[place]) if is_clear and is_apart else None
 
 
 def fits(name: Thing, mark: Landmark) -> bool:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from random import Random
 
 from lang.meaning import Thing, Where
+from server.dataset.instructions.navigation_choice import full_name
 from server.dataset.instructions.sight import Landmark
 from server.sim.catalogue import KINDS
 from server.sim.geometry import Pose
@@ -13,6 +14,15 @@ from server.sim.rules import Collectible
 
 NEAR = 3.0
 """Maximum distance of a landmark from the target, in units."""
+
+BUILDING_SHARE = 0.25
+"""Probability that a building may tell a target's place."""
+
+COLLECTIBLE_LIKING = 1.0
+"""How many units nearer than other landmarks another collectible seems."""
+
+UNSUITED = ("intersection", "junction", "corner")
+"""Kinds of landmarks that a target's place is not told by."""
 
 FULL = 0.85
 """Probability that the name is complete though fewer words suffice."""
@@ -31,7 +41,7 @@ def describe(
         random: draws the words.
     """
     marks = [mark for mark in marks if mark.seen]
-    own = Label.of(target.type)
+    own, at = Label.of(target.type), (target.position.x, target.position.z)
     if not any(
         mark.label == own
         and math.dist((mark.x, mark.z), (target.position.x, target.position.z)) < 0.1
@@ -48,8 +58,10 @@ def describe(
             other.kind == kind and said_colour in ("", other.colour) and said_pattern in ("", other.pattern)
             for other in others
         ):
-            return Thing(kind, said_colour, said_pattern, where=_where(target, marks, poses, random))
-    return Thing(kind, colour, pattern, where=_where(target, marks, poses, random))
+            colour, pattern = said_colour, said_pattern
+            break
+    identity = next((mark.identity for mark in marks if mark.label == own and (mark.x, mark.z) == at), "target")
+    return Thing(kind, colour, pattern, where=_where(target, marks, poses, random), identity=identity)
 
 
 def _where(target: Collectible, marks: Sequence[Landmark], poses: Sequence[Pose], random: Random) -> tuple[Where, ...]:
@@ -58,17 +70,25 @@ def _where(target: Collectible, marks: Sequence[Landmark], poses: Sequence[Pose]
     x, z = target.position.x, target.position.z
     heading = math.degrees(math.atan2(x - view.x, z - view.z))
     came = Pose(x, z, heading % 360.0)
+    unsuited = UNSUITED if random.random() < BUILDING_SHARE else (*UNSUITED, "building")
     near = []
     for mark in marks:
         right, ahead = came.local(mark.x, mark.z)
         distance = math.hypot(right, ahead)
-        if mark.label.kind in (*KINDS, "intersection") or distance > NEAR or mark.seen[-1] < len(poses) - 10:
+        if (
+            mark.label.kind in unsuited
+            or mark.label.look == "grey"
+            or distance > NEAR
+            or distance < 0.1
+            or mark.seen[-1] < len(poses) - 10
+        ):
             continue
-        near.append((distance + random.random(), right, ahead, mark))
+        liking = COLLECTIBLE_LIKING if mark.label.kind in KINDS else 0.0
+        near.append((distance + random.random() - liking, right, ahead, mark))
     if not near or random.random() < 0.15:
         return ()
-    _, right, ahead, mark = min(near, key=lambda item: item[0])
-    name = Thing(mark.label.kind, mark.label.colour, mark.label.look)
+    _, right, ahead, mark = min(near, key=lambda item: (item[0], item[3].identity))
+    name = full_name(mark)
     relation = "near"
     if random.random() < 0.5:
         if abs(right) > 1.5 * abs(ahead):

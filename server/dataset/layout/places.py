@@ -16,7 +16,7 @@ from server.dataset.layout.grid import Mask, Points, to_street_frame, to_world_f
 from server.sim.assets import furniture
 from server.sim.assets.furniture import footprint_radius
 from server.sim.geometry import AGENT_RADIUS, wrap
-from server.sim.section import Building, Prop
+from server.sim.section import ON_WALLS, Building, Prop
 
 PATH_GAP = AGENT_RADIUS + 0.1
 """Minimum distance between props on the ground and every path, in units."""
@@ -26,6 +26,12 @@ TARGET_GAP = 0.4
 
 AT_CORNERS = frozenset({"traffic_light", "stop_sign", "speed_sign"})
 IN_THE_OPEN = frozenset({"cone", "barrel", "barrier", "hydrant"})
+AT_KERBS = {"car": 0.85, "planter": 0.4}
+"""Kinds that stand along the kerb, and how far their nearer side is from the wall, in units: cars beside the pavement,
+planters at its edge."""
+
+ZEBRA_REACH = 1.2
+"""Radius around a zebra crossing's middle that furniture keeps clear of, in units."""
 
 WALL_GAP = 0.06
 """Distance between a prop and the wall behind it, in units."""
@@ -109,13 +115,13 @@ class Surroundings:
         x, z = to_world_frame(place[None, :], self.heading)[0]
         facing = round(wrap(front + self.heading), 3)
         self.placed.append(Prop(kind, round(float(x), 3), round(float(z), 3), facing, *look))
-        self.spots.append((float(place[0]), float(place[1]), max(extents(kind))))
+        self.spots.append((float(place[0]), float(place[1]), reach_of(kind)))
 
 
 def candidates(surroundings: Surroundings, kind: str, random: Random) -> tuple[Points, Points]:
     """Return random places for a prop of this kind, clear of buildings, paths and targets: (n, 2), fronts (n,)."""
     half_width, half_length = extents(kind)
-    if kind == "banner":
+    if kind in ON_WALLS:
         places, fronts = beside_walls(surroundings, 0.0, half_width)
         clear = is_wall_clear(surroundings, places, fronts, half_width) & (
             surroundings.trodden.query(places)[0] < surroundings.reach
@@ -127,6 +133,12 @@ def candidates(surroundings: Surroundings, kind: str, random: Random) -> tuple[P
         places, fronts = at_corners(surroundings, half_width + WALL_GAP)
     elif kind in IN_THE_OPEN:
         places, fronts = in_the_open(surroundings)
+    elif kind == "car":
+        # Cars stand along the street, on one side with traffic, on the other against it.
+        places, fronts = beside_walls(surroundings, half_width + AT_KERBS[kind], half_length)
+        fronts = (fronts + 90.0) % 360.0
+    elif kind in AT_KERBS:
+        places, fronts = beside_walls(surroundings, half_length + AT_KERBS[kind], half_width)
     else:
         places, fronts = beside_walls(surroundings, half_length + WALL_GAP, half_width)
     radius = footprint_radius(kind)
@@ -144,6 +156,11 @@ def draw_some(places: Points, fronts: Points, random: Random) -> tuple[Points, P
     """Return at most TRIED random places, with their fronts."""
     kept = random.sample(range(len(places)), min(TRIED, len(places)))
     return places[kept], fronts[kept]
+
+
+def reach_of(kind: str) -> float:
+    """Return the radius around props of this kind that others keep clear of, in units."""
+    return ZEBRA_REACH if kind == "zebra_crossing" else max(extents(kind))
 
 
 @cache

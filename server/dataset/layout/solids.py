@@ -28,7 +28,7 @@ class Solids:
 
     @classmethod
     def of(cls, section: Section) -> "Solids":
-        """Return everything in a section that blocks agents: buildings, and furniture except banners."""
+        """Return everything in a section that blocks agents: buildings, and furniture that stands."""
         return cls.from_bodies(section.buildings, section.props)
 
     @classmethod

@@ -4,6 +4,8 @@ from PIL import Image
 
 from server.dataset.pictures.canvas import BLACK, GREEN, PINK, SWATCHES, WHITE, Canvas, add_title
 from server.episodes.episode import Episode, Turn
+from server.sim.assets.facades import wall_colour
+from server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
 from server.sim.room import COLUMNS, ROWS, START
 from server.sim.section import Section
 
@@ -13,16 +15,26 @@ TILE, FLOOR = (245, 215, 90), (238, 234, 226)
 
 
 def ground_map(section: Section, scale: float = 16.0) -> Canvas:
-    """Return a map of the section alone: buildings and street furniture."""
+    """Return a map of the section alone: buildings in the colours of their walls, and street furniture."""
     x0, z0, x1, z1 = section.bounds
     canvas = Canvas((x0 - 6, z0 - 6, x1 + 6, z1 + 6), scale, STREET)
     for building in section.buildings:
         half = (building.half_width, building.half_length)
-        canvas.rectangle(building.x, building.z, half, building.heading, ROOF, EDGE)
+        canvas.rectangle(building.x, building.z, half, building.heading, roof_colour(building.facade), EDGE)
     for prop in section.props:
+        if prop.kind == "zebra_crossing":
+            half = (ZEBRA_WIDTH / 2, ZEBRA_LENGTH / 2)
+            canvas.rectangle(prop.x, prop.z, half, prop.heading, WHITE)
         canvas.dot(prop.x, prop.z, 3, PROPS, PROPS)
-        canvas.label(prop.x + 0.2, prop.z, prop.kind.replace("_", " "), size=9, colour=PROPS)
+        name = " ".join(filter(None, (prop.colour, prop.shape, prop.kind.replace("_", " "))))
+        canvas.label(prop.x + 0.2, prop.z, name, size=9, colour=PROPS)
     return canvas
+
+
+def roof_colour(facade: str) -> tuple[int, int, int]:
+    """Return the colour of a building's roof: a paler one of its walls."""
+    red, green, blue = ((2 * part + ROOF[0]) // 3 for part in wall_colour(facade))
+    return red, green, blue
 
 
 def section_map(section: Section, episode: Episode, scale: float = 16.0) -> Image.Image:

@@ -11,15 +11,17 @@ from server.dataset.layout.furnishing import COLOURS, SHAPE_COLOURS
 from server.dataset.layout.grid import Points, sample_points, to_street_frame
 from server.dataset.layout.places import AT_CORNERS, Surroundings, candidates, extents, free_of_others
 from server.dataset.plans.plan import Plan
+from server.dataset.plans.zebras import zebra_crossings
 from server.dataset.randomness import seeded
 from server.sim.assets.banners import SHAPES
+from server.sim.assets.signs import SHOPS
 from server.sim.labels import Label
 from server.sim.section import Building, Prop
 
 COUNTS = {
-    "dumpster": 7, "phone_booth": 5, "bench": 5, "tree": 5, "barrier": 6, "banner": 18, "traffic_light": 5,
-    "stop_sign": 4, "speed_sign": 4, "tyre_stack": 4, "bags": 4, "mailbox": 5, "bin": 4, "barrel": 7, "hydrant": 5,
-    "lamp_post": 4, "cone": 8,
+    "car": 7, "kiosk": 4, "shop_sign": 6, "awning": 8, "dumpster": 7, "planter": 6, "phone_booth": 5, "bench": 5,
+    "tree": 5, "barrier": 6, "banner": 18, "traffic_light": 5, "stop_sign": 4, "speed_sign": 4, "tyre_stack": 4,
+    "bags": 4, "mailbox": 5, "bin": 4, "barrel": 7, "hydrant": 5, "lamp_post": 4, "cone": 8,
 }  # fmt: skip
 """Number of each kind in a section, where there is room; bulky kinds are placed first."""
 
@@ -76,6 +78,10 @@ def furnish(plan: Plan, buildings: Sequence[Building], seed: str) -> tuple[Prop,
     surroundings = Surroundings.of(plan.heading, buildings, trodden, np.zeros((0, 2)), REACH)
     stops = stops_of(plan)
     random = seeded(seed, plan.id, "landmarks")
+    for zebra in zebra_crossings(plan, seeded(seed, plan.id, "zebras")):
+        place = to_street_frame(np.array([[zebra.x, zebra.z]]), plan.heading)[0]
+        surroundings.add("zebra_crossing", place, zebra.heading - plan.heading, ("", "", ""))
+        stops.labels.append(label_of("zebra_crossing", ("", "")))
     for kind, count in COUNTS.items():
         places, fronts = candidates(surroundings, kind, random)
         if kind in AT_CORNERS:
@@ -114,6 +120,9 @@ def place_landmark(
         return
     tried = room[sorted(random.sample(range(len(room)), min(TRIED, len(room))))]
     looks = looks_of(kind)
+    if kind == "shop_sign":
+        # One shop of each kind in a section, so that its sign alone tells where one is.
+        looks = [look for look in looks if label_of(kind, look) not in stops.labels] or looks
     random.shuffle(looks)
     values = landmark_values(surroundings, stops, places[tried], [label_of(kind, look) for look in looks])
     which, where = divmod(int(values.argmax()), len(tried))
@@ -126,7 +135,7 @@ def place_landmark(
 
 def looks_of(kind: str) -> list[tuple[str, str]]:
     """Return the (colour, shape) pairs that props of this kind can have."""
-    shapes = SHAPES if kind == "banner" else ("",)
+    shapes = {"banner": SHAPES, "shop_sign": SHOPS}.get(kind, ("",))
     return [(colour, shape) for colour in sorted(set(COLOURS.get(kind, ("",)))) for shape in shapes]
 
 

@@ -28,8 +28,10 @@ _SIZE, _CELL, _ROW = 128, 8, 8
 
 _GLYPHS = {
     "S": "111100111001111", "T": "111010010010010", "O": "111101101101111", "P": "111101111100100",
-    "E": "111100110100111", "D": "110101101101110", "L": "100100100100111", "I": "111010010010111",
-    "M": "101111111101101", "2": "111001111100111", "5": "111100111001111",
+    "A": "010101111101101", "B": "110101110101110", "C": "111100100100111", "D": "110101101101110",
+    "E": "111100110100111", "F": "111100110100100", "H": "101101111101101", "I": "111010010010111",
+    "K": "101110100110101", "L": "100100100100111", "M": "101111111101101", "N": "111101101101101",
+    "R": "110101110101101", "Y": "101101010010010", "2": "111001111100111", "5": "111100111001111",
 }  # fmt: skip
 """Letters of 3 by 5 dots, row by row."""
 
@@ -70,7 +72,7 @@ def _stop_face(size: int) -> Image:
     away = np.abs(x - size / 2) + np.abs(y - size / 2)
     edge = np.maximum(np.maximum(np.abs(x - size / 2), np.abs(y - size / 2)), away / 2**0.5)
     paint(face, edge > size / 2 - 4, COLOURS["white"])
-    _write(face, "STOP", 25, 3)
+    write(face, "STOP", 25, 3)
     return face
 
 
@@ -79,13 +81,13 @@ def _speed_face(size: int) -> Image:
     x, y = grid(face)
     edge = np.maximum(np.abs(x - size / 2), np.abs(y - size / 2))
     paint(face, (edge > size / 2 - 4) & (edge < size / 2 - 1), COLOURS["black"])
-    _write(face, "SPEED", 7, 2, COLOURS["black"])
-    _write(face, "LIMIT", 19, 2, COLOURS["black"])
-    _write(face, "25", 32, 5, COLOURS["black"])
+    write(face, "SPEED", 7, 2, COLOURS["black"])
+    write(face, "LIMIT", 19, 2, COLOURS["black"])
+    write(face, "25", 32, 5, COLOURS["black"])
     return face
 
 
-def _write(image: Image, text: str, top: int, dot: int, colour: Colour = COLOURS["white"]) -> None:
+def write(image: Image, text: str, top: int, dot: int, colour: Colour = COLOURS["white"]) -> None:
     """Write a horizontally centred line of text, in letters of 3 by 5 dots."""
     left = (image.shape[1] - (4 * len(text) - 1) * dot) // 2
     for i, letter in enumerate(text):

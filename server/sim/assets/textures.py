@@ -142,6 +142,16 @@ def _floor() -> Image:
     return image
 
 
+def _ceiling() -> Image:
+    """Draw one cell: a white panel with thin joints, and a lamp in its middle."""
+    image = speckled(plain(64, 64, (240, 238, 232)), 2, 19)
+    x, y = grid(image)
+    paint(image, np.minimum(np.minimum(x, 64 - x), np.minimum(y, 64 - y)) < 1.0, (200, 198, 192))
+    paint(image, np.maximum(np.abs(x - 32), np.abs(y - 32)) < 9, (255, 255, 250))
+    paint(image, np.abs(np.maximum(np.abs(x - 32), np.abs(y - 32)) - 9) < 1, (206, 206, 204))
+    return image
+
+
 def _brick_wall() -> Image:
     return bricks(128, 128, (172, 62, 44), (216, 204, 192), 18, course=16, length=32, joint=2)
 
@@ -159,6 +169,7 @@ _MAKERS: dict[str, Callable[[], Image]] = {
     "wall/striped": _striped,
     "start": _checkered,
     "floor": _floor,
+    "ceiling": _ceiling,
 }
 
 

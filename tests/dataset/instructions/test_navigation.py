@@ -8,7 +8,7 @@ from lang.meaning import Navigation, Rotate, Thing
 from server.dataset.instructions.navigation import plan_navigation
 from server.dataset.instructions.navigation_choice import name_of
 from server.dataset.instructions.navigation_target import describe
-from server.dataset.instructions.sight import Landmark, find_landmarks, poses_along
+from server.dataset.instructions.sight import Landmark, find_landmarks, identified, poses_along
 from server.dataset.randomness import seeded
 from server.sim.city import city_scene
 from server.sim.geometry import Pose
@@ -21,7 +21,7 @@ SECTION = crossing()
 
 @pytest.fixture(scope="module")
 def camera() -> RasterCamera:
-    return RasterCamera(city_scene(SECTION))
+    return RasterCamera(identified(city_scene(SECTION)))
 
 
 def plan(camera: RasterCamera, attempt: int) -> Navigation | None:

@@ -14,7 +14,7 @@ def crossing(*more: Prop) -> Section:
     ends = [
         Building(x, z, 3.0, 3.0, 0.0, 5.0, "glass") for x, z in ((0.0, 26.0), (0.0, -26.0), (26.0, 0.0), (-26.0, 0.0))
     ]
-    props = (Prop("phone_booth", 2.4, -3.4, 0.0), Prop("hydrant", -2.6, 2.6, 0.0), Prop("bench", 9.0, -2.5, 0.0), *more)
+    props = (Prop("phone_booth", 2.4, -3.4, 0.0), Prop("tree", -2.6, 2.6, 0.0), Prop("kiosk", 9.0, -2.5, 0.0), *more)
     return Section("test", 0.0, (-23.0, -23.0, 23.0, 23.0), tuple(blocks + ends), props)
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from server.dataset.pictures.canvas import BLACK, GREEN, PINK, SWATCHES, WHITE, Canvas
-from server.dataset.pictures.maps import FLOOR, PROPS, ROOF, STREET, TILE, ground_map, room_map, section_map
+from server.dataset.pictures.maps import FLOOR, PROPS, STREET, TILE, ground_map, roof_colour, room_map, section_map
 from server.dataset.plans import Plan, Street, build_section
 from server.sim.room import COLUMNS, ROWS, START
 from server.sim.section import Prop
@@ -15,14 +15,16 @@ PLAN = Plan("cross", "Cross", 0.0, (50.0, 20.0), (Street("Main", 6.0, ((0.0, -15
 
 
 def test_the_ground_is_free_along_a_street_and_built_up_beside_it() -> None:
-    section = build_section(PLAN, "test")
+    section = replace(build_section(PLAN, "test"), props=())
     # Half way up the street's far half: 8 units beyond its middle.
     drawn = np.asarray(ground_map(section, 10.0).image)
     x0, _, _, z1 = section.bounds
     column, row = round((50.0 - x0 + 6) * 10), round((z1 + 6 - 8.0) * 10)
     assert tuple(drawn[row, column]) == STREET
     for house in (column - 55, column + 55):
-        assert (drawn[row - 20 : row + 20, house] == ROOF).all(axis=-1).mean() > 0.4
+        column_of_pixels = drawn[row - 20 : row + 20, house]
+        roofs = [roof_colour(building.facade) for building in section.buildings]
+        assert np.mean([tuple(pixel) in roofs for pixel in column_of_pixels.tolist()]) > 0.4
 
 
 def test_furniture_is_drawn_where_it_stands() -> None:
@@ -30,8 +32,14 @@ def test_furniture_is_drawn_where_it_stands() -> None:
     canvas = ground_map(section, 10.0)
     assert canvas.image.size == (520, 520)  # the section's 40 units, and six more on every side
     assert canvas.image.getpixel(pixel(canvas, -10.0, 5.0)) == PROPS
-    assert canvas.image.getpixel(pixel(canvas, 0.0, 12.0)) == ROOF
+    assert canvas.image.getpixel(pixel(canvas, 0.0, 12.0)) == roof_colour("brick")
     assert canvas.image.getpixel(pixel(canvas, 0.0, 5.0)) == STREET
+
+
+def test_a_zebra_crossing_is_white() -> None:
+    section = replace(tiny.SECTION, props=(Prop("zebra_crossing", -10.0, 5.0, 0.0),))
+    canvas = ground_map(section, 10.0)
+    assert canvas.image.getpixel(pixel(canvas, -11.5, 5.5)) == WHITE
 
 
 def test_a_section_s_map_shows_both_ways_their_ends_and_the_objects() -> None:

@@ -10,8 +10,9 @@ from server.dataset.layout.grid import Points
 from server.dataset.plans import Plan, Street, build_section
 from server.dataset.plans.landmarks import COUNTS, crossings
 from server.sim.assets.furniture import COLOURS, piece_of
+from server.sim.assets.signs import SHOPS
 from server.sim.labels import BANNER_COLOURS, BANNER_SHAPES
-from server.sim.section import Building, Prop
+from server.sim.section import ON_WALLS, Building, Prop
 
 SLANTED = Plan(
     "slanted",
@@ -54,31 +55,52 @@ def test_the_streets_houses_have_three_headings() -> None:
     assert len({building.heading for building in SECTION.buildings}) == 3
 
 
+STANDING = [prop for prop in SECTION.props if prop.kind not in (*ON_WALLS, "zebra_crossing")]
+
+
 def test_nothing_stands_in_a_building() -> None:
-    standing = [prop for prop in SECTION.props if prop.kind != "banner"]
-    assert len(standing) > 50
-    for prop in standing:
+    assert len(STANDING) > 50
+    for prop in STANDING:
         for building in SECTION.buildings:
             assert depth(building, footprint(prop)).max() < 0.002, (prop, building)
 
 
 def test_things_keep_apart() -> None:
-    standing = [(prop.x, prop.z) for prop in SECTION.props if prop.kind != "banner"]
+    standing = [(prop.x, prop.z) for prop in STANDING]
     assert min(math.dist(one, other) for one, other in combinations(standing, 2)) > 0.7
 
 
-def test_banners_hang_on_walls_and_face_the_street() -> None:
-    banners = [prop for prop in SECTION.props if prop.kind == "banner"]
-    assert len(banners) >= 12
-    for banner in banners:
+def test_what_hangs_hangs_on_a_wall_and_faces_the_street() -> None:
+    hanging = [prop for prop in SECTION.props if prop.kind in ON_WALLS]
+    assert {prop.kind for prop in hanging} == ON_WALLS
+    for banner in hanging:
         place = np.array([[banner.x, banner.z]])
         angle = math.radians(banner.heading)
         before = place + 0.4 * np.array([math.sin(angle), math.cos(angle)])
         assert min(abs(float(depth(building, place)[0])) for building in SECTION.buildings) < 0.002
         assert max(float(depth(building, before)[0]) for building in SECTION.buildings) < 0.0
+
+
+def test_banners_and_signs_show_something() -> None:
+    banners = [prop for prop in SECTION.props if prop.kind == "banner"]
+    assert len(banners) >= 12
+    for banner in banners:
         assert banner.colour in BANNER_COLOURS
         assert banner.shape in BANNER_SHAPES
         assert banner.shape_colour != banner.colour
+    signs = [prop for prop in SECTION.props if prop.kind == "shop_sign"]
+    assert {sign.shape for sign in signs} == set(SHOPS)
+
+
+def test_zebra_crossings_lie_across_wide_streets_that_leave_a_junction() -> None:
+    zebras = [prop for prop in SECTION.props if prop.kind == "zebra_crossing"]
+    assert zebras
+    meetings = crossings(SLANTED)
+    for zebra in zebras:
+        place = np.array([zebra.x, zebra.z])
+        assert 2.0 < np.hypot(*(meetings - place).T).min() < 8.0
+        along = [abs((zebra.heading - SLANTED.heading) % 90.0) < 0.5, abs((zebra.heading - 77.0) % 90.0) < 0.5]
+        assert any(along), zebra
 
 
 def test_streets_meet_where_their_lines_cross() -> None:

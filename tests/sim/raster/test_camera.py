@@ -23,13 +23,14 @@ from server.sim.section import FACADES, PROP_KINDS, Building, Prop, Section
 
 BALL, MUG = ObjectType("dotted", "red", "ball"), ObjectType("striped", "blue", "mug")
 
+CENTRES = [*((x, z) for z in (0, 14) for x in (-18, -6, 6, 18)), (-18, 28), (-6, 28), (6, 28)]
+LOOKS = {"banner": ("green", "dot", "white"), "shop_sign": ("", "hotel")}
 BLOCKS = tuple(
     Building(x, z, 4.5, 3.5, 28.8, 2.6 + i, facade)
-    for i, (facade, (x, z)) in enumerate(zip(FACADES, [(x, z) for z in (0, 14) for x in (-18, -6, 6, 18)], strict=True))
+    for i, (facade, (x, z)) in enumerate(zip(FACADES, CENTRES, strict=True))
 )
 PROPS = tuple(
-    Prop(kind, -8.0 + i, 6.5 + math.sin(i), 40.0 * i, *(("green", "dot", "white") if kind == "banner" else ()))
-    for i, kind in enumerate(PROP_KINDS)
+    Prop(kind, -8.0 + i, 6.5 + math.sin(i), 40.0 * i, *LOOKS.get(kind, ())) for i, kind in enumerate(PROP_KINDS)
 )
 STREET = city_scene(Section("toy", 28.8, (-20.0, -8.0, 20.0, 20.0), BLOCKS, PROPS))
 """Every facade and every kind of furniture on a street."""
@@ -159,7 +160,7 @@ def test_labels_are_the_references(reference: World, camera: RasterCamera) -> No
 
 def test_segmentation_comes_when_it_is_asked_for(camera: RasterCamera) -> None:
     assert camera.render(Viewpoint(0, 6, 0), [], 64).segmentation is None
-    frame = camera.render(Viewpoint(0, 6, 0), [Actor(MUG, (0.0, 7.5, 0.4))], 64, segmentation=True)
+    frame = camera.render(Viewpoint(0, 6, 0), [Actor(MUG, (0.0, 6.8, 0.4))], 64, segmentation=True)
     assert frame.segmentation is not None
     assert frame.segmentation.dtype == np.uint16
     assert camera.labels[frame.segmentation[34, 32]] == "striped blue mug"

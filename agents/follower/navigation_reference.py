@@ -1,0 +1,74 @@
+"""Which landmarks an instruction's things are, so that a thing mentioned again is the same one."""
+
+import math
+from collections.abc import Sequence
+
+from agents.follower.map_landmarks import Landmark, Landmarks, landmarks_ahead
+from lang.meaning import Thing
+from lang.street import COUNTED_ASIDE, GROUP
+
+ORDINALS = {"first": 0, "second": 1, "third": 2, "last": -1}
+
+Marks = tuple[Landmark, ...]
+
+
+class Referents:
+    """The landmarks found so far for the things of one instruction.
+
+    Args:
+        landmarks: all landmarks seen.
+    """
+
+    def __init__(self, landmarks: Landmarks) -> None:
+        self._landmarks = landmarks
+        self._known: dict[str, Marks] = {}
+
+    def keep(self, thing: Thing, marks: Marks) -> None:
+        """Remember what a thing was found to be."""
+        if thing.identity and marks:
+            self._known[thing.identity] = marks
+
+    def find(self, thing: Thing, x: float, z: float, angle: float) -> Marks | None:
+        """Return the landmarks that a thing is for a walk from (x, z) in the direction `angle`; None if not yet seen.
+
+        It is several landmarks if the thing stands for several, and for a building, which is seen in pieces.
+        """
+        if thing.identity in self._known:
+            return self._known[thing.identity]
+        marks = landmarks_ahead(self._landmarks.fitting(thing), x, z, angle)
+        if thing.which in ("next", "another"):
+            others = [mark for known in self._known.values() for mark in known]
+            marks = [mark for mark in marks if mark not in others]
+        if thing.where and marks:
+            marks.sort(key=lambda mark: (self._distance_to_landmarks(thing, mark), mark.x))
+        if thing.which in ORDINALS:
+            marks = _counted(marks, thing.which, x, z, angle)
+        if not marks:
+            return None
+        first = marks[0]
+        if thing.number or thing.kind == "building":
+            group = [mark for mark in marks if math.hypot(mark.x - first.x, mark.z - first.z) <= GROUP]
+            return None if thing.number and len(group) < 2 else tuple(group[:2] if thing.number == "two" else group)
+        return (first,)
+
+    def _distance_to_landmarks(self, thing: Thing, mark: Landmark) -> float:
+        """Return how far a landmark is from those that the thing is described by, in units."""
+        total = 0.0
+        for where in thing.where:
+            for other in where.things:
+                near = self._landmarks.fitting(other)
+                total += min((math.hypot(o.x - mark.x, o.z - mark.z) for o in near), default=0.0)
+        return total
+
+
+def _counted(marks: Sequence[Landmark], which: str, x: float, z: float, angle: float) -> list[Landmark]:
+    """Return the landmark with an ordinal along the walk, alone, or nothing if not so many are known."""
+    sin, cos = math.sin(angle), math.cos(angle)
+    ahead = []
+    for mark in marks:
+        dx, dz = mark.x - x, mark.z - z
+        if abs(dx * cos - dz * sin) <= COUNTED_ASIDE:
+            ahead.append((dx * sin + dz * cos, mark.x, mark))
+    ahead.sort(key=lambda each: each[:2])
+    place = ORDINALS[which]
+    return [ahead[place][2]] if -len(ahead) <= place < len(ahead) else []

@@ -1,0 +1,50 @@
+"""Voice of an episode's instructions: what one speaker says in the same way in all of them."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from random import Random
+from typing import TypeVar
+
+from lang.grammar import Grammar, Lexeme, Look
+from lang.patterns import Pattern
+
+_T = TypeVar("_T", Lexeme, Look, Pattern)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Voice:
+    """One speaker's constant choices.
+
+    Attributes:
+        features: a value for each axis of `text.per_episode` in `grammar.toml`, such as the register in Hindi.
+        nouns: the noun for each kind of thing.
+        colours: the word for each colour.
+        whiches: the word for each of `lang.meaning.WHICHES`.
+        looks: the usual wording for each kind's looks.
+    """
+
+    features: Mapping[str, str]
+    nouns: Mapping[str, Lexeme]
+    colours: Mapping[str, Pattern]
+    whiches: Mapping[str, Pattern]
+    looks: Mapping[tuple[str, str], Look]
+
+
+def draw_voice(grammar: Grammar, random: Random) -> Voice:
+    """Return a random voice, by the weights in the language's data."""
+
+    def one(options: Iterable[_T]) -> _T:
+        listed = list(options)
+        return random.choices(listed, [option.weight for option in listed])[0]
+
+    return Voice(
+        {axis: random.choices(list(values), list(values.values()))[0] for axis, values in grammar.per_episode.items()},
+        {kind: one(nouns) for kind, nouns in grammar.nouns.items()},
+        {colour: one(wordings) for colour, wordings in grammar.colours.items()},
+        {which: one(wordings) for which, wordings in grammar.whiches.items()},
+        {
+            (kind, value): one([wording for wording in wordings if not wording.after] or wordings)
+            for kind, values in grammar.looks.items()
+            for value, wordings in values.items()
+        },
+    )

@@ -1,0 +1,268 @@
+"""The gate for navigation: every step and everything that an instruction names, held against path and world."""
+
+import math
+from collections.abc import Iterator
+
+from lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk, Where
+from lang.street import COUNTED_ASIDE, DEGREES
+from server.dataset.instructions.gate import faults_of_names
+from server.dataset.instructions.gate_world import GateWorld, Place, turn_between
+from server.dataset.instructions.sight import Landmark
+from server.dataset.plans.graph import Junction
+from server.sim.geometry import Pose
+
+AT, BY, NEAR = 4.5, 7.0, 4.0
+"""Maximum distances: of the path from what one turns at or walks to, from what one passes, and of a target from the
+landmark that tells where it is, in units."""
+
+TURN_AT = 4.0
+"""Maximum distance from a thing of a turn that is made at it, in units."""
+
+TURN_REACH = 4
+"""Places around the one nearest to a thing in which the path turns at it."""
+
+ORDINALS = {"first": 1, "second": 2, "third": 3}
+
+
+def faults_of_navigation(meaning: Navigation, world: GateWorld) -> tuple[str, ...]:
+    """Return what an instruction says that is not so; nothing if all of it is true.
+
+    Args:
+        meaning: with the identity of everything that it names.
+        world: of its turn.
+    """
+    return (*faults_of_names(meaning), *_Check(world).faults(meaning))
+
+
+class _Check:
+    """Follows a path through an instruction's steps.
+
+    Attributes:
+        at: index of the path's place that the steps so far have come to.
+    """
+
+    def __init__(self, world: GateWorld) -> None:
+        self._world = world
+        self.at = 0
+
+    def faults(self, meaning: Navigation) -> Iterator[str]:
+        for step in meaning.steps:
+            for thing in (step.thing,) if isinstance(step, Rotate | Face) else step.things:
+                if thing is not None:
+                    yield from self._described(thing)
+                    yield from self._related(thing)
+            yield from self._step(step)
+        yield from self._described(meaning.target)
+        yield from self._related(meaning.target)
+
+    def _step(self, step: Step) -> Iterator[str]:
+        if isinstance(step, Rotate):
+            yield from self._turn(step)
+        elif isinstance(step, Walk) and step.way == "along":
+            road = self._world.road(step.things[0].identity)
+            if road is None or min(road.distance(*self._world.path[i]) for i in self._next(12)) > road.width / 2:
+                yield f"{step.things[0].identity} is not walked along"
+        elif isinstance(step, Walk) and step.things:
+            yield from self._walk(step)
+
+    def _next(self, count: int) -> range:
+        return range(self.at, min(self.at + count, len(self._world.path)))
+
+    # What a thing is called
+
+    def _described(self, thing: Thing) -> Iterator[str]:
+        if thing.kind in PLACES:
+            yield from self._place(thing)
+            return
+        marks = self._world.landmarks(thing.identity)
+        if not marks:
+            yield f"{thing.kind} {thing.identity!r} does not exist"
+        for mark in marks:
+            label = mark.label
+            if thing.kind != label.kind or thing.colour not in ("", label.colour) or thing.look not in ("", label.look):
+                yield f"{thing.identity} is a {label}, not {thing.colour} {thing.look} {thing.kind}"
+        if (thing.number == "two" and len(marks) != 2) or (thing.number == "several" and len(marks) < 2):
+            yield f"{thing.identity} is {len(marks)}, not {thing.number}"
+        if thing.which in ORDINALS and marks:
+            place = self._count(thing, marks[0])
+            if place != ORDINALS[thing.which]:
+                yield f"{thing.identity} is number {place} of its kind, not the {thing.which}"
+
+    def _count(self, thing: Thing, mark: Landmark) -> int:
+        """Return which of the fitting things along the way a landmark is, from 1."""
+        path, here = self._world.path, self.at
+        heading = self._world.heading_after(here)
+        view = Pose(*path[here], heading)
+        _, own = view.local(mark.x, mark.z)
+        count = 1
+        for other in self._world.marks:
+            right, along = view.local(other.x, other.z)
+            fits = other.label.kind == thing.kind and thing.colour in ("", other.label.colour)
+            fits = fits and thing.look in ("", other.label.look) and other is not mark
+            count += fits and abs(right) <= COUNTED_ASIDE and 0.0 < along < own
+        return count
+
+    def _place(self, thing: Thing) -> Iterator[str]:
+        world = self._world
+        if thing.kind in ("street", "alley"):
+            road = world.road(thing.identity)
+            if road is None or (thing.kind == "alley") != (road.kind == "alley"):
+                yield f"{thing.identity} is no {thing.kind}"
+            return
+        if thing.kind == "building_corner":
+            corner = world.corner(thing.identity)
+            building = world.landmarks(corner.building) if corner is not None else ()
+            if not building or building[0].label.look != thing.look:
+                yield f"{thing.identity} is not the corner of a {thing.look} building"
+            return
+        junction = world.junction(thing.identity)
+        if junction is None:
+            if thing.kind != "corner":
+                yield f"{thing.kind} {thing.identity!r} does not exist"
+            return
+        near = world.closest(junction.x, junction.z, self.at, junction.radius + AT)
+        if near is None:
+            yield f"the path does not come to {thing.identity}"
+        elif not _is_kind(junction, thing.kind, world.heading_before(max(near - 2, 0))):
+            yield f"{thing.identity} is a {junction.kind}, not a {thing.kind}"
+
+    # Where it is
+
+    def _related(self, thing: Thing) -> Iterator[str]:
+        marks = self._world.landmarks(thing.identity)
+        for where in thing.where:
+            for landmark in where.things:
+                yield from self._described(landmark)
+            others = [mark for landmark in where.things for mark in self._world.landmarks(landmark.identity)]
+            if marks and others and not self._holds(where, marks[0], others):
+                yield f"{thing.identity} is not {where.relation} {where.things[0].identity}"
+
+    def _holds(self, where: Where, mark: Landmark, others: list[Landmark]) -> bool:
+        if min(_distance(mark, other) for other in others) > (BY if others[0].label.kind == "building" else NEAR):
+            return False
+        path = self._world.path
+        view = path[max(len(path) - 5, 0)]
+        heading = math.degrees(math.atan2(mark.x - view[0], mark.z - view[1]))
+        right, ahead = Pose(others[0].x, others[0].z, heading % 360.0).local(mark.x, mark.z)
+        return {
+            "left_of": right < 0.0, "right_of": right > 0.0, "in_front_of": ahead < 0.0, "behind": ahead > 0.0,
+        }.get(where.relation, True)  # fmt: skip
+
+    # What one does there
+
+    def _turn(self, step: Rotate) -> Iterator[str]:
+        degrees = DEGREES[step.direction]
+        if step.thing is None:
+            index = self._world.turn_near(self.at, degrees, TURN_REACH)
+            if index is None:
+                yield f"the path does not turn {step.direction} after its place {self.at}"
+            self.at = max(self.at, index or 0)
+            return
+        near = self._nearest(step.thing, AT)
+        reach = TURN_REACH + (3 if step.thing.kind in PLACES else 0)
+        index = None if near is None else self._world.turn_near(near, degrees, reach)
+        marks = self._world.landmarks(step.thing.identity)
+        apart = [math.dist((mark.x, mark.z), self._world.path[index]) for mark in marks] if index is not None else []
+        if index is None or (step.at == "at" and min(apart, default=0.0) > TURN_AT):
+            yield f"the path does not turn {step.direction} {step.at} {step.thing.identity}"
+            return
+        if step.thing.kind in ("street", "alley"):
+            yield from self._turned_into(step.thing, step.direction, index)
+        self.at = max(self.at, index)
+
+    def _turned_into(self, thing: Thing, direction: str, index: int) -> Iterator[str]:
+        """Yield what is wrong with the street that one turns into: that it is another, or not the one counted to."""
+        world = self._world
+        road = world.road(thing.identity)
+        after = world.path[min(index + 4, len(world.path) - 1)]
+        if road is None or road.distance(*after) > road.width / 2 + 1.5:
+            yield f"the path does not turn into {thing.identity}"
+        elif thing.which in ORDINALS and world.graph is not None:
+            count = len(self._passed_arms(direction, index, thing.kind))
+            if count != ORDINALS[thing.which]:
+                yield f"{thing.identity} is number {count} on the {direction}, not the {thing.which}"
+
+    def _passed_arms(self, direction: str, index: int, kind: str) -> set[str]:
+        """Return the streets of a kind that open on a side between the last step and a place, itself included."""
+        world, found = self._world, set()
+        assert world.graph is not None
+        for junction in world.graph.junctions:
+            near = world.closest(junction.x, junction.z, self.at, junction.radius + 1.0)
+            if near is None or near > index + 2 or near < self.at + 1:
+                continue
+            before = world.heading_before(min(max(near - 2, 0), max(index - 2, 0)))
+            for arm in junction.arms:
+                turned = turn_between(before, arm.heading)
+                right = turned * (1.0 if direction == "right" else -1.0)
+                if 40.0 <= right <= 140.0 and world.graph.road(arm.road).kind == kind:
+                    found.add(f"{junction.identity} {arm.road}")
+        return found
+
+    def _walk(self, walk: Walk) -> Iterator[str]:
+        world, thing = self._world, walk.things[0]
+        if walk.way in ("until", "towards"):
+            x, z = self._middle(walk.things)
+            here = math.dist(world.path[self.at], (x, z))
+            if min(math.dist(world.path[i], (x, z)) for i in self._next(30)) > here - 1.0 and here > 3.5:
+                yield f"the path does not lead towards {thing.identity}"
+            return
+        near = self._nearest_of(walk.things, BY if walk.way in ("past", "beside") else AT)
+        if near is None:
+            yield f"the path does not come {walk.way} {thing.identity}"
+            return
+        x, z = self._middle(walk.things)
+        right = world.side_of(x, z, near)
+        if walk.side and right * (1.0 if walk.side == "right" else -1.0) < -0.3:
+            yield f"{thing.identity} is not on the {walk.side}"
+        if walk.way == "between" and abs(right) > 2.5:
+            yield f"the path does not lead between {thing.identity} and {walk.things[1].identity}"
+        self.at = max(self.at, near)
+
+    def _nearest(self, thing: Thing, limit: float) -> int | None:
+        return self._nearest_of((thing,), limit)
+
+    def _nearest_of(self, things: tuple[Thing, ...], limit: float) -> int | None:
+        """Return the index where the path comes closest to things from where it is; None if it does not come near."""
+        world = self._world
+        if things[0].kind in ("street", "alley"):
+            road = world.road(things[0].identity)
+            far = range(self.at, len(world.path))
+            entered = (i for i in far if road is not None and road.distance(*world.path[i]) <= road.width / 2)
+            return next(entered, None)
+        marks = [mark for thing in things for mark in world.landmarks(thing.identity)]
+        if len(things) == 1 and marks and marks[0].label.kind != "building":
+            near = [world.closest(mark.x, mark.z, max(self.at - 2, 0), limit) for mark in marks]
+            return None if any(index is None for index in near) else max(index for index in near if index is not None)
+        x, z = self._middle(things)
+        junction = world.junction(things[0].identity)
+        return world.closest(x, z, max(self.at - 2, 0), limit + (junction.radius if junction is not None else 0.0))
+
+    def _middle(self, things: tuple[Thing, ...]) -> Place:
+        world = self._world
+        places: list[Place] = []
+        for thing in things:
+            junction, corner = world.junction(thing.identity), world.corner(thing.identity)
+            if junction is not None:
+                places.append((junction.x, junction.z))
+            elif corner is not None:
+                places.append((corner.x, corner.z))
+            else:
+                places += [(mark.x, mark.z) for mark in world.landmarks(thing.identity)]
+        if not places:
+            return world.path[self.at]
+        return sum(x for x, _ in places) / len(places), sum(z for _, z in places) / len(places)
+
+
+def _is_kind(junction: Junction, kind: str, heading: float) -> bool:
+    """Return whether a junction may be called an intersection, and so on, by a walker who arrives with a heading."""
+    if kind == "intersection":
+        return len(junction.arms) >= 3
+    if kind == "street_end":
+        return junction.arm_towards(heading) is None
+    if kind == "t_junction":
+        return len(junction.arms) >= 3 and junction.arm_towards(heading) is None
+    return junction.kind == "square" if kind == "square" else True
+
+
+def _distance(one: Landmark, other: Landmark) -> float:
+    return math.dist((one.x, one.z), (other.x, other.z))

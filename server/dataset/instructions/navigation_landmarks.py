@@ -1,0 +1,216 @@
+"""Continuations of a plan by landmarks: past them, to them, turns at them, between two, past several."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+from lang.meaning import Rotate, Step, Thing, Walk
+from lang.street import ALONG, DEGREES, NEAR, PAST
+from server.dataset.instructions.navigation_choice import counted_name, name_of
+from server.dataset.instructions.navigation_groups import Group, group_of
+from server.dataset.instructions.navigation_legs import bearing, turn_between
+from server.dataset.instructions.navigation_places import MAX_BEND
+from server.dataset.instructions.navigation_route import (
+    MAX_STEP_LENGTH,
+    Option,
+    Route,
+    Waypoint,
+    pose_after_passing,
+    turn_towards,
+    turns_on,
+)
+from server.dataset.instructions.sight import Landmark
+from server.sim.catalogue import KINDS
+from server.sim.geometry import Pose
+from server.sim.labels import Label
+
+AMBIGUITY_COST = 2.0
+"""Cost of naming a landmark that could be confused with one not visible from the path."""
+
+COLLECTIBLE_COST, BUILDING_COST, COUNTED_COST, GROUP_COST = 0.5, 1.0, -1.0, -3.0
+"""Additional costs of what an option names: an object that is not the target, a building, an ordinal, several."""
+
+GAP_WIDTH = (1.5, 7.0)
+"""Range of the distance between two landmarks to walk between, in units."""
+
+AT_THING = 3.0
+"""Maximum distance of the walk from a thing that one turns at, in units: nobody turns at what they never come to."""
+
+BESIDE_WALL = 5.0
+"""Maximum distance of a building's wall from the walk past it, in units."""
+
+UNTOLD = Label("building", look="grey")
+"""Not named: nearly every building looks grey to somebody."""
+
+PLACES = ("intersection", "junction", "corner")
+"""Kinds of landmarks that are no things; see `navigation_places`."""
+
+
+def landmark_options(route: Route, waypoint: Waypoint) -> Iterator[Option]:
+    """Yield possible continuations by the landmarks seen so far."""
+    here = waypoint.pose.x, waypoint.pose.z
+    seen = [mark for mark in route.marks if route.is_seen(mark, waypoint)]
+    named: list[tuple[Landmark, Thing, float]] = []
+    for mark in seen:
+        distance = math.dist(here, (mark.x, mark.z))
+        if mark.label == UNTOLD or (waypoint.turned and waypoint.about == mark.identity != ""):
+            continue
+        if mark.label.kind in PLACES or (mark.x, mark.z) == route.goal or not 2.0 <= distance <= MAX_STEP_LENGTH:
+            continue
+        off = turn_between(waypoint.pose.heading, bearing(here, (mark.x, mark.z)))
+        words = turn_towards(off)
+        if words is None or (words and waypoint.turned) or (words == ("around",) and waypoint.number > 0):
+            continue
+        if not turns_on(route, waypoint, words):
+            continue
+        after = replace(waypoint, pose=waypoint.pose.turned(sum(DEGREES[word] for word in words)))
+        turns = tuple(Rotate(word) for word in words)
+        name = _named(route, mark, seen, after)
+        if name is not None:
+            if not words:
+                named.append((mark, *name))
+            told = _building_options if mark.label.kind == "building" else _options
+            yield from told(route, _Subject(mark, name[0], turns, after, name[1]))
+        group = group_of(mark, route.marks, seen, after.pose)
+        if group is not None and mark.label.kind not in (*KINDS, "building", "banner"):
+            yield from _group_options(route, group, turns, after)
+    yield from _gaps(route, waypoint, named)
+
+
+def _named(route: Route, mark: Landmark, seen: list[Landmark], waypoint: Waypoint) -> tuple[Thing, float] | None:
+    """Return a name for a landmark, and the cost of using it; None if no name is clear."""
+    until = route.departures[min(waypoint.number + 12, route.last)]
+    name = name_of(mark, route.marks, waypoint.pose, until, route.random)
+    kind = mark.label.kind
+    cost = COLLECTIBLE_COST if kind in KINDS else BUILDING_COST if kind == "building" else 0.0
+    if name is not None:
+        return name[0], cost + (0.0 if name[1] else AMBIGUITY_COST)
+    if kind == "building":
+        return None
+    counted = counted_name(mark, route.marks, seen, waypoint.pose)
+    return None if counted is None else (counted, cost + COUNTED_COST)
+
+
+@dataclass(frozen=True, slots=True)
+class _Subject:
+    """What an option is about.
+
+    Attributes:
+        mark: the landmark.
+        name: its name.
+        turns: turns that bring it into view first.
+        waypoint: where the walk to it begins, after these turns.
+        cost: of using the name.
+    """
+
+    mark: Landmark
+    name: Thing
+    turns: tuple[Step, ...]
+    waypoint: Waypoint
+    cost: float
+
+    def option(self, route: Route, step: Step, end: Pose, cost: float) -> Iterator[Option]:
+        """Yield the continuation by a step about it, after the turns."""
+        yield from route.option(self.waypoint, self.turns, step, end, self.cost + cost)
+
+
+def _options(route: Route, subject: _Subject) -> Iterator[Option]:
+    """Yield continuations by one thing."""
+    pose, mark, name = subject.waypoint.pose, subject.mark, subject.name
+    right, _ = pose.local(mark.x, mark.z)
+    side = "right" if right > 0.0 else "left"
+    passed = pose_after_passing(pose, mark.x, mark.z, PAST)
+    if _is_ahead(pose, passed):
+        told = "" if route.random.random() < 0.6 or abs(right) < 0.6 else side
+        yield from subject.option(route, Walk("past", (name,), told), passed, 0.0)
+    if 1.0 < abs(right) < 5.0:
+        beside = pose_after_passing(pose, mark.x, mark.z, 0.0)
+        if _is_ahead(pose, beside):
+            yield from subject.option(route, Walk("beside", (name,), side), beside, 1.1)
+    for word, beyond in ALONG.items():
+        yield from _turns(route, subject, word, pose_after_passing(pose, mark.x, mark.z, beyond))
+    straight = Pose(pose.x, pose.z, bearing((pose.x, pose.z), (mark.x, mark.z)))
+    distance = math.dist((pose.x, pose.z), (mark.x, mark.z))
+    for way, near in NEAR.items():
+        if distance - near > 2.0:
+            cost = 0.1 if way == "to" else 0.6
+            yield from subject.option(route, Walk(way, (name,)), straight.ahead(distance - near), cost)
+
+
+def _turns(route: Route, subject: _Subject, word: str, end: Pose) -> Iterator[Option]:
+    """Yield a turn at, before or after a thing, if the path comes to it and turns there."""
+    waypoint, mark = subject.waypoint, subject.mark
+    number = route.nearest(end, waypoint.number)
+    onward, at_once = route.onward_heading(number), route.onward_heading(number, 2)
+    if onward is None or at_once is None or abs(turn_between(onward, at_once)) > MAX_BEND:
+        return
+    if not _is_ahead(waypoint.pose, end):
+        return
+    if min(math.dist((mark.x, mark.z), place) for place in route.path[waypoint.number : number + 2]) > AT_THING:
+        return
+    rotation = turn_between(end.heading, onward)
+    direction = min(DEGREES, key=lambda w: abs(turn_between(DEGREES[w], rotation)))
+    inexact = abs(turn_between(DEGREES[direction], rotation))
+    if abs(rotation) > 35.0 and direction != "around" and inexact < 30.0:
+        cost = inexact / 20.0 + (-1.0 if abs(rotation) > 50.0 else 0.7)
+        step = Rotate(direction, word, subject.name)
+        yield from subject.option(route, step, end.turned(DEGREES[direction]), cost)
+
+
+def _building_options(route: Route, subject: _Subject) -> Iterator[Option]:
+    """Yield a walk past a building along its wall, and towards one that is straight ahead."""
+    pose, mark, name = subject.waypoint.pose, subject.mark, subject.name
+    houses = () if route.graph is None else route.graph.houses
+    house = next((house for house in houses if house.identity == mark.identity), None)
+    if house is None:
+        return
+    corners = [pose.local(x, z) for x, z in house.corners]
+    right, along = pose.local(mark.x, mark.z)
+    nearest = min(corners, key=lambda corner: abs(corner[0]))
+    is_aside = all(corner[0] > 0.5 for corner in corners) or all(corner[0] < -0.5 for corner in corners)
+    if is_aside and abs(nearest[0]) < BESIDE_WALL and along > 1.0:
+        side = "right" if nearest[0] > 0.0 else "left"
+        far = max(ahead for across, ahead in corners if abs(across) < abs(nearest[0]) + 1.0)
+        told = side if route.random.random() < 0.6 else ""
+        yield from subject.option(route, Walk("past", (name,), told), pose.ahead(far + PAST), 0.0)
+    if abs(right) < 2.5 and along > NEAR["towards"] + 2.5:
+        straight = Pose(pose.x, pose.z, bearing((pose.x, pose.z), (mark.x, mark.z)))
+        end = straight.ahead(math.dist((pose.x, pose.z), (mark.x, mark.z)) - NEAR["towards"])
+        yield from subject.option(route, Walk("towards", (name,)), end, 0.0)
+
+
+def _group_options(route: Route, group: Group, turns: tuple[Step, ...], waypoint: Waypoint) -> Iterator[Option]:
+    """Yield walks past several things and to them, and turns at them."""
+    pose, marks = waypoint.pose, group.marks
+    if any(math.dist((mark.x, mark.z), route.goal) < 0.1 for mark in marks):
+        return
+    last = max(marks, key=lambda mark: pose.local(mark.x, mark.z)[1])
+    end = pose_after_passing(pose, last.x, last.z, PAST)
+    if _is_ahead(pose, end):
+        rights = [pose.local(mark.x, mark.z)[0] for mark in marks]
+        side = "right" if min(rights) > 0.6 else "left" if max(rights) < -0.6 else ""
+        told = side if route.random.random() < 0.4 else ""
+        yield from route.option(waypoint, turns, Walk("past", (group.name,), told), end, GROUP_COST)
+    x, z = sum(mark.x for mark in marks) / len(marks), sum(mark.z for mark in marks) / len(marks)
+    straight = Pose(pose.x, pose.z, bearing((pose.x, pose.z), (x, z)))
+    distance = math.dist((pose.x, pose.z), (x, z))
+    for way, near in NEAR.items():
+        if distance - near > 2.0:
+            end = straight.ahead(distance - near)
+            yield from route.option(waypoint, turns, Walk(way, (group.name,)), end, GROUP_COST + 0.6)
+
+
+def _gaps(route: Route, waypoint: Waypoint, named: list[tuple[Landmark, Thing, float]]) -> Iterator[Option]:
+    """Yield walks between two landmarks, of one name or of two."""
+    for (one, first, cost), (other, second, more) in combinations(named, 2):
+        if "building" in (first.kind, second.kind) or first.which or second.which:
+            continue
+        if GAP_WIDTH[0] <= math.dist((one.x, one.z), (other.x, other.z)) <= GAP_WIDTH[1]:
+            end = pose_after_passing(waypoint.pose, (one.x + other.x) / 2, (one.z + other.z) / 2, 0.3)
+            yield from route.option(waypoint, (), Walk("between", (first, second)), end, cost + more + 0.4)
+
+
+def _is_ahead(pose: Pose, end: Pose) -> bool:
+    """Return whether a step's end is far enough ahead."""
+    return math.dist((pose.x, pose.z), (end.x, end.z)) >= 1.5 and pose.local(end.x, end.z)[1] >= 0.0

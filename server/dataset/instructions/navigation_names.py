@@ -1,0 +1,84 @@
+"""Names in a whole instruction: one thing has one name, and another of its kind is told apart from it."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from random import Random
+
+from lang.meaning import PLACES, Navigation, Thing
+from lang.reference import map_mentions, mentions
+
+NEXT_SHARE = 0.5
+"""Probability that another thing of a kind farther on is called the next one, rather than another."""
+
+
+class Indistinct(ValueError):
+    """Two things of an instruction cannot be told apart by their names."""
+
+
+def distinguish(meaning: Navigation, full_names: Mapping[str, Thing], random: Random) -> Navigation | None:
+    """Return the meaning with names that tell its things apart, or None if that is not possible.
+
+    Args:
+        meaning: whose things have identities.
+        full_names: by identity, a name with all that can be seen of a landmark.
+        random: draws the words.
+    """
+    many = _kinds_of_several(meaning)
+    target = meaning.target.identity
+    named: dict[str, Thing] = {}
+    steps = sum(1 for _ in mentions(replace(meaning, target=Thing(""))))
+    count = 0
+
+    def name(thing: Thing) -> Thing:
+        nonlocal count
+        count += 1
+        if thing.identity in named:
+            earlier = named[thing.identity]
+            if (earlier.kind, earlier.number) != (thing.kind, thing.number):
+                raise Indistinct(thing.identity)
+            return replace(earlier, where=thing.where)
+        if thing.kind in many and thing.identity in full_names and thing.identity != target:
+            full = full_names[thing.identity]
+            thing = replace(thing, colour=full.colour, look=full.look)
+        named[thing.identity] = told = _told_apart(thing, named, random, is_step=count < steps)
+        return told
+
+    try:
+        told = map_mentions(meaning, name)
+    except Indistinct:
+        return None
+    assert isinstance(told, Navigation)
+    return told
+
+
+def _kinds_of_several(meaning: Navigation) -> frozenset[str]:
+    """Return the kinds of which an instruction mentions more than one thing."""
+    seen: dict[str, set[str]] = {}
+    for thing in mentions(meaning):
+        seen.setdefault(thing.kind, set()).add(thing.identity)
+    return frozenset(kind for kind, identities in seen.items() if len(identities) > 1)
+
+
+def _told_apart(thing: Thing, named: Mapping[str, Thing], random: Random, *, is_step: bool) -> Thing:
+    """Return a thing with a name that none of those named before has.
+
+    Raises:
+        Indistinct: if there is no such name.
+    """
+    alike = [other for other in named.values() if _may_be_taken_for(thing, other)]
+    if not alike:
+        return thing
+    if thing.which or thing.number or any(other.number for other in alike):
+        raise Indistinct(thing.identity)
+    if thing.kind in PLACES:
+        return replace(thing, which="next")
+    return replace(thing, which="next" if is_step and random.random() < NEXT_SHARE else "another")
+
+
+def _may_be_taken_for(thing: Thing, other: Thing) -> bool:
+    """Return whether nothing that is said of two things of one kind differs."""
+    return (
+        thing.kind == other.kind
+        and (not thing.colour or not other.colour or thing.colour == other.colour)
+        and (not thing.look or not other.look or thing.look == other.look)
+    )

@@ -1,0 +1,157 @@
+"""The ground truth's path as the planner sees it: where it is, where it leads on, what has been seen by then."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from random import Random
+
+from lang.meaning import Rotate, Step
+from lang.reference import things_of
+from lang.street import BESIDE, DEGREES
+from server.dataset.instructions.navigation_legs import Place, bearing, legs_of, max_deviation, turn_between
+from server.dataset.instructions.sight import Landmark
+from server.dataset.plans.graph import StreetGraph
+from server.sim.geometry import Pose, wrap
+
+MAX_DEVIATION = 1.8
+"""Maximum distance of a step from the path, in units."""
+
+IN_VIEW, IN_VIEW_AFTER_TURN = 50.0, 40.0
+"""Maximum angle between the course and a landmark, and between a turn and the landmark it is for, in degrees."""
+
+MAX_STEP_LENGTH = 30
+"""Maximum distance that one step leads, in units."""
+
+
+@dataclass(frozen=True, slots=True)
+class Waypoint:
+    """Where the steps so far lead.
+
+    Attributes:
+        pose: position, with the course as heading.
+        number: index of the nearest place in the path.
+        turned: whether the last step was a turn: a second one at once means that the first was misplaced.
+        about: identity of the thing of the last step; "" if it had none.
+    """
+
+    pose: Pose
+    number: int
+    turned: bool = False
+    about: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """A candidate continuation; lower cost is better."""
+
+    cost: float
+    steps: tuple[Step, ...]
+    waypoint: Waypoint
+
+
+class Route:
+    """A path with the landmarks seen along it.
+
+    Args:
+        path: distinct positions (x, z) of the ground truth.
+        poses: along the path, from `sight.poses_along`.
+        marks: from `sight.find_landmarks`.
+        goal: (x, z) of the target.
+        graph: of the section's streets, or None.
+        random: draws all choices.
+    """
+
+    def __init__(
+        self,
+        path: Sequence[Place],
+        poses: Sequence[Pose],
+        marks: Sequence[Landmark],
+        goal: Place,
+        graph: StreetGraph | None,
+        random: Random,
+    ) -> None:
+        self.path, self.marks, self.goal, self.graph, self.random = path, marks, goal, graph, random
+        self.start = poses[0]
+        # Index -1, a look around at the start, does not count: those landmarks are not seen while walking.
+        self._first = {id(mark): next((n for n in mark.seen if n >= 0), len(poses)) for mark in marks}
+        self.corners = [leg.last for leg in legs_of(path)]
+        self.departures = [0] * len(path)
+        place = 0
+        for number, pose in enumerate(poses):
+            while place + 1 < len(path) and (pose.x, pose.z) != path[place]:
+                place += 1
+            self.departures[place] = number
+
+    @property
+    def last(self) -> int:
+        """Index of the path's last place."""
+        return len(self.path) - 1
+
+    def first_seen(self, mark: Landmark) -> int:
+        """Return the index of the first pose on the way from which a landmark is seen; that after the last if none."""
+        return self._first[id(mark)]
+
+    def is_seen(self, mark: Landmark, waypoint: Waypoint) -> bool:
+        """Return whether a landmark has been seen on the way to a waypoint."""
+        return self.first_seen(mark) <= self.departures[waypoint.number]
+
+    def option(
+        self, waypoint: Waypoint, turns: tuple[Step, ...], step: Step, end: Pose, cost: float
+    ) -> Iterator[Option]:
+        """Yield the continuation by these steps if they advance along the path."""
+        number = self.nearest(end, waypoint.number)
+        if number < waypoint.number + 2 and number < self.last:
+            return
+        here = waypoint.pose.x, waypoint.pose.z
+        off = math.dist((end.x, end.z), self.path[number])
+        strayed = max_deviation(self.path, waypoint.number, number, here, (end.x, end.z))
+        if off > MAX_DEVIATION or strayed > MAX_DEVIATION:
+            return
+        gain = min(number - waypoint.number, 14)
+        onward = self.onward_heading(number)
+        wrong = 0.0 if onward is None else max(abs(turn_between(end.heading, onward)) - 15.0, 0.0) / 25.0
+        total = cost + 0.8 * off + 0.5 * strayed - 0.25 * gain + 1.2 * len(turns) + wrong + 1.5 * self.random.random()
+        about = next((thing.identity for thing in things_of(step)), "")
+        yield Option(total, (*turns, step), Waypoint(end, number, isinstance(step, Rotate), about))
+
+    def nearest(self, pose: Pose, since: int) -> int:
+        """Return the index of the place in the path nearest to a pose, from `since` on."""
+        until = min(since + MAX_STEP_LENGTH, len(self.path))
+        return min(range(since, until), key=lambda i: math.dist(self.path[i], (pose.x, pose.z)))
+
+    def onward_heading(self, number: int, far: int = 5) -> float | None:
+        """Return the direction of the path from a place over its next `far` places; None at its end."""
+        ahead = min(number + far, self.last)
+        if ahead <= number:
+            return None if self.path[number] == self.goal else bearing(self.path[number], self.goal)
+        return wrap(bearing(self.path[number], self.path[ahead]))
+
+
+def turns_on(route: Route, waypoint: Waypoint, words: tuple[str, ...]) -> bool:
+    """Return whether the path turns at a waypoint as these words say; no words say nothing."""
+    onward = route.onward_heading(waypoint.number)
+    if not words or onward is None:
+        return not words
+    turned = turn_between(waypoint.pose.heading, onward)
+    if words == ("around",):
+        return abs(turned) >= 120.0
+    least = 12.0 if abs(DEGREES[words[0]]) < 45.0 else 45.0
+    return abs(turned) >= least and abs(turn_between(DEGREES[words[0]], turned)) <= 40.0
+
+
+def pose_after_passing(pose: Pose, x: float, z: float, beyond: float) -> Pose:
+    """Return the pose after passing a place."""
+    right, ahead = pose.local(x, z)
+    aside = right - min(max(right, -BESIDE), BESIDE)
+    course = pose.turned(math.degrees(math.atan2(aside, max(ahead, 0.5))))
+    return course.ahead(course.local(x, z)[1] + beyond)
+
+
+def turn_towards(off: float) -> tuple[str, ...] | None:
+    """Return the turn that brings a landmark at this angle to the course into view, or None if there is none."""
+    if abs(off) <= IN_VIEW:
+        return ()
+    for word, degrees in DEGREES.items():
+        if abs(turn_between(degrees, off)) <= IN_VIEW_AFTER_TURN:
+            return (word,)
+    return None

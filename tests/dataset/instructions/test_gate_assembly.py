@@ -1,0 +1,47 @@
+"""The gate for assembly: relations and names that are not so in a small room are found out."""
+
+import pytest
+
+from lang.meaning import Assembly, Thing, Where
+from lang.room import Room, Standing
+from server.dataset.instructions.gate_assembly import faults_of_assembly
+
+ROOM = Room(
+    (
+        Standing("mug", "red", "dotted", 2, 2),
+        Standing("ball", "blue", "striped", 4, 2),
+        Standing("book", "blue", "dotted", 0, 3),
+    ),
+    {"brick": 0, "wood": 1, "spotted": 2, "striped": 3},
+)
+MUG, BALL = Thing("mug", identity="room/2,1,2"), Thing("ball", "blue", identity="room/4,1,2")
+BRICK = Thing("wall", look="brick", identity="wall/brick")
+
+
+@pytest.mark.parametrize(
+    ("relation", "things", "turns", "cell", "fault"),
+    [
+        ("right_of", (MUG,), (), (3, 2), ""),
+        ("left_of", (MUG,), (), (3, 2), "not left_of room/2,1,2"),
+        ("in_front_of", (MUG,), (), (2, 1), ""),
+        ("behind", (MUG,), (), (2, 1), "not behind"),
+        ("behind", (MUG,), ("right",), (3, 2), ""),
+        ("between", (MUG, BALL), (), (3, 2), ""),
+        ("between", (MUG, BALL), (), (3, 1), "not between"),
+        ("on_top_of", (BALL,), (), (4, 2), ""),
+        ("on_top_of", (BALL,), (), (4, 3), "not on_top_of"),
+        ("near", (MUG,), (), (4, 0), "not near"),
+        ("against", (BRICK,), (), (3, 3), ""),
+        ("against", (BRICK,), (), (3, 2), "not against wall/brick"),
+        ("in_front_of", (Thing("you"),), (), (2, 2), ""),
+        ("left_of", (Thing("you"),), (), (3, 1), "not left_of you"),
+        ("near", (Thing("", "blue", identity="room/4,1,2"),), (), (3, 2), "may be another"),
+        ("near", (Thing("bowl", identity="room/2,1,2"),), (), (3, 2), "is no"),
+        ("near", (Thing("mug", identity="room/1,1,1"),), (), (3, 2), "is no"),
+    ],
+)
+def test_what_is_said_of_a_cell(
+    relation: str, things: tuple[Thing, ...], turns: tuple[str, ...], cell: tuple[int, int], fault: str
+) -> None:
+    faults = faults_of_assembly(Assembly(turns, Thing(""), (Where(relation, things),)), cell, ROOM)
+    assert faults == () if not fault else any(fault in each for each in faults), faults

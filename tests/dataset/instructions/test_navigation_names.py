@@ -1,0 +1,87 @@
+"""Names that tell an instruction's things apart: another, the next, an ordinal, several together."""
+
+from dataclasses import replace
+
+import pytest
+
+from lang.meaning import Navigation, Rotate, Thing, Walk
+from lang.reference import mentions
+from server.dataset.instructions.navigation_choice import counted_name
+from server.dataset.instructions.navigation_groups import group_of
+from server.dataset.instructions.navigation_names import distinguish
+from server.dataset.instructions.sight import Landmark
+from server.dataset.randomness import seeded
+from server.sim.geometry import Pose
+from server.sim.labels import Label
+
+MUG = Thing("mug", "red", "striped", identity="m")
+RED, YELLOW = Thing("barrel", "red", identity="r"), Thing("barrel", "yellow", identity="y")
+FULL = {"r": RED, "y": YELLOW, "b": Thing("bench", identity="b"), "c": Thing("bench", identity="c")}
+
+
+def named(*things: Thing) -> list[Thing] | None:
+    told = distinguish(Navigation(tuple(Walk("past", (thing,)) for thing in things), MUG), FULL, seeded("names"))
+    return None if told is None else [thing for thing in mentions(told) if thing.identity != "m"]
+
+
+def test_one_thing_keeps_its_name() -> None:
+    assert named(RED, replace(RED, colour="")) == [RED, RED]
+
+
+def test_two_of_a_kind_are_told_apart_by_colour() -> None:
+    assert named(replace(RED, colour=""), replace(YELLOW, colour="")) == [RED, YELLOW]
+
+
+def test_two_that_look_alike_are_told_apart_by_a_word() -> None:
+    told = named(FULL["b"], FULL["c"], FULL["b"])
+    assert told is not None
+    assert [thing.which in ("next", "another") for thing in told] == [False, True, False]
+
+
+def test_places_are_the_next_ones() -> None:
+    corners = [Thing("corner", identity=identity) for identity in "de"]
+    told = distinguish(Navigation(tuple(Rotate("left", "at", each) for each in corners), MUG), {}, seeded("places"))
+    assert told is not None
+    assert [thing.which for thing in mentions(told)][:2] == ["", "next"]
+
+
+def test_what_cannot_be_told_apart_is_not_told() -> None:
+    assert named(FULL["b"], replace(FULL["c"], which="second")) is None
+    assert named(FULL["b"], Thing("bench", number="two", identity="b+c")) is None
+
+
+def mark(identity: str, x: float, z: float) -> Landmark:
+    return Landmark(Label("bench"), x, z, (0,), 0, identity)
+
+
+FIRST, SECOND, ASIDE = mark("1", 1.0, 5.0), mark("2", -1.0, 9.0), mark("3", 9.0, 7.0)
+VIEW = Pose(0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("own", "marks", "seen", "which"),
+    [
+        (FIRST, (FIRST, SECOND), (FIRST, SECOND), "first"),
+        (SECOND, (FIRST, SECOND), (FIRST, SECOND), "second"),
+        (SECOND, (FIRST, SECOND), (SECOND,), None),  # the first is not seen yet
+        (SECOND, (FIRST, SECOND, ASIDE), (FIRST, SECOND, ASIDE), "second"),
+        (ASIDE, (FIRST, SECOND, ASIDE), (FIRST, SECOND, ASIDE), None),
+    ],
+)
+def test_ordinals(own: Landmark, marks: tuple[Landmark, ...], seen: tuple[Landmark, ...], which: str | None) -> None:
+    name = counted_name(own, marks, seen, VIEW)
+    assert (None if name is None else name.which) == which
+
+
+@pytest.mark.parametrize(
+    ("marks", "number"),
+    [
+        ((FIRST, SECOND), "two"),
+        ((FIRST, SECOND, mark("4", 0.0, 7.0)), "several"),
+        ((FIRST,), None),
+        ((FIRST, SECOND, mark("4", 0.0, 14.0)), None),  # one more, hardly apart
+    ],
+)
+def test_groups(marks: tuple[Landmark, ...], number: str | None) -> None:
+    group = group_of(FIRST, marks, marks, VIEW)
+    assert (None if group is None else group.name.number) == number

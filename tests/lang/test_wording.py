@@ -1,0 +1,136 @@
+"""Wording of many random texts: nothing that a native speaker would stumble over, and one voice an episode."""
+
+import re
+import unicodedata
+from collections.abc import Iterator
+from random import Random
+
+import pytest
+
+from lang import load, sampling
+from lang.grammar import forms_of
+from lang.meaning import Assembly, Navigation, Thing, Walk
+from tests.lang.test_hindi_texts import REGISTERS
+
+EPISODES = 130
+"""Episodes of two turns: so 260 texts of each phase."""
+
+FORBIDDEN = {
+    "en": {
+        "a pronoun behind a verb's particle": r"\b(pick|scoop) up it\b|\bget hold of it\b",
+        "a particle before a place": r"(?<!end )(?<!ends )\bup (to the (left|right)|in front|behind|next to|on top) ",
+        "a turn joined to a statement": r"\b[Tt]urn[^.;]*,? (and|then) the [^.]* (belongs|goes|should|needs|has to)\b",
+        "a sentence spliced by a comma": r"(^|\. )(Turn|Go|Walk|Head)\b[^.;]*, (there |you will |you'll |pick it )",
+        "a place before its verb": r"(^|\. )(On|Atop|Upon|In|To|Behind|Against)\b[^.]*, (place|put|set) ",
+        "a place in the middle": r"\b(and|then|after [a-z ]+,) (just )?(at|before|after|once|when) [^.,]*, (turn|take)",
+        "bookish": r"\b(left|right)wards\b|\bsqueez|\bonward\b|\bjust short of .* just short of\b|\bpartly\b",
+        "a thing that is none": r"\bspeed limit(?! (sign|board|post))",
+        "words without a thing": r"\bThere, there\b|\bnow\b.* \bnow see\b|\bstart off as follows\b",
+        "a word of walking alone": r"\b(head|travel) (until|till)\b",
+        "near in part": r"\b(directly|immediately) (near|by|close to)\b",
+        "an article apart from its noun": r"\b[Aa] (?=[aeiou]|hour)|\b[Aa]n (?![aeiou]|hour)",
+        "twice the same word": r"\b(\w+) \1\b",
+    },
+    "hi": {
+        "another thing's shape": "(हीरे|तारे) के आकार|गोले वाल|कोनों वाल",
+        "the order of a heap": "(उस|उसी|वह|वही|इस) (टायरों|कूड़े |कचरे )|ढेर(ों)? (की|के|का) (उस|उसी) ",
+        "agreement of अपना": "अपने (बाईं|दाईं)|अपनी (बाएँ|दाएँ|सामने|पीछे)|(आपके|तुम्हारे) (बाईं|दाईं)",
+        "officialese": "अवरोधक|यातायात|रुकने का|रुपहल|कचरा पेटी|बिजली का खंभ|तथा|निकट|आरंभ",
+        "an old word": "(?<![\u0900-\u097f])पग(?![\u0900-\u097f])",
+        "going on, with a count": "क़दम (आगे |सीधे |तक )?(चलते|बढ़ते)",
+        "crossing what one passes": "(बैनर|झंडे|बैरिकेड|बैरियर|ड्रम|कोन|बेंच|पेड़|डंपस्टर) को पार",
+        "you need": "चाहिए",
+        "a state after this": "(इसके|उसके) बाद [^।]* (है|मिलेगा|मिलेगी|दिखेगा|दिखेगी)[,;।]",
+        "completely right": "बिल्कुल|एकदम",
+        "mixed kinds of clause": "(मुड़ें|मुड़ो|मुड़िए|घूमें|घूमो|घूमिए|जाएँ|जाओ|जाइए) और [^।]*(रखना|रखनी) है",
+        "repeated going past": "पार करके आगे निकलकर|आगे निकलकर[^।]* आगे निकलकर",
+        "how, where English says nothing": "आराम से|ध्यान से|सावधानी से",
+        "from a point": "(ड्रम|कोन|बेंच|पेड़|बैरियर|डंपस्टर|बूथ) से (थोड़ा )?(बाएँ|दाएँ) (मुड़|घूम)",
+        "a participle joined to a place": "(सटाकर|लगाकर) और ",
+        "a hand to put something in": "(बाएँ|दाएँ) हाथ (रख|टिका)",
+    },
+}
+"""Regular expressions of what must not be written, by what is wrong with it."""
+
+
+def episodes(code: str, seed: int) -> Iterator[list[str]]:
+    """The four texts of each episode, written by one voice."""
+    random, language = Random(seed), load(code)
+    for _ in range(EPISODES):
+        voice = language.draw_voice(random)
+        yield [language.write(meaning, random, voice) for meaning in sampling.meanings(random, 2)]
+
+
+@pytest.mark.parametrize("code", FORBIDDEN)
+def test_nothing_forbidden_is_written(code: str) -> None:
+    texts = [text for four in episodes(code, 21) for text in four]
+    for wrong, pattern in FORBIDDEN[code].items():
+        found = [text for text in texts if re.search(unicodedata.normalize("NFC", pattern), text)]
+        assert found == [], wrong
+
+
+def test_an_episode_keeps_to_one_register() -> None:
+    words = {name: set(unicodedata.normalize("NFC", listed).split()) for name, listed in REGISTERS.items()}
+    seen = set()
+    for four in episodes("hi", 22):
+        said = {re.sub(r"[,;।]", "", word) for text in four for word in text.split()}
+        used = {name for name, of_it in words.items() if said & of_it}
+        assert len(used) == 1, four
+        seen |= used
+    assert seen == set(words)
+
+
+@pytest.mark.parametrize("code", FORBIDDEN)
+def test_an_episode_has_one_noun_for_a_kind(code: str) -> None:
+    language, random = load(code), Random(23)
+    for kind in sampling.KINDS:
+        names = {form: lexeme for lexeme in language.grammar.nouns[kind] for form in forms_of([lexeme])}
+        for _ in range(12):
+            voice = language.draw_voice(random)
+            things = [Thing(kind, colour, look) for colour in ("red", "blue") for look in ("dotted", "striped")]
+            texts = [language.write(Assembly((), thing, ()), random, voice) for thing in things]
+            said = [max((form for form in names if form in text), key=len) for text in texts]
+            assert len({names[form] for form in said}) == 1, texts
+
+
+@pytest.mark.parametrize(
+    ("code", "styles"),
+    [("en", [r"\b\d+ paces", r"\b[a-z]+ paces"]), ("hi", ["[0-9]+ क़दम", "[०-९]+ क़दम", "(^| )[^0-9०-९ ]+ क़दम"])],
+)
+def test_an_episode_writes_numbers_in_one_way(code: str, styles: list[str]) -> None:
+    language, random, seen = load(code), Random(24), set()
+    for _ in range(60):
+        voice = language.draw_voice(random)
+        said = set()
+        for count in (3, 7, 12):
+            text = language.write(
+                Navigation((Walk("ahead", count=count),), Thing("mug", "red", "striped")), random, voice
+            )
+            said |= {n for n, style in enumerate(styles) if re.search(unicodedata.normalize("NFC", style), text)}
+        assert len(said) == 1
+        seen |= said
+    assert seen == set(range(len(styles)))
+
+
+@pytest.mark.parametrize("code", FORBIDDEN)
+def test_what_is_only_read_is_never_drawn(code: str) -> None:
+    language = load(code)
+    never = [p for group in (language.grammar.steps, language.grammar.where) for ps in group.values() for p in ps]
+    assert any(pattern.weight == 0 for pattern in never)
+    for seed in range(200):
+        voice = language.draw_voice(Random(seed))
+        weights = [noun.weight for noun in voice.nouns.values()]
+        weights += [each.weight for each in (*voice.colours.values(), *voice.whiches.values())]
+        assert all(weights + [look.weight for look in voice.looks.values()])
+
+
+def test_what_is_only_read_is_read() -> None:
+    mug = Thing("mug", "red", "striped")
+    for text in ("Turn leftwards and snatch the striped red mug.", "Go left and pick the striped red mug up."):
+        read = load("en").read(text, "navigation")
+        assert isinstance(read, Navigation)
+        assert read.target == mug
+    text = unicodedata.normalize("NFC", "बैनर को पार करें। धारीदार लाल मग को ध्यान से टीवी के ऊपर रखें।")
+    placed = load("hi").read(text, "assembly")
+    assert isinstance(placed, Assembly)
+    assert placed.thing == mug
