@@ -7,6 +7,7 @@ route is worth. Prints CTC-3 and nDTW over both turns.
 
 import argparse
 from collections import defaultdict
+from collections.abc import Mapping
 
 import lang
 from lang.meaning import Navigation, Thing
@@ -47,7 +48,7 @@ def main() -> None:
     (split,) = select_plans([arguments.split])
     writer = make_instruction_writer()
     sites: dict[str, Site] = {}
-    scores: dict[str, list[dict[str, float]]] = defaultdict(list)
+    scores: dict[str, list[Mapping[str, float]]] = defaultdict(list)
     other: Texts | None = None
     for episode_id, section in list(split.episodes())[: arguments.episodes]:
         if section not in sites:

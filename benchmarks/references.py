@@ -17,6 +17,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
@@ -165,7 +166,7 @@ def _describing(code: str) -> frozenset[str]:
     return frozenset(words - {"a", "with", "on", "it"}) | _determiners(code)
 
 
-def objects(turn: dict, section: dict) -> list[Object]:
+def objects(turn: dict[str, Any], section: dict[str, Any]) -> list[Object]:
     """Return the things near a turn's path."""
     listed = [(p["kind"], p["colour"], p["shape"], p["x"], p["z"]) for p in section["props"]]
     for item in turn["street"]:
