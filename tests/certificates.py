@@ -1,4 +1,4 @@
-"""Certificates for tests: an authority of their own, and what it signs."""
+"""A certificate authority for tests, and the certificates that it signs."""
 
 import ipaddress
 from datetime import UTC, datetime, timedelta

@@ -1,4 +1,4 @@
-"""What tests of several folders need: a database server and a proxy of their own, and servers that start quickly."""
+"""Shared fixtures: a PostgreSQL server, a proxy, an undisturbed run, and servers that start quickly."""
 
 import os
 import signal

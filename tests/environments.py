@@ -1,4 +1,4 @@
-"""Fresh virtual environments that hold wheels of this project, and what these require."""
+"""Fresh virtual environments with this project's wheels and their dependencies."""
 
 import os
 import shlex

@@ -1,4 +1,4 @@
-"""Server processes for tests, forked from one that has loaded everything: loading is nearly all of a start."""
+"""Server processes for tests, forked from one with all modules loaded, which makes their start quick."""
 
 import multiprocessing
 import os

@@ -1,4 +1,4 @@
-"""Loads and compiles all that a server needs before it serves: who has imported this can be forked into servers."""
+"""Imports and compiles all that a server needs, so that servers can be forked from this process."""
 
 import server.commands.serve  # noqa: F401 - with all that it imports
 from server.sim.raster.camera import compile_kernels

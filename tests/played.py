@@ -1,4 +1,4 @@
-"""Runs that were played, without a server: by the server's own session and journal."""
+"""Runs played without a server, by the server's own session and journal."""
 
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime

@@ -1,4 +1,4 @@
-"""A real PostgreSQL for tests: a cluster of their own in a temporary folder, on a port of the loopback."""
+"""A real PostgreSQL for tests: a cluster in a temporary folder, on a loopback port."""
 
 import os
 import pwd

@@ -1,4 +1,4 @@
-"""Programs that tests start beside Python's: found, or installed where that can be done, or the test is skipped."""
+"""External programs that tests start: found, installed where possible, or the test is skipped."""
 
 import os
 import shutil

@@ -1,4 +1,4 @@
-"""A real nginx for tests, set up as hosts do: by `deploy/nginx.conf`, but for its addresses and files."""
+"""A real nginx for tests, configured by `deploy/nginx.conf` with other addresses and files."""
 
 import re
 import shutil

@@ -1,4 +1,4 @@
-"""A way to a server that can be cut, frozen, and mended: a TCP relay in a thread."""
+"""A TCP relay to a server, in a thread, whose connections can be reset or frozen."""
 
 import asyncio
 import socket

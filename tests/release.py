@@ -1,4 +1,4 @@
-"""Where the official release lies, for the tests that need it; it is never part of this repository."""
+"""Location of the official release, for tests that need it; it is never part of this repository."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A real server in a process of its own, for tests: started, killed and started again on the same address."""
+"""A real server in its own process, which tests start, kill, and restart on the same address."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""The rules of the house that a tool can check: who imports whom, and what the pieces need."""
+"""Architecture rules: allowed imports, dependencies, and names in CONTRIBUTING.md."""
 
 import ast
 import re
@@ -84,7 +84,7 @@ def is_within(name: str, package: str) -> bool:
 
 
 @pytest.mark.parametrize("folder", ALLOWED)
-def test_imports_run_one_way(folder: str) -> None:
+def test_packages_import_only_allowed_packages(folder: str) -> None:
     own = folder.removeprefix("clients/python/").replace("/", ".")
     found = sources(folder)
     assert found
@@ -95,13 +95,13 @@ def test_imports_run_one_way(folder: str) -> None:
                 assert is_allowed, f"{path.relative_to(ROOT)} imports {name}"
 
 
-def test_every_package_has_a_line() -> None:
+def test_every_server_package_has_an_import_rule() -> None:
     """Not the command line, which may import everything."""
     packages = {path.parent for path in (ROOT / "server").glob("*/__init__.py")} - {ROOT / "server" / "commands"}
     assert {package.relative_to(ROOT).as_posix() for package in packages} <= ALLOWED.keys()
 
 
-def test_serve_loads_nothing_that_makes_data() -> None:
+def test_serve_imports_no_dataset_language_or_agent_code() -> None:
     """Neither when it is started, with all of its pages, nor when it plays."""
     code = (
         "import sys, server.commands.serve, server.process.assembly, server.process.workers, server.web.pages; "
@@ -114,7 +114,7 @@ def test_serve_loads_nothing_that_makes_data() -> None:
 TRACE = re.compile(r"^(\S+\.py): (\S+)", re.MULTILINE)
 
 
-def test_the_traces_of_contributing_name_functions_that_exist() -> None:
+def test_traces_in_contributing_name_existing_functions() -> None:
     """So that the map stays true."""
     lines = TRACE.findall((ROOT / "CONTRIBUTING.md").read_text())
     assert len(lines) > 25
@@ -128,30 +128,30 @@ def test_the_traces_of_contributing_name_functions_that_exist() -> None:
         assert function in names, f"{path} has no {name}"
 
 
-def test_the_paths_of_contributing_exist() -> None:
+def test_paths_in_contributing_exist() -> None:
     for path in re.findall(
         r"`((?:server|clients|agents|lang|proto|tests)/[\w/.-]*)`", (ROOT / "CONTRIBUTING.md").read_text()
     ):
         assert "LANGUAGE" in path or "lang/xx" in path or (ROOT / path).exists(), path
 
 
-def test_one_file_imports_pybullet() -> None:
+def test_only_one_file_imports_pybullet() -> None:
     everywhere = [path for folder in ("server", "agents", "lang", "clients") for path in (ROOT / folder).rglob("*.py")]
     assert [path.name for path in everywhere if "pybullet" in set(imports(path))] == ["bullet.py"]
 
 
-def test_nobody_imports_torch_where_it_is_not_needed() -> None:
+def test_only_agents_may_import_torch() -> None:
     for folder in ("server", "clients", "proto", "lang"):
         for path in (ROOT / folder).rglob("*.py"):
             assert not {"torch", "transformers"} & {name.split(".")[0] for name in imports(path)}, path
 
 
-def test_the_client_is_light() -> None:
+def test_client_has_only_the_listed_dependencies() -> None:
     project = tomllib.loads((ROOT / "clients" / "python" / "pyproject.toml").read_text())["project"]
     needs = {dependency.split("=")[0].split(">")[0] for dependency in project["dependencies"]}
     assert needs == {"arramon-proto", "cryptography", "grpcio", "numpy", "rich", "simplejpeg", "zstandard"}
 
 
-def test_the_files_that_a_house_has() -> None:
+def test_required_repository_files_exist() -> None:
     for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "LICENSE", ".ci/run", "scripts/check"):
         assert (ROOT / name).is_file()

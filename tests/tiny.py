@@ -1,4 +1,4 @@
-"""A split small enough to think about: one wall, and episodes that all take the same twelve steps."""
+"""A tiny split: one wall, and episodes that all have the same ground truth."""
 
 from pathlib import Path
 

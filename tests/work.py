@@ -1,4 +1,4 @@
-"""How much work a call is, counted rather than timed: the same on any machine, however busy."""
+"""Work of a call, counted in lines or calls instead of time."""
 
 import sys
 from collections.abc import Callable

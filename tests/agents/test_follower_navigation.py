@@ -1,4 +1,4 @@
-"""The follower's navigation: perception of frames, and execution of instructions."""
+"""The follower's navigation: perception of frames, paths, and execution of instructions."""
 
 import math
 from collections.abc import Iterator
@@ -79,7 +79,7 @@ def street() -> Iterator[Street]:
         (Walk("ahead", count=15), Rotate("right"), Walk("ahead")),
     ],
 )
-def test_the_steps_are_followed(street: Street, steps: tuple[Step, ...]) -> None:
+def test_instructed_steps_lead_to_the_target(street: Street, steps: tuple[Step, ...]) -> None:
     state, actions = street.play(Navigation(steps, MUG))
     assert state.carried == STREET[0].type
     assert len(actions) < 60  # the ground truth takes 31
@@ -94,7 +94,9 @@ def test_the_steps_are_followed(street: Street, steps: tuple[Step, ...]) -> None
         ((Rotate("around"),), (0.0, -18.5)),
     ],
 )
-def test_the_steps_determine_the_direction(street: Street, steps: tuple[Step, ...], end: tuple[float, float]) -> None:
+def test_instructed_steps_determine_the_direction(
+    street: Street, steps: tuple[Step, ...], end: tuple[float, float]
+) -> None:
     """The same crossing with the target elsewhere."""
     aim = (end[0] * 1.15, end[1] + math.copysign(1.5, end[1]) * (end[0] == 0.0))
     state, actions = street.play(Navigation(steps, MUG), street=(thing("striped red mug", *aim),))
@@ -103,12 +105,12 @@ def test_the_steps_determine_the_direction(street: Street, steps: tuple[Step, ..
     assert math.dist((state.pose.x, state.pose.z), end) < 2.5
 
 
-def test_a_target_off_the_steps_is_searched_for(street: Street) -> None:
+def test_target_is_found_without_any_instructed_steps(street: Street) -> None:
     state, _ = street.play(Navigation((), MUG))
     assert state.carried == STREET[0].type
 
 
-def test_the_right_one_of_two_adjacent_objects_is_picked_up(street: Street) -> None:
+def test_matching_one_of_two_adjacent_objects_is_picked_up(street: Street) -> None:
     both = (thing("striped red mug", 0.6, -8.0), thing("dotted red mug", 0.0, -9.0))
     state, _ = street.play(Navigation((Walk("ahead"),), MUG), street=both)
     assert state.carried == both[0].type
@@ -131,7 +133,7 @@ def test_a_blocked_step_is_detected_by_the_frame(street: Street) -> None:
     assert body.closed_steps == {(0, 0, 0)}
 
 
-def test_objects_are_located(street: Street) -> None:
+def test_landmarks_and_free_ground_are_located_in_a_frame(street: Street) -> None:
     layout = Layout(START, (STREET, STREET), ())
     body = Body(AGENT_LABELS)
     body.perceive(street.observe(rules.begin(layout), layout))
@@ -182,7 +184,7 @@ def test_the_path_is_empty_at_the_goal() -> None:
         ([3.0] * 4 + [4.0] * 4, [True] * 8, None),  # a recess
     ],
 )
-def test_an_opening_is_deeper_than_the_wall_before_it(
+def test_openings_are_found_where_depth_exceeds_the_wall(
     runs: list[float], walls: list[bool], opening: int | None
 ) -> None:
     assert find_openings(runs, walls) == ([] if opening is None else [opening])

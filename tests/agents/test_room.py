@@ -50,12 +50,12 @@ def test_the_path_is_the_shortest(target: tuple[int, int], blocked: set[tuple[in
     assert len(found) == steps
 
 
-def test_no_path() -> None:
+def test_target_without_a_free_path_has_no_plan() -> None:
     assert plan(START, (2, 3), {(1, 0), (3, 0), (2, 1)}) is None
 
 
 @pytest.mark.parametrize(("heading", "quarter", "turns"), [
     (0.0, 0, []), (270.0, 3, []), (30.0, 0, [L]), (60.0, 1, [R]), (330.0, 0, [R]), (300.0, 3, [L]),
 ])  # fmt: skip
-def test_oblique_headings_are_turned_straight(heading: float, quarter: int, turns: list[Action]) -> None:
+def test_oblique_headings_are_turned_to_the_nearest_quarter(heading: float, quarter: int, turns: list[Action]) -> None:
     assert quarter_of(heading) == (quarter, turns)

@@ -125,7 +125,7 @@ def test_the_same_observations_give_the_same_actions() -> None:
     assert one.path == other.path
 
 
-def test_turn_two_goes_to_its_own_target_and_the_room_to_its_cell() -> None:
+def test_agent_goes_to_each_turns_own_target_and_cell() -> None:
     agent = Agent()
     agent.begin(Episode("e", "en", "toy", oracle((0.0, 1.5), [])))
     city = Observation("e", 1, "navigation", 0, "", 0, 150, pose=(0.0, 0.0, 0.0))
@@ -169,5 +169,7 @@ def test_missing_sensors_are_named(missing: str) -> None:
     ((-6.0, 5.0), (-6.0, 6.0), False),
     ((200.0, 0.0), (201.0, 0.0), False),  # Off the map.
 ])  # fmt: skip
-def test_free_ground(start: tuple[float, float], end: tuple[float, float], free: bool) -> None:
+def test_ground_is_free_only_beyond_the_agents_radius(
+    start: tuple[float, float], end: tuple[float, float], free: bool
+) -> None:
     assert Ground(BLOCKS, RADIUS).is_free(start, end) is free

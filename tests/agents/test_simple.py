@@ -50,7 +50,7 @@ def test_stop_always_interacts() -> None:
     ("agents.random_walk", ("rgb", "depth")), ("agents.stop", ("rgb", "depth")),
     ("agents.shortest_path", ("pose", "oracle")),
 ])  # fmt: skip
-def test_each_is_loaded_by_its_module(spec: str, sensors: tuple[str, ...]) -> None:
+def test_each_agent_is_loaded_by_its_module_name(spec: str, sensors: tuple[str, ...]) -> None:
     agent = load_agent(spec)
     assert getattr(agent, "sensors") == sensors  # noqa: B009 - optional in the contract
     assert getattr(agent, "name") == spec.removeprefix("agents.")  # noqa: B009 - optional in the contract

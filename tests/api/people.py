@@ -1,4 +1,4 @@
-"""Participants with tokens at a real server, and stubs that show them."""
+"""Callers of a real server, with or without a token, and their stubs."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,4 +1,4 @@
-"""A client of few words: opens a stream, sends what it is told to, and hands out events one by one."""
+"""A minimal Play client: opens a stream, sends given messages, and returns events one by one."""
 
 from __future__ import annotations
 

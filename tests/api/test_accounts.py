@@ -1,4 +1,4 @@
-"""Accounts over gRPC: who is let in, what each may see, and that a token is nowhere but in its owner's hands."""
+"""Accounts over gRPC: authentication, access to runs, and secrecy of tokens."""
 
 import asyncio
 import time
@@ -60,7 +60,7 @@ def listed(person: Person) -> list[str]:
     return [run.run_id for run in person.stub.ListRuns(pb.ListRunsRequest(), metadata=METADATA).runs]
 
 
-def test_a_run_is_its_tokens_participants(people: dict[str, Person]) -> None:
+def test_run_belongs_to_the_tokens_participant(people: dict[str, Person]) -> None:
     assert create(people["ann"].stub).participant == "ann"
     assert create(people["ann"].stub, participant="ann").participant == "ann"
     code, said = refused(lambda: create(people["ann"].stub, participant="bob"))
@@ -93,7 +93,7 @@ CALLS: dict[str, Callable[[Person, str], object] | None] = {
 }
 
 
-def test_the_table_has_every_method() -> None:
+def test_access_cases_cover_every_rpc_method() -> None:
     services = [
         service for file in (pb.DESCRIPTOR, leaderboard_pb2.DESCRIPTOR) for service in file.services_by_name.values()
     ]
@@ -103,7 +103,7 @@ def test_the_table_has_every_method() -> None:
 
 
 @pytest.mark.parametrize("method", [name for name, call in CALLS.items() if call])
-def test_nobody_can_tell_anothers_run_from_none(people: dict[str, Person], method: str) -> None:
+def test_runs_of_other_participants_look_like_unknown_runs(people: dict[str, Person], method: str) -> None:
     call = CALLS[method]
     assert call is not None
     over, running = create(people["ann"].stub, episodes=1).run_id, create(people["ann"].stub).run_id
@@ -117,7 +117,7 @@ def test_nobody_can_tell_anothers_run_from_none(people: dict[str, Person], metho
     assert kept.state == pb.RUN_STATE_RUNNING
 
 
-def test_a_listing_is_of_ones_own_and_a_host_sees_all(people: dict[str, Person]) -> None:
+def test_participants_list_their_own_runs_and_hosts_list_all(people: dict[str, Person]) -> None:
     mine, other = create(people["ann"].stub).run_id, create(people["bob"].stub).run_id
     assert mine in listed(people["ann"])
     assert other not in listed(people["ann"])
@@ -126,7 +126,7 @@ def test_a_listing_is_of_ones_own_and_a_host_sees_all(people: dict[str, Person])
 
 
 @pytest.mark.parametrize("method", [name for name, call in CALLS.items() if call or name.startswith("Evaluation.")])
-def test_without_a_token_only_what_is_open(people: dict[str, Person], method: str) -> None:
+def test_calls_without_a_token_are_refused_except_server_info(people: dict[str, Person], method: str) -> None:
     nobody = people["nobody"]
     if method == "Evaluation.GetServerInfo":
         assert not nobody.stub.GetServerInfo(pb.GetServerInfoRequest(), metadata=METADATA).anonymous
@@ -142,7 +142,7 @@ def test_without_a_token_only_what_is_open(people: dict[str, Person], method: st
     )
 
 
-def test_health_and_reflection_stay_open(people: dict[str, Person]) -> None:
+def test_health_and_reflection_need_no_token(people: dict[str, Person]) -> None:
     channel = people["nobody"].channel
     answer = health_pb2_grpc.HealthStub(channel).Check(health_pb2.HealthCheckRequest())
     assert answer.status == health_pb2.HealthCheckResponse.SERVING
@@ -154,7 +154,7 @@ NO_TOKEN = "authentication failed: malformed token; expected one that begins wit
 NOT_KNOWN = "authentication failed: unknown token; ask the host for another one"
 
 
-def test_tokens_that_are_not_good(closed: Server, people: dict[str, Person]) -> None:
+def test_malformed_unknown_revoked_and_expired_tokens_are_refused(closed: Server, people: dict[str, Person]) -> None:
     good, revoked, expired = (token_of(closed.data, "cleo") for _ in range(3))
     with accounts(closed.data) as kept:
         kept.revoke(id_of(revoked))
@@ -185,13 +185,13 @@ def test_tokens_that_are_not_good(closed: Server, people: dict[str, Person]) -> 
     assert stub.GetAccount(pb.GetAccountRequest(), metadata=bearing(f"bearer {good}")).participant == "cleo"
 
 
-def test_a_bad_token_is_said_at_once_by_what_is_open_too(people: dict[str, Person]) -> None:
+def test_open_methods_also_refuse_an_invalid_token(people: dict[str, Person]) -> None:
     stub = people["nobody"].stub
     call = lambda: stub.GetServerInfo(pb.GetServerInfoRequest(), metadata=bearing("Bearer sesame"))  # noqa: E731
     assert refused(call) == (grpc.StatusCode.UNAUTHENTICATED, NO_TOKEN)
 
 
-def test_a_revoked_token_ends_calls_and_streams_of_an_open_server(closed: Server) -> None:
+def test_revoking_a_token_ends_its_open_streams_and_later_calls(closed: Server) -> None:
     token = token_of(closed.data, "dora")
     with Person(closed.address, token) as dora:
         run = create(dora.stub, episodes=1)
@@ -211,7 +211,7 @@ def test_a_revoked_token_ends_calls_and_streams_of_an_open_server(closed: Server
         assert refused(lambda: listed(dora)) == (grpc.StatusCode.UNAUTHENTICATED, said)
 
 
-def test_a_token_is_in_no_file_and_no_log(tmp_path: Path) -> None:
+def test_tokens_are_never_written_to_files_or_logs(tmp_path: Path) -> None:
     tiny.write(tmp_path / "data")
     log = tmp_path / "log"
     token = token_of(tmp_path / "data", "ann")
@@ -235,7 +235,7 @@ def test_a_token_is_in_no_file_and_no_log(tmp_path: Path) -> None:
     assert any(id_of(token).encode() in content for content in contents)  # what is kept of it is found by this search
 
 
-def test_nobody_plays_under_anothers_name(tmp_path: Path) -> None:
+def test_anonymous_runs_cannot_use_a_participants_name(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     token_of(tmp_path, "Lab One")
     server = Server(tmp_path)
@@ -264,7 +264,7 @@ def kept(tmp_path: Path) -> Iterator[Accounts]:
 @pytest.mark.parametrize(
     "name", ["ann", "Ann Müller-Öz", "प्रयोगशाला", "हिन्दी\u200d दल", "❤\ufe0f", "Nguyễn Thị", "x" * 100]
 )
-def test_names_that_can_be(kept: Accounts, name: str) -> None:
+def test_valid_participant_names_are_accepted(kept: Accounts, name: str) -> None:
     assert kept.caller(kept.create_token(name, Role.PARTICIPANT)) == Caller(Role.PARTICIPANT, name)
     assert kept.caller(kept.create_token(name, Role.PARTICIPANT)) == Caller(Role.PARTICIPANT, name)
 
@@ -288,13 +288,13 @@ def test_names_that_can_be(kept: Accounts, name: str) -> None:
         "a" + 5 * "\u0336",
     ],
 )
-def test_names_that_cannot_be(kept: Accounts, name: str) -> None:
+def test_invalid_participant_names_are_refused(kept: Accounts, name: str) -> None:
     with pytest.raises(BadInput):
         kept.create_token(name, Role.PARTICIPANT)
     assert kept.tokens() == []
 
 
-def test_what_else_cannot_be(kept: Accounts) -> None:
+def test_conflicting_names_and_invalid_token_options_are_refused(kept: Accounts) -> None:
     kept.create_token("Ann", Role.PARTICIPANT)
     for name, role, said in (
         ("ann", Role.PARTICIPANT, "the name 'ann' can be confused with that of the participant 'Ann'"),
@@ -331,14 +331,14 @@ def test_what_else_cannot_be(kept: Accounts) -> None:
         ("127.0.0.1:1", False, True, ANONYMOUS),
     ],
 )
-def test_who_plays_without_a_token(
+def test_anonymous_access_depends_on_address_and_settings(
     listen: str, trust_proxy: bool, anonymous: bool | None, expected: Caller | None
 ) -> None:
     config = Config(data=Path(), listen=listen, trust_proxy=trust_proxy, anonymous=anonymous)
     assert anonymous_caller(config) == expected
 
 
-def test_strangers_reach_a_run_by_its_id_alone(tmp_path: Path) -> None:
+def test_anonymous_callers_reach_a_run_only_by_its_id(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     server = Server(tmp_path, "127.0.0.1:0", "--trust-proxy", "--anonymous")
     try:
@@ -361,7 +361,7 @@ def test_strangers_reach_a_run_by_its_id_alone(tmp_path: Path) -> None:
         ("ipv6:%5B2001:db8::7%5D:40000", b"insecure", False),
     ],
 )
-def test_where_nobody_reads_along(peer: str, transport: bytes, private: bool) -> None:
+def test_connections_are_private_over_tls_or_within_one_machine(peer: str, transport: bytes, private: bool) -> None:
     auth = {"transport_security_type": [transport]}
     context: Any = SimpleNamespace(peer=lambda: peer, auth_context=lambda: auth, invocation_metadata=tuple)
     assert is_private(Origin.of(context)) is private
@@ -371,7 +371,7 @@ async def account_of(_request: pb.GetAccountRequest, _context: Any) -> pb.Accoun
     return pb.Account(participant=caller_of().account or "")
 
 
-def test_a_token_that_others_could_read_is_refused(kept: Accounts, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tokens_on_unencrypted_connections_are_refused(kept: Accounts, monkeypatch: pytest.MonkeyPatch) -> None:
     """No test listens where others could reach it, so that this one's callers only pass for being elsewhere."""
     monkeypatch.setattr(authentication, "is_private", lambda _: False)
     metadata = bearing(f"Bearer {kept.create_token('ann', Role.PARTICIPANT)}")
@@ -402,7 +402,7 @@ def test_a_token_that_others_could_read_is_refused(kept: Accounts, monkeypatch: 
     assert asyncio.run(answer(trust_proxy=True)) == "ann"
 
 
-def test_a_proxy_that_nobody_told_of_lets_no_stranger_in(tmp_path: Path) -> None:
+def test_requests_through_an_undeclared_proxy_need_a_token(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     server = Server(tmp_path)
     try:

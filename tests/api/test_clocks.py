@@ -1,4 +1,4 @@
-"""The clocks over the wire: what is left is said, and what runs out is an outcome."""
+"""Clocks over gRPC: the time left in observations, and ends of episodes that run out of time."""
 
 import time
 from collections.abc import Iterator, Sequence
@@ -39,7 +39,7 @@ def get(stub: EvaluationStub, run_id: str) -> pb.Run:
     return stub.GetRun(pb.GetRunRequest(run_id=run_id), metadata=METADATA)
 
 
-def test_a_host_s_clocks_are_a_run_s_and_every_observation_says_what_is_left(stub: EvaluationStub) -> None:
+def test_runs_have_the_hosts_clocks_and_observations_the_time_left(stub: EvaluationStub) -> None:
     limits = stub.GetServerInfo(pb.GetServerInfoRequest(), metadata=METADATA).limits
     assert (limits.step_seconds, limits.bank_seconds) == (60.0, 86_400.0)
     run = create(stub, episodes=1)
@@ -54,7 +54,7 @@ def test_a_host_s_clocks_are_a_run_s_and_every_observation_says_what_is_left(stu
     assert (told.step_seconds_left, told.bank_seconds_left) == (60.0, 86_400.0)
 
 
-def test_who_says_nothing_runs_out_of_time_in_every_episode_and_the_run_ends(hurry: EvaluationStub) -> None:
+def test_silent_client_runs_out_of_time_and_its_run_completes(hurry: EvaluationStub) -> None:
     run = create(hurry, episodes=3)
     with Player(hurry, run.run_id, 2) as player:
         events = list(player._events)
@@ -71,7 +71,7 @@ def test_who_says_nothing_runs_out_of_time_in_every_episode_and_the_run_ends(hur
     assert [episode.cause for episode in report.episodes] == [types_pb2.CAUSE_TIME_LIMIT] * 3
 
 
-def test_a_late_answer_is_told_no_second_end(hurry: EvaluationStub) -> None:
+def test_late_answer_causes_no_second_episode_end(hurry: EvaluationStub) -> None:
     run = create(hurry, episodes=1)
     with Player(hurry, run.run_id) as player:
         seen = player.observation()
@@ -101,7 +101,7 @@ class Late:
         return [tiny.ACTIONS[seen.step]]
 
 
-def test_the_actions_of_a_client_that_answered_late_are_those_of_the_receipt(tmp_path: Path) -> None:
+def test_recorded_actions_of_a_late_client_match_the_receipt(tmp_path: Path) -> None:
     tiny.write(tmp_path / "data", count=2)
     clocks = ("--step-seconds", "2", "--bank-seconds", "0")
     server = Server(tmp_path / "data", "127.0.0.1:0", *clocks)

@@ -1,4 +1,4 @@
-"""Images there and back: what the server encodes, the client decodes."""
+"""Image encodings: the client decodes what the server encodes."""
 
 from collections.abc import Iterator
 
@@ -56,7 +56,9 @@ def depth(encoding: Encoding.ValueType, pixels: npt.NDArray[np.uint16]) -> tuple
 
 @pytest.mark.parametrize("encoding", [ENCODING_RAW, ENCODING_ZSTD])
 @pytest.mark.parametrize("size", SIZES)
-def test_what_loses_nothing(encoding: Encoding.ValueType, size: int, frames: dict[int, list[Frame]]) -> None:
+def test_lossless_encodings_preserve_every_pixel(
+    encoding: Encoding.ValueType, size: int, frames: dict[int, list[Frame]]
+) -> None:
     for frame in frames[size]:
         image, back = rgb(encoding, frame.rgb)
         assert (image.height, image.width, image.encoding) == (size, size, encoding)
@@ -68,7 +70,7 @@ def test_what_loses_nothing(encoding: Encoding.ValueType, size: int, frames: dic
 
 @pytest.mark.parametrize("encoding", [ENCODING_RAW, ENCODING_ZSTD])
 @pytest.mark.parametrize("shape", [(224, 224), (128, 128), (1, 1), (3, 5)])
-def test_noise_loses_nothing(encoding: Encoding.ValueType, shape: tuple[int, int]) -> None:
+def test_lossless_encodings_preserve_random_noise(encoding: Encoding.ValueType, shape: tuple[int, int]) -> None:
     pixels = RANDOM.integers(0, 256, (*shape, 3), np.uint8)
     assert np.array_equal(rgb(encoding, pixels)[1], pixels)
     distances = RANDOM.integers(0, 65536, shape, np.uint16)
@@ -77,13 +79,13 @@ def test_noise_loses_nothing(encoding: Encoding.ValueType, shape: tuple[int, int
 
 @pytest.mark.parametrize("encoding", STANDARD_ENCODINGS)
 @pytest.mark.parametrize("values", [(0, 0), (65535, 65535), (0, 65535), (1, 256)])
-def test_the_extremes_of_depth(encoding: Encoding.ValueType, values: tuple[int, int]) -> None:
+def test_standard_encodings_preserve_extreme_depths(encoding: Encoding.ValueType, values: tuple[int, int]) -> None:
     distances = np.resize(np.array(values, np.uint16), (128, 128))
     assert np.array_equal(depth(encoding, distances)[1], distances)
 
 
 @pytest.mark.parametrize("encoding", STANDARD_ENCODINGS)
-def test_pixels_that_do_not_lie_in_rows(encoding: Encoding.ValueType) -> None:
+def test_noncontiguous_arrays_are_encoded_correctly(encoding: Encoding.ValueType) -> None:
     pixels = np.zeros((16, 8, 4), np.uint8)[..., :3].transpose(1, 0, 2)
     assert np.array_equal(rgb(encoding, pixels)[1], np.zeros((8, 16, 3)))
     distances = RANDOM.integers(0, 65536, (4, 6), np.uint16)
@@ -91,7 +93,7 @@ def test_pixels_that_do_not_lie_in_rows(encoding: Encoding.ValueType) -> None:
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_jpeg_is_near_and_depth_beside_it_exact(size: int, frames: dict[int, list[Frame]]) -> None:
+def test_jpeg_colours_are_close_and_depth_is_exact(size: int, frames: dict[int, list[Frame]]) -> None:
     for frame in frames[size]:
         image, back = rgb(ENCODING_JPEG, frame.rgb)
         assert (image.height, image.width, image.encoding) == (size, size, ENCODING_JPEG)
@@ -104,7 +106,7 @@ def test_jpeg_is_near_and_depth_beside_it_exact(size: int, frames: dict[int, lis
         assert np.array_equal(metres, frame.depth)
 
 
-def test_a_higher_quality_is_larger_and_nearer(frames: dict[int, list[Frame]]) -> None:
+def test_higher_jpeg_quality_is_larger_and_more_accurate(frames: dict[int, list[Frame]]) -> None:
     pixels = frames[224][1].rgb
     found = [rgb(ENCODING_JPEG, pixels, quality) for quality in (1, 50, 90, 100)]
     lengths = [len(image.data) for image, _ in found]
@@ -114,7 +116,7 @@ def test_a_higher_quality_is_larger_and_nearer(frames: dict[int, list[Frame]]) -
     assert rgb(ENCODING_JPEG, pixels)[0] == found[2][0]
 
 
-def test_compressed_is_small(frames: dict[int, list[Frame]]) -> None:
+def test_zstd_images_are_less_than_a_third_in_size(frames: dict[int, list[Frame]]) -> None:
     for frame in frames[224]:
         assert len(rgb(ENCODING_ZSTD, frame.rgb)[0].data) < frame.rgb.nbytes / 3
         assert len(depth(ENCODING_ZSTD, frame.depth)[0].data) < frame.depth.nbytes / 10
@@ -125,7 +127,9 @@ def test_compressed_is_small(frames: dict[int, list[Frame]]) -> None:
     (ENCODING_JPEG, 0, ENCODING_JPEG, 90), (ENCODING_JPEG, 1, ENCODING_JPEG, 1),
     (ENCODING_JPEG, 100, ENCODING_JPEG, 100),
 ])  # fmt: skip
-def test_what_is_in_force(asked: Encoding.ValueType, quality: int, encoding: Encoding.ValueType, in_force: int) -> None:
+def test_chosen_encoding_and_quality_follow_the_request(
+    asked: Encoding.ValueType, quality: int, encoding: Encoding.ValueType, in_force: int
+) -> None:
     encoder = chosen(asked, quality)
     assert (encoder.encoding, encoder.jpeg_quality) == (encoding, in_force)
 
@@ -137,7 +141,7 @@ def test_what_is_in_force(asked: Encoding.ValueType, quality: int, encoding: Enc
     (ENCODING_ZSTD, 1, "jpeg_quality is 1, expected 0 with ENCODING_ZSTD: only ENCODING_JPEG has a quality"),
     (ENCODING_UNSPECIFIED, 90, "jpeg_quality is 90, expected 0 with ENCODING_RAW: only ENCODING_JPEG has a quality"),
 ])  # fmt: skip
-def test_what_cannot_be(asked: int, quality: int, said: str) -> None:
+def test_invalid_encoding_requests_are_refused(asked: int, quality: int, said: str) -> None:
     with pytest.raises(BadInput) as caught:
         chosen(Encoding.ValueType(asked), quality)
     assert str(caught.value) == said

@@ -1,4 +1,4 @@
-"""A connection whose other end is gone without a word: noticed by its silence, and its episodes freed."""
+"""Half-open connections: detected by keepalive, their episodes freed for the run's next stream."""
 
 import asyncio
 import threading
@@ -54,7 +54,7 @@ class Relay:
         self._thread.join()
 
 
-def test_the_episodes_of_a_half_open_connection_are_free_for_the_run_s_next_stream(tmp_path: Path) -> None:
+def test_half_open_connection_frees_its_episodes_for_the_next_stream(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     server = Server(tmp_path, "127.0.0.1:0", "--keepalive-seconds", "1")
     relay = Relay(server.address)

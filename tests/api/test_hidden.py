@@ -1,4 +1,4 @@
-"""What a generated hidden split says on the wire: nothing of where anything is, and never a file."""
+"""Messages about hidden splits: no positions, no episode scores, and no content of files."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -32,7 +32,7 @@ def leaves(message: Message) -> Iterator[Any]:
                 yield one
 
 
-def test_of_a_hidden_run_in_play_nothing_is_told_but_how_far_it_is(stub: EvaluationStub) -> None:
+def test_hidden_run_in_play_reveals_only_its_progress(stub: EvaluationStub) -> None:
     run = create(stub, split="secret")
     with Player(stub, run.run_id) as player:
         for _ in range(2):
@@ -63,7 +63,7 @@ def test_of_a_hidden_run_in_play_nothing_is_told_but_how_far_it_is(stub: Evaluat
         assert not [leaf for leaf in leaves(message_) if isinstance(leaf, str) and ("CTC" in leaf or "nDTW" in leaf)]
 
 
-def test_nothing_of_a_generated_hidden_split_is_on_the_wire(tmp_path: Path) -> None:
+def test_messages_reveal_nothing_of_a_generated_hidden_split(tmp_path: Path) -> None:
     (split,) = generate(
         tmp_path, [SPLITS["test_unseen"]], scale=2 / 1205, jobs=1, make_writer=make_plain, tell=lambda _: None
     )

@@ -1,4 +1,4 @@
-"""What is put around handlers is put around every kind of them, and leaves each what it was."""
+"""Interceptors: they wrap every kind of gRPC call without changing its answers."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -80,7 +80,7 @@ HANDLERS: dict[str, Any] = {
         ("many_to_many", [b"a", b"b"], "streams"),
     ],
 )
-def test_every_kind_of_call(method: str, answered: list[bytes], noted: str) -> None:
+def test_interceptors_wrap_every_kind_of_call(method: str, answered: list[bytes], noted: str) -> None:
     outer, inner = Noting(), Noting()
 
     async def called() -> list[bytes]:

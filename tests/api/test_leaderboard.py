@@ -1,4 +1,4 @@
-"""The Leaderboard over gRPC: publish, list, withdraw; who may; and nothing of single episodes on a hidden split."""
+"""The Leaderboard over gRPC: publication, listing, withdrawal, permissions, and hidden splits."""
 
 import csv
 import hashlib
@@ -69,7 +69,7 @@ def published(stub: EvaluationStub, board: LeaderboardStub) -> Iterator[list[str
         withdraw(board, run_id)
 
 
-def test_an_entry(stub: EvaluationStub, board: LeaderboardStub) -> None:
+def test_entry_holds_the_runs_report_and_receipt_digest(stub: EvaluationStub, board: LeaderboardStub) -> None:
     run_id = played(stub, agent="perfect", participant="a", sensors=["rgb"])
     entry = publish(board, run_id, "with care")
     report = stub.GetReport(evaluation_pb2.GetReportRequest(run_id=run_id), metadata=METADATA)
@@ -82,7 +82,9 @@ def test_an_entry(stub: EvaluationStub, board: LeaderboardStub) -> None:
     withdraw(board, run_id)
 
 
-def test_a_list_is_ranked_and_what_is_partial_stands_apart(board: LeaderboardStub, published: list[str]) -> None:
+def test_complete_runs_are_ranked_and_partial_runs_listed_unranked(
+    board: LeaderboardStub, published: list[str]
+) -> None:
     answer = listed(board)
     lines = [(line.agent, line.rank, line.tied, list(line.marks)) for line in answer.standings]
     assert lines == [
@@ -95,7 +97,7 @@ def test_a_list_is_ranked_and_what_is_partial_stands_apart(board: LeaderboardStu
     assert [line.entries[0].run.run_id for line in answer.standings] == [published[1], published[0], published[2]]
 
 
-def test_episodes_that_were_named_are_a_part_of_the_split(stub: EvaluationStub, board: LeaderboardStub) -> None:
+def test_runs_of_chosen_episodes_are_marked_partial(stub: EvaluationStub, board: LeaderboardStub) -> None:
     run_id = played(stub, agent="chosen", episode_ids=["4", "1"])
     entry = publish(board, run_id)
     assert list(entry.marks) == [pb.MARK_PARTIAL]
@@ -104,7 +106,9 @@ def test_episodes_that_were_named_are_a_part_of_the_split(stub: EvaluationStub, 
     withdraw(board, run_id)
 
 
-def test_equals_share_a_rank(stub: EvaluationStub, board: LeaderboardStub, published: list[str]) -> None:
+def test_runs_with_equal_scores_share_a_rank(
+    stub: EvaluationStub, board: LeaderboardStub, published: list[str]
+) -> None:
     again = played(stub, agent="again")
     publish(board, again)
     lines = [(line.agent, line.rank, line.tied) for line in listed(board).standings]
@@ -134,7 +138,7 @@ def test_a_run_against_the_others(board: LeaderboardStub, published: list[str]) 
     assert caught.value.code() == grpc.StatusCode.FAILED_PRECONDITION
 
 
-def test_pages(board: LeaderboardStub, published: list[str]) -> None:
+def test_standings_are_listed_in_pages(board: LeaderboardStub, published: list[str]) -> None:
     first = listed(board, page_size=2)
     second = listed(board, page_size=2, page_token=first.next_page_token)
     assert [line.agent for line in (*first.standings, *second.standings)] == ["perfect", "wrong", "part"]
@@ -157,14 +161,16 @@ def test_pages(board: LeaderboardStub, published: list[str]) -> None:
         ({"page_token": "9" * 5000}, "INVALID_ARGUMENT", "page_token is '99999"),
     ],
 )
-def test_lists_that_cannot_be(board: LeaderboardStub, fields: dict[str, object], code: str, message: str) -> None:
+def test_invalid_list_requests_are_refused(
+    board: LeaderboardStub, fields: dict[str, object], code: str, message: str
+) -> None:
     found, said = refused(lambda: listed(board, **fields))  # type: ignore[arg-type]
     assert found == grpc.StatusCode[code]
     assert said.startswith(message)
     assert len(said) < 300
 
 
-def test_both_languages_together(stub: EvaluationStub, board: LeaderboardStub) -> None:
+def test_combined_standings_average_both_languages(stub: EvaluationStub, board: LeaderboardStub) -> None:
     runs = [played(stub, agent="two"), played(stub, WRONG, agent="two", language="hi")]
     for run_id in runs:
         publish(board, run_id)
@@ -179,7 +185,7 @@ def test_both_languages_together(stub: EvaluationStub, board: LeaderboardStub) -
     assert not listed(board, "both").standings
 
 
-def test_withdrawn_runs_vanish_and_come_back(stub: EvaluationStub, board: LeaderboardStub) -> None:
+def test_withdrawn_runs_disappear_and_can_be_republished(stub: EvaluationStub, board: LeaderboardStub) -> None:
     run_id = played(stub, agent="shy")
     publish(board, run_id)
     withdraw(board, run_id)
@@ -194,7 +200,7 @@ def test_withdrawn_runs_vanish_and_come_back(stub: EvaluationStub, board: Leader
     withdraw(board, run_id)
 
 
-def test_runs_that_cannot_be_published(stub: EvaluationStub, board: LeaderboardStub) -> None:
+def test_invalid_publications_are_refused(stub: EvaluationStub, board: LeaderboardStub) -> None:
     running = create(stub).run_id
     for run_id, code, message in (
         ("x", "NOT_FOUND", "there is no run 'x'"),
@@ -206,7 +212,7 @@ def test_runs_that_cannot_be_published(stub: EvaluationStub, board: LeaderboardS
     )  # fmt: skip
 
 
-def test_a_hidden_split_tells_nothing_of_single_episodes(stub: EvaluationStub, board: LeaderboardStub) -> None:
+def test_hidden_split_entries_reveal_no_single_episodes(stub: EvaluationStub, board: LeaderboardStub) -> None:
     run_id = played(stub, split="secret", agent="perfect")
     entry = publish(board, run_id)
     other = played(stub, WRONG, split="secret", agent="wrong")
@@ -248,7 +254,7 @@ def inside(message: Message) -> Iterator[str]:
                 yield from inside(one)
 
 
-def test_files(board: LeaderboardStub, published: list[str]) -> None:
+def test_standings_are_exported_as_csv_and_json(board: LeaderboardStub, published: list[str]) -> None:
     def export(form: pb.ExportRequest.Format.ValueType) -> str:
         request = pb.ExportRequest(split="tiny", language="en", format=form)
         return board.Export(request, metadata=METADATA).content
@@ -263,7 +269,7 @@ def test_files(board: LeaderboardStub, published: list[str]) -> None:
     )
 
 
-def test_a_run_knows_whether_it_is_published(stub: EvaluationStub, board: LeaderboardStub) -> None:
+def test_runs_and_reports_show_whether_they_are_published(stub: EvaluationStub, board: LeaderboardStub) -> None:
     run_id = played(stub)
 
     def states() -> list[bool]:
@@ -289,7 +295,7 @@ def closed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     assert server.stop() == 0
 
 
-def test_who_may_publish_and_withdraw_on_a_server_with_accounts(closed: Server) -> None:
+def test_only_owner_and_host_publish_and_withdraw_with_accounts(closed: Server) -> None:
     tokens = {"ann": token_of(closed.data, "ann"), "bob": token_of(closed.data, "bob"), "nobody": ""}
     tokens["chair"] = token_of(closed.data, "chair", Role.HOST)
     with ExitStack() as stack:
@@ -331,7 +337,7 @@ def test_who_may_publish_and_withdraw_on_a_server_with_accounts(closed: Server) 
         assert receipt.public_key == entry.public_key
 
 
-def test_strangers_on_an_open_server_cannot_publish(tmp_path: Path) -> None:
+def test_anonymous_callers_cannot_publish_on_a_public_server(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     server = Server(tmp_path, "127.0.0.1:0", "--steps", "8", "--anonymous", "--trust-proxy")
     with grpc.insecure_channel(server.address) as channel:

@@ -1,4 +1,4 @@
-"""A page of runs costs the database as much for many runs as for one."""
+"""Database queries of ListRuns: their number does not depend on the number of runs listed."""
 
 import asyncio
 from collections.abc import Iterator
@@ -32,7 +32,7 @@ def questions() -> Iterator[list[str]]:
     sa.event.remove(sa.Engine, "before_cursor_execute", note)
 
 
-def test_pages_of_any_size_ask_the_same_questions(tmp_path: Path, questions: list[str]) -> None:
+def test_page_size_does_not_change_the_number_of_queries(tmp_path: Path, questions: list[str]) -> None:
     config = Config(data=tmp_path, listen="127.0.0.1:0")
     splits = {"tiny": tiny.write(tmp_path)}
 

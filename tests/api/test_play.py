@@ -19,7 +19,7 @@ from tests.serving import METADATA
 F, L, R, P = 0, 1, 2, 3
 
 
-def test_an_episode_from_end_to_end(stub: EvaluationStub) -> None:
+def test_episode_is_played_from_start_to_end(stub: EvaluationStub) -> None:
     run = create(stub, episodes=1, sensors=["pose"])
     with Player(stub, run.run_id, 4) as player:
         events = player.play(tiny.ACTIONS)
@@ -38,7 +38,7 @@ def test_an_episode_from_end_to_end(stub: EvaluationStub) -> None:
     assert [(p.turn, p.phase, p.forced) for p in phases] == [(1, 1, False), (1, 2, False), (2, 1, False), (2, 2, False)]
 
 
-def test_the_step_limit_ends_phases_and_is_an_outcome(stub: EvaluationStub) -> None:
+def test_step_limit_forces_phases_to_end_and_is_the_cause(stub: EvaluationStub) -> None:
     run = create(stub, episodes=1)
     with Player(stub, run.run_id) as player:
         events = player.play([L])
@@ -47,7 +47,7 @@ def test_the_step_limit_ends_phases_and_is_an_outcome(stub: EvaluationStub) -> N
     assert events[-1].run_ended.run.steps == 4 * 8
 
 
-def test_instructions_come_in_the_run_s_language(stub: EvaluationStub) -> None:
+def test_instructions_are_in_the_runs_language(stub: EvaluationStub) -> None:
     run = create(stub, language="hi", episodes=1)
     with Player(stub, run.run_id) as player:
         assert player.observation().instruction == "धारीदार लाल मग तक चलें।"
@@ -72,7 +72,7 @@ def test_images_are_the_same_in_every_lossless_encoding(stub: EvaluationStub, si
 
 
 @pytest.mark.parametrize("encoding", [types_pb2.ENCODING_RAW, types_pb2.ENCODING_ZSTD, types_pb2.ENCODING_JPEG])
-def test_a_segmentation_is_read_by_the_labels_of_its_stream(
+def test_segmentation_values_index_the_streams_labels(
     stub: EvaluationStub, encoding: types_pb2.Encoding.ValueType
 ) -> None:
     run = create(stub, episodes=1, sensors=["segmentation"])
@@ -92,13 +92,13 @@ def test_a_segmentation_is_read_by_the_labels_of_its_stream(
     assert {labels[place] for place in np.unique(room)} >= {("floor", "", ""), ("wall", "", "brick")}
 
 
-def test_labels_come_with_a_segmentation_only(stub: EvaluationStub) -> None:
+def test_labels_are_sent_only_with_segmentation(stub: EvaluationStub) -> None:
     run = create(stub, episodes=1, sensors=["rgb", "depth"])
     with Player(stub, run.run_id) as player:
         assert not player.next().opened.labels
 
 
-def test_what_is_in_force_is_said(stub: EvaluationStub) -> None:
+def test_encoding_and_quality_in_use_are_announced(stub: EvaluationStub) -> None:
     run = create(stub, episodes=1, sensors=["rgb"])
     lengths = []
     for asked, in_force in ((0, 90), (30, 30)):
@@ -109,14 +109,14 @@ def test_what_is_in_force_is_said(stub: EvaluationStub) -> None:
     assert lengths[0] > lengths[1]
 
 
-def test_only_the_sensors_asked_for_are_sent(stub: EvaluationStub) -> None:
+def test_only_requested_sensors_are_sent(stub: EvaluationStub) -> None:
     run = create(stub, episodes=1)
     with Player(stub, run.run_id) as player:
         seen = player.observation()
     assert not any(seen.HasField(name) for name in ("rgb", "depth", "segmentation", "pose"))
 
 
-def test_the_oracle(stub: EvaluationStub) -> None:
+def test_oracle_sensor_describes_start_targets_and_obstacles(stub: EvaluationStub) -> None:
     run = create(stub, episodes=1, sensors=["oracle"])
     with Player(stub, run.run_id) as player:
         player.next()
@@ -141,7 +141,7 @@ def test_the_oracle(stub: EvaluationStub) -> None:
         ),
     ],
 )
-def test_problems_are_told_and_the_stream_goes_on(
+def test_invalid_actions_are_reported_and_the_stream_continues(
     stub: EvaluationStub, act: pb.Act, code: pb.Problem.Code.ValueType, message: str
 ) -> None:
     run = create(stub, episodes=1)
@@ -155,7 +155,7 @@ def test_problems_are_told_and_the_stream_goes_on(
         assert player.observation().step == 1
 
 
-def test_the_same_step_twice_is_answered_again_and_applied_once(stub: EvaluationStub) -> None:
+def test_repeated_action_is_answered_again_and_applied_once(stub: EvaluationStub) -> None:
     run = create(stub, episodes=1, sensors=["pose"])
     with Player(stub, run.run_id) as player:
         episode_id = player.observation().episode_id
@@ -169,7 +169,7 @@ def test_the_same_step_twice_is_answered_again_and_applied_once(stub: Evaluation
         assert (first.step, first.pose.z) == (1, 1.0)
 
 
-def test_the_same_step_with_another_action_is_a_problem_and_the_first_stands(stub: EvaluationStub) -> None:
+def test_different_action_for_an_answered_step_is_a_problem(stub: EvaluationStub) -> None:
     run = create(stub, episodes=1, sensors=["pose"])
     with Player(stub, run.run_id) as player:
         episode_id = player.observation().episode_id
@@ -180,7 +180,7 @@ def test_the_same_step_with_another_action_is_a_problem_and_the_first_stands(stu
         assert player.observation().pose.heading == 0.0
 
 
-def test_an_answer_to_an_ended_episode_is_passed_over(stub: EvaluationStub) -> None:
+def test_answers_to_ended_episodes_are_ignored(stub: EvaluationStub) -> None:
     run = create(stub, episodes=2)
     with Player(stub, run.run_id) as player:
         episode_id = player.observation().episode_id
@@ -194,7 +194,7 @@ def test_an_answer_to_an_ended_episode_is_passed_over(stub: EvaluationStub) -> N
         assert player.next().observation.episode_id == other
 
 
-def test_an_episode_can_be_given_up_and_is_counted(stub: EvaluationStub) -> None:
+def test_forfeited_episodes_are_counted_in_the_run(stub: EvaluationStub) -> None:
     run = create(stub, episodes=2)
     with Player(stub, run.run_id) as player:
         episode_id = player.observation().episode_id
@@ -206,7 +206,7 @@ def test_an_episode_can_be_given_up_and_is_counted(stub: EvaluationStub) -> None
     assert dict(ended.causes) == {"FORFEITED": 1, "AGENT_FINISHED": 1}
 
 
-def test_two_streams_share_a_run_and_never_an_episode(stub: EvaluationStub) -> None:
+def test_two_streams_of_a_run_never_share_an_episode(stub: EvaluationStub) -> None:
     run = create(stub)
     with Player(stub, run.run_id, 2, player="a") as one, Player(stub, run.run_id, 2, player="b") as other:
         mine = {one.observation().episode_id, one.observation().episode_id}
@@ -216,7 +216,7 @@ def test_two_streams_share_a_run_and_never_an_episode(stub: EvaluationStub) -> N
         assert other.problem().code == pb.Problem.CODE_NOT_YOUR_EPISODE
 
 
-def test_an_episode_of_another_run_is_not_yours(stub: EvaluationStub) -> None:
+def test_acting_on_an_episode_of_another_run_is_a_problem(stub: EvaluationStub) -> None:
     first, second = create(stub, episodes=1), create(stub, language="hi", episodes=1)
     with Player(stub, first.run_id) as one, Player(stub, second.run_id) as other:
         theirs = other.observation().episode_id
@@ -225,7 +225,7 @@ def test_an_episode_of_another_run_is_not_yours(stub: EvaluationStub) -> None:
             assert one.problem().code == pb.Problem.CODE_NOT_YOUR_EPISODE
 
 
-def test_a_stream_that_comes_back_goes_on_where_it_was(stub: EvaluationStub) -> None:
+def test_new_stream_of_the_same_player_resumes_its_episodes(stub: EvaluationStub) -> None:
     run = create(stub, episodes=3, sensors=["pose"])
     with Player(stub, run.run_id, 2, player="p") as player:
         episodes = {player.observation().episode_id, player.observation().episode_id}
@@ -242,7 +242,7 @@ def test_a_stream_that_comes_back_goes_on_where_it_was(stub: EvaluationStub) -> 
         assert message == "replaced by a newer stream of the same player"
 
 
-def test_history_shows_an_episode_from_its_first_observation(stub: EvaluationStub) -> None:
+def test_history_replays_an_episode_from_its_first_observation(stub: EvaluationStub) -> None:
     run = create(stub, episodes=1, sensors=["pose", "rgb"])
     with Player(stub, run.run_id, player="p") as player:
         episode_id = player.observation().episode_id
@@ -261,7 +261,7 @@ def test_history_shows_an_episode_from_its_first_observation(stub: EvaluationStu
     assert [*past, now][1:] == live
 
 
-def test_another_player_waits_for_what_was_left_open(stub: EvaluationStub) -> None:
+def test_episodes_left_open_are_not_given_to_another_player_at_once(stub: EvaluationStub) -> None:
     run = create(stub, episodes=2)
     with Player(stub, run.run_id, player="gone") as player:
         left = player.observation().episode_id
@@ -283,21 +283,21 @@ def test_another_player_waits_for_what_was_left_open(stub: EvaluationStub) -> No
         ({"player": "x" * 101}, "the player's name has 101 characters; at most 100 are allowed"),
     ],
 )
-def test_streams_that_cannot_be(stub: EvaluationStub, fields: dict[str, Any], message: str) -> None:
+def test_invalid_stream_settings_are_refused(stub: EvaluationStub, fields: dict[str, Any], message: str) -> None:
     run = create(stub)
     with Player(stub, run.run_id, 1, **fields) as player:
         assert refused(lambda: list(player.call)) == (grpc.StatusCode.INVALID_ARGUMENT, message)
 
 
 @pytest.mark.parametrize("episodes", [0, 1025])
-def test_too_few_or_too_many_episodes_at_once(stub: EvaluationStub, episodes: int) -> None:
+def test_out_of_range_max_episodes_is_refused(stub: EvaluationStub, episodes: int) -> None:
     run = create(stub)
     with Player(stub, run.run_id, episodes) as player:
         expected = f"max_episodes is {episodes}, expected 1 to 1024"
         assert refused(lambda: list(player.call)) == (grpc.StatusCode.INVALID_ARGUMENT, expected)
 
 
-def test_the_first_message_must_be_open_and_no_other(stub: EvaluationStub) -> None:
+def test_open_is_required_first_and_refused_later(stub: EvaluationStub) -> None:
     first = [pb.PlayRequest(actions=pb.ActionBatch())]
     assert refused(lambda: list(stub.Play(iter(first), metadata=METADATA)))[1] == "a stream's first message is `open`"
     run = create(stub)

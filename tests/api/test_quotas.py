@@ -1,4 +1,4 @@
-"""Limits of participants over gRPC: what counts, what does not, and that nobody slips in."""
+"""Quotas over gRPC: limits on runs and streams, what counts, and concurrent requests."""
 
 import re
 from collections import Counter
@@ -77,7 +77,7 @@ def quotas(person: Person) -> dict[str, pb.Quota]:
     return {quota.split: quota for quota in account.quotas}
 
 
-def test_runs_in_24_hours_and_when_the_next_is_possible(server: Server) -> None:
+def test_daily_run_limit_names_the_time_of_the_next_run(server: Server) -> None:
     with limited(server, "daily", runs_per_day=2) as ann:
         first, second = create(ann.stub), create(ann.stub)
         cancel(ann, second)  # what was created was created
@@ -99,7 +99,7 @@ def test_runs_in_24_hours_and_when_the_next_is_possible(server: Server) -> None:
         assert (quotas(ann)["tiny"].runs_today, quotas(ann)["tiny"].runs) == (2, 3)
 
 
-def test_runs_in_all_and_what_the_server_is_to_blame_for(server: Server) -> None:
+def test_total_run_limit_excludes_runs_with_server_faults(server: Server) -> None:
     with limited(server, "once", runs_in_all=1) as ann:
         run = create(ann.stub)
         assert exhausted(lambda: create(ann.stub)) == (
@@ -115,7 +115,7 @@ def test_runs_in_all_and_what_the_server_is_to_blame_for(server: Server) -> None
             assert create(bob.stub).participant == "bob"
 
 
-def test_unfinished_runs(server: Server) -> None:
+def test_limit_on_unfinished_runs_is_enforced(server: Server) -> None:
     with limited(server, "single", runs_at_once=1) as ann:
         run = create(ann.stub, episodes=1)
         assert exhausted(lambda: create(ann.stub)) == (
@@ -129,7 +129,7 @@ def test_unfinished_runs(server: Server) -> None:
         assert create(ann.stub).state == pb.RUN_STATE_RUNNING
 
 
-def test_a_refusal_names_the_latest_of_many(server: Server) -> None:
+def test_quota_refusal_names_the_latest_runs(server: Server) -> None:
     with limited(server, "busy", runs_at_once=6) as ann:
         runs = [create(ann.stub, episodes=1).run_id for _ in range(6)]
         assert f"6 unfinished runs ({', '.join(runs[:0:-1])} and others); the limit is 6 at once" in exhausted(
@@ -137,7 +137,7 @@ def test_a_refusal_names_the_latest_of_many(server: Server) -> None:
         )
 
 
-def test_strangers_are_not_told_the_runs_of_each_other(tmp_path: Path) -> None:
+def test_anonymous_quota_refusals_do_not_reveal_run_ids(tmp_path: Path) -> None:
     """Whoever knows the id of an anonymous run can play it."""
     tiny.write(tmp_path)
     limits = ("--runs-at-once", "1", "--streams-at-once", "1")
@@ -158,7 +158,7 @@ def test_strangers_are_not_told_the_runs_of_each_other(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("limit", ["runs_in_all", "runs_at_once", "runs_per_day"])
-def test_of_many_at_once_as_many_get_in_as_may(server: Server, limit: str) -> None:
+def test_concurrent_run_creation_never_exceeds_the_limit(server: Server, limit: str) -> None:
     with limited(server, f"many {limit}", **{limit: 3}) as ann, ThreadPoolExecutor(12) as pool:
 
         def attempt(_: int) -> grpc.StatusCode:
@@ -173,7 +173,7 @@ def test_of_many_at_once_as_many_get_in_as_may(server: Server, limit: str) -> No
         assert len(ann.stub.ListRuns(pb.ListRunsRequest(), metadata=METADATA).runs) == 3
 
 
-def test_each_split_has_the_limit_that_the_settings_name_for_it(tmp_path: Path) -> None:
+def test_limits_can_be_set_per_split(tmp_path: Path) -> None:
     with (
         serving(tmp_path, "--runs-per-day", "secret=1", "--runs-at-once", "3,secret=0") as server,
         Person(server.address, token_of(tmp_path, "ann")) as ann,
@@ -192,7 +192,7 @@ def test_each_split_has_the_limit_that_the_settings_name_for_it(tmp_path: Path) 
         assert "the limit is 1:" in exhausted(lambda: create(ann.stub, split="secret"))
 
 
-def test_streams_at_once(tmp_path: Path) -> None:
+def test_limit_on_open_streams_is_enforced(tmp_path: Path) -> None:
     with (
         serving(tmp_path, "--streams-at-once", "1") as server,
         Person(server.address, token_of(tmp_path, "ann")) as ann,
@@ -215,7 +215,7 @@ def test_streams_at_once(tmp_path: Path) -> None:
             assert quotas(ann)["tiny"].streams == 1
 
 
-def test_streams_of_a_server_that_died_do_not_count(tmp_path: Path) -> None:
+def test_streams_of_a_killed_server_stop_counting(tmp_path: Path) -> None:
     with serving(tmp_path, "--streams-at-once", "1") as server:
         token = token_of(tmp_path, "ann")
         with Person(server.address, token) as ann:
@@ -233,7 +233,7 @@ def test_streams_of_a_server_that_died_do_not_count(tmp_path: Path) -> None:
                 two.observation()
 
 
-def test_a_host_gives_other_limits(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_quota_command_changes_a_participants_limits(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     def quota(*arguments: str) -> tuple[int, str, str]:
         status = cli.main(["quota", *arguments, "--data", str(tmp_path)])
         said = capsys.readouterr()

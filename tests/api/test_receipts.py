@@ -43,7 +43,7 @@ def played(stub: EvaluationStub, **fields: object) -> pb.Run:
         return player.play(tiny.ACTIONS)[-1].run_ended.run
 
 
-def test_the_host_signs_what_was_played(server: Server, stub: EvaluationStub) -> None:
+def test_receipt_is_signed_by_the_host_and_matches_the_report(server: Server, stub: EvaluationStub) -> None:
     made = played(stub, episodes=2, sensors=["rgb"])
     receipt = receipt_of(stub, made.run_id)
     key = stub.GetServerInfo(pb.GetServerInfoRequest(), metadata=METADATA).public_key
@@ -65,12 +65,12 @@ def test_the_host_signs_what_was_played(server: Server, stub: EvaluationStub) ->
     assert receipt_of(stub, made.run_id) == receipt
 
 
-def test_a_hidden_split_tells_no_scores_of_single_episodes(stub: EvaluationStub) -> None:
+def test_hidden_split_receipts_hold_no_episode_scores(stub: EvaluationStub) -> None:
     content = json.loads(receipt_of(stub, played(stub, split="secret").run_id).payload)
     assert {name for episode in content["episodes"] for name in episode} == {"episode_id", "cause", "steps", "head"}
 
 
-def test_no_receipt_before_the_end_and_of_no_run(stub: EvaluationStub) -> None:
+def test_unfinished_and_unknown_runs_have_no_receipt(stub: EvaluationStub) -> None:
     made = create(stub, episodes=2)
     code, message = refused(lambda: receipt_of(stub, made.run_id))
     assert code == grpc.StatusCode.FAILED_PRECONDITION
@@ -78,14 +78,14 @@ def test_no_receipt_before_the_end_and_of_no_run(stub: EvaluationStub) -> None:
     assert refused(lambda: receipt_of(stub, "x")) == (grpc.StatusCode.NOT_FOUND, "there is no run 'x'")
 
 
-def test_a_cancelled_run_has_one_too(stub: EvaluationStub) -> None:
+def test_cancelled_run_has_a_receipt(stub: EvaluationStub) -> None:
     made = create(stub, episodes=3)
     stub.CancelRun(pb.CancelRunRequest(run_id=made.run_id), metadata=METADATA)
     content = json.loads(receipt_of(stub, made.run_id).payload)
     assert (content["run"]["state"], content["causes"]) == ("CANCELLED", {"FORFEITED": 3})
 
 
-def test_the_client_keeps_it_and_verifies_it_by_the_key_that_the_host_prints(
+def test_client_stores_the_receipt_and_verifies_it_with_the_hosts_key(
     server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -117,7 +117,7 @@ def check_rescored(done: "subprocess.CompletedProcess[str]", status: int, said: 
         assert line.startswith(expected)
 
 
-def test_runs_are_played_again_while_the_server_runs_and_when_it_has_stopped(tmp_path: Path) -> None:
+def test_rescoring_works_while_the_server_runs_and_after_it_stopped(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     server = Server(tmp_path, "127.0.0.1:0", "--steps", "8")
     try:
@@ -147,7 +147,7 @@ def test_runs_are_played_again_while_the_server_runs_and_when_it_has_stopped(tmp
     (["key", "--all"], "there is no journal FOLDER/journal.db yet; `arramon-server serve` creates it"),
     (["import", "nowhere"], "nowhere: cannot be read: No such file or directory"),
 ])  # fmt: skip
-def test_commands_that_cannot_be(tmp_path: Path, arguments: list[str], said: str) -> None:
+def test_invalid_host_commands_are_refused(tmp_path: Path, arguments: list[str], said: str) -> None:
     tiny.write(tmp_path)
     done = run(arguments[0], "--data", tmp_path, *arguments[1:])
     assert (done.returncode, done.stdout) == (1, "")
@@ -156,7 +156,7 @@ def test_commands_that_cannot_be(tmp_path: Path, arguments: list[str], said: str
         assert not (tmp_path / "journal.db").exists()
 
 
-def test_a_host_with_another_key_does_not_start_until_it_is_adopted(tmp_path: Path) -> None:
+def test_host_with_another_key_starts_only_after_adopting_it(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     assert Server(tmp_path).stop() == 0
     first = run("key", "--data", tmp_path).stdout.strip()
@@ -175,7 +175,7 @@ def test_a_host_with_another_key_does_not_start_until_it_is_adopted(tmp_path: Pa
     assert [line.split()[0] for line in known] == [first, second]
 
 
-def test_a_run_half_played_goes_on_at_another_host_with_the_same_scores(tmp_path: Path) -> None:
+def test_half_played_run_continues_on_another_host_with_equal_scores(tmp_path: Path) -> None:
     data, host = tmp_path / "data", tmp_path / "host"
     for folder in (data, host):
         tiny.write(folder)

@@ -39,7 +39,7 @@ def arguments(**values: str) -> list[pb.AgentArgument]:
     return [pb.AgentArgument(name=name, value=value) for name, value in values.items()]
 
 
-def test_server_information(stub: EvaluationStub) -> None:
+def test_server_info_lists_splits_sensors_and_encodings(stub: EvaluationStub) -> None:
     info = stub.GetServerInfo(pb.GetServerInfoRequest(), metadata=METADATA)
     assert (info.version, info.protocol, info.limits.steps_per_phase) == (__version__, 1, 8)
     assert [split.name for split in info.splits] == ["secret", "tiny"]
@@ -49,14 +49,14 @@ def test_server_information(stub: EvaluationStub) -> None:
     assert list(info.encodings) == [types_pb2.ENCODING_RAW, types_pb2.ENCODING_ZSTD, types_pb2.ENCODING_JPEG]
 
 
-def test_what_the_server_says_when_it_starts(server: Server) -> None:
+def test_server_prints_its_splits_and_address_at_start(server: Server) -> None:
     # The first server on a machine also says that it compiles the camera.
     said = [line for line in server.said if line != COMPILING]
     assert said[1].startswith("split tiny (open): 6 in en, 4 in hi; 1 sections; data ")
     assert said[2:] == [f"listening on {server.address}"]
 
 
-def test_health_and_reflection(server: Server) -> None:
+def test_health_and_reflection_services_answer(server: Server) -> None:
     with grpc.insecure_channel(server.address) as channel:
         health = health_pb2_grpc.HealthStub(channel)
         for service in ("", "arramon.v1.Evaluation"):
@@ -65,7 +65,7 @@ def test_health_and_reflection(server: Server) -> None:
         assert "arramon.v1.Evaluation" in ProtoReflectionDescriptorDatabase(channel).get_services()
 
 
-def test_a_new_run_holds_what_it_was_created_with(stub: EvaluationStub) -> None:
+def test_new_run_holds_its_creation_settings(stub: EvaluationStub) -> None:
     run = create(stub, language="hi", sensors=["depth", "rgb"], episodes=3, participant="lab")
     assert (run.split, run.language, run.episodes, run.participant) == ("tiny", "hi", 3, "lab")
     assert list(run.sensors) == ["rgb", "depth"]
@@ -73,7 +73,7 @@ def test_a_new_run_holds_what_it_was_created_with(stub: EvaluationStub) -> None:
     assert run == stub.GetRun(pb.GetRunRequest(run_id=run.run_id), metadata=METADATA)
 
 
-def test_episodes_that_are_named_are_played_alone_in_that_order(stub: EvaluationStub) -> None:
+def test_only_chosen_episodes_are_played_in_the_given_order(stub: EvaluationStub) -> None:
     run = create(stub, episode_ids=["5", "2"])
     assert run.episodes == 2
     assert ended(stub, run) == ["5", "2"]
@@ -83,7 +83,7 @@ def test_episodes_that_are_named_are_played_alone_in_that_order(stub: Evaluation
     assert report.signature.endswith(f"|chosen:{chosen}")
 
 
-def test_the_first_episodes_are_the_same_run_however_they_are_asked_for(stub: EvaluationStub) -> None:
+def test_first_episodes_by_count_or_by_id_have_one_signature(stub: EvaluationStub) -> None:
     first = create(stub, episodes=2)
     names = ended(stub, first)
     named = create(stub, episode_ids=names[::-1])
@@ -95,7 +95,7 @@ def test_the_first_episodes_are_the_same_run_however_they_are_asked_for(stub: Ev
     assert "chosen:" not in signatures.pop()
 
 
-def test_the_agents_arguments_are_recorded_as_they_were_typed(stub: EvaluationStub) -> None:
+def test_agent_arguments_are_recorded_verbatim(stub: EvaluationStub) -> None:
     run = create(stub, episodes=1, agent_arguments=arguments(checkpoint="my w.pt", beam="04", none=""))
     assert list(run.agent_arguments) == arguments(beam="04", checkpoint="my w.pt", none="")
     assert run == stub.GetRun(pb.GetRunRequest(run_id=run.run_id), metadata=METADATA)
@@ -109,7 +109,7 @@ def test_the_agents_arguments_are_recorded_as_they_were_typed(stub: EvaluationSt
     assert content["score_signature"] == report.signature
 
 
-def test_a_run_without_arguments_has_the_receipt_that_it_always_had(stub: EvaluationStub) -> None:
+def test_receipt_without_agent_arguments_omits_their_field(stub: EvaluationStub) -> None:
     run = create(stub, episodes=1)
     ended(stub, run)
     content = json.loads(stub.GetReceipt(pb.GetReceiptRequest(run_id=run.run_id), metadata=METADATA).payload)
@@ -225,11 +225,13 @@ def ended(stub: EvaluationStub, run: pb.Run) -> list[str]:
         ),
     ],
 )
-def test_runs_that_cannot_be(stub: EvaluationStub, fields: dict[str, Any], code: str, message: str) -> None:
+def test_invalid_run_requests_are_refused(
+    stub: EvaluationStub, fields: dict[str, Any], code: str, message: str
+) -> None:
     assert refused(lambda: create(stub, **fields)) == (grpc.StatusCode[code], message)
 
 
-def test_runs_are_listed_page_by_page_latest_first(stub: EvaluationStub) -> None:
+def test_runs_are_listed_in_pages_latest_first(stub: EvaluationStub) -> None:
     made = [create(stub).run_id for _ in range(5)]
     first = stub.ListRuns(pb.ListRunsRequest(page_size=2), metadata=METADATA)
     second = stub.ListRuns(pb.ListRunsRequest(page_size=3, page_token=first.next_page_token), metadata=METADATA)
@@ -243,11 +245,13 @@ def test_runs_are_listed_page_by_page_latest_first(stub: EvaluationStub) -> None
         (pb.ListRunsRequest(page_token="nonsense"), "NOT_FOUND", "there is no run 'nonsense'"),
     ],
 )
-def test_pages_that_cannot_be(stub: EvaluationStub, request_: pb.ListRunsRequest, code: str, message: str) -> None:
+def test_invalid_run_pages_are_refused(
+    stub: EvaluationStub, request_: pb.ListRunsRequest, code: str, message: str
+) -> None:
     assert refused(lambda: stub.ListRuns(request_, metadata=METADATA)) == (grpc.StatusCode[code], message)
 
 
-def test_an_unknown_run(stub: EvaluationStub) -> None:
+def test_calls_on_an_unknown_run_are_not_found(stub: EvaluationStub) -> None:
     for call in (
         lambda: stub.GetRun(pb.GetRunRequest(run_id="x"), metadata=METADATA),
         lambda: stub.CancelRun(pb.CancelRunRequest(run_id="x"), metadata=METADATA),
@@ -258,7 +262,7 @@ def test_an_unknown_run(stub: EvaluationStub) -> None:
 
 
 @pytest.mark.parametrize("letter", ["a", "\x01", "ह", "🧿", "%"])
-def test_a_long_text_is_not_repeated_whole(stub: EvaluationStub, board: LeaderboardStub, letter: str) -> None:
+def test_error_messages_truncate_long_texts(stub: EvaluationStub, board: LeaderboardStub, letter: str) -> None:
     long = letter * 20_000
     repeated = f"{letter * 100!r}... (20000 characters)"
     for code, call in (
@@ -286,7 +290,7 @@ def test_a_long_text_is_not_repeated_whole(stub: EvaluationStub, board: Leaderbo
         assert repeated in message
 
 
-def test_a_long_episode_id_is_not_repeated_whole(stub: EvaluationStub) -> None:
+def test_problems_truncate_long_episode_ids(stub: EvaluationStub) -> None:
     with Player(stub, create(stub).run_id) as player:
         assert player.observation().step == 0
         player.act("x" * 20_000, 0, 1)
@@ -304,18 +308,18 @@ def test_a_long_episode_id_is_not_repeated_whole(stub: EvaluationStub) -> None:
         ("%" * 1366, "%" * 1365 + "..."),
     ],
 )
-def test_the_longest_refusal(text: str, expected: str) -> None:
+def test_refusals_are_truncated_by_their_encoded_size(text: str, expected: str) -> None:
     assert truncate(text) == expected
 
 
-def test_a_report_only_when_the_run_is_over(stub: EvaluationStub) -> None:
+def test_unfinished_run_has_no_report(stub: EvaluationStub) -> None:
     run = create(stub, episodes=2)
     code, message = refused(lambda: stub.GetReport(pb.GetReportRequest(run_id=run.run_id), metadata=METADATA))
     assert code == grpc.StatusCode.FAILED_PRECONDITION
     assert message == f"run '{run.run_id}' is still being played: 0 of 2 episodes have ended"
 
 
-def test_a_perfect_run_and_its_report(stub: EvaluationStub) -> None:
+def test_perfect_run_scores_one_in_its_report(stub: EvaluationStub) -> None:
     run = create(stub, episodes=2)
     with Player(stub, run.run_id, 2) as player:
         last = player.play(tiny.ACTIONS)[-1].run_ended.run
@@ -328,7 +332,7 @@ def test_a_perfect_run_and_its_report(stub: EvaluationStub) -> None:
     assert {episode.cause for episode in report.episodes} == {types_pb2.CAUSE_AGENT_FINISHED}
 
 
-def test_a_hidden_split_tells_no_scores_of_single_episodes(stub: EvaluationStub) -> None:
+def test_hidden_split_report_has_no_episode_scores(stub: EvaluationStub) -> None:
     run = create(stub, split="secret")
     with Player(stub, run.run_id, 3) as player:
         player.play(tiny.ACTIONS)
@@ -337,7 +341,7 @@ def test_a_hidden_split_tells_no_scores_of_single_episodes(stub: EvaluationStub)
     assert not report.episodes
 
 
-def test_a_cancelled_run_keeps_its_denominator(stub: EvaluationStub) -> None:
+def test_cancelled_run_is_scored_over_all_its_episodes(stub: EvaluationStub) -> None:
     run = create(stub, episodes=4)
     with Player(stub, run.run_id) as player:
         episode = player.observation().episode_id
@@ -356,7 +360,7 @@ def test_a_cancelled_run_keeps_its_denominator(stub: EvaluationStub) -> None:
 
 
 @pytest.mark.parametrize("metadata", [(), (("arramon-protocol", "99"),)])
-def test_another_protocol_is_turned_away(stub: EvaluationStub, metadata: tuple[tuple[str, str], ...]) -> None:
+def test_other_protocol_versions_are_refused(stub: EvaluationStub, metadata: tuple[tuple[str, str], ...]) -> None:
     spoken = dict(metadata).get("arramon-protocol", "none")
     for call in (
         lambda: stub.GetServerInfo(pb.GetServerInfoRequest(), metadata=metadata),
@@ -367,14 +371,14 @@ def test_another_protocol_is_turned_away(stub: EvaluationStub, metadata: tuple[t
         assert f"speaks protocol 1, the client '{spoken}'" in message
 
 
-def test_a_message_too_large_is_refused_and_others_go_on(stub: EvaluationStub) -> None:
+def test_oversized_message_is_refused_and_later_calls_succeed(stub: EvaluationStub) -> None:
     code, message = refused(lambda: create(stub, agent="x" * (2 << 20)))
     assert code == grpc.StatusCode.RESOURCE_EXHAUSTED
     assert "1048576" in message
     assert create(stub).episodes == 6
 
 
-def test_a_report_says_in_which_form_images_travelled(stub: EvaluationStub) -> None:
+def test_report_names_the_image_encodings_used(stub: EvaluationStub) -> None:
     seen, blind = create(stub, episodes=2, sensors=["rgb"]), create(stub, episodes=1)
     with Player(stub, seen.run_id, encoding=types_pb2.ENCODING_JPEG, jpeg_quality=70) as player:
         player.observation()

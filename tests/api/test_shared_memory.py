@@ -1,4 +1,4 @@
-"""Images in shared memory: what the server writes there, the client reads there; nobody else, and nothing is left."""
+"""Images in shared memory: content, capacity, permissions and cleanup."""
 
 import os
 import sys
@@ -51,7 +51,7 @@ def opened(encoder: SharedMemoryEncoder) -> pb.Opened:
     return message
 
 
-def test_what_is_written_is_read_until_the_episode_shows_something_else() -> None:
+def test_shared_image_is_readable_until_its_episode_overwrites_it() -> None:
     with SharedMemoryEncoder(2, ("depth", "rgb"), 4) as encoder:
         decoder = decoder_of(opened(encoder))
         shown = {}
@@ -67,7 +67,7 @@ def test_what_is_written_is_read_until_the_episode_shows_something_else() -> Non
     assert np.array_equal(decoder.rgb(shown["a"][2].rgb), shown["a"][0])
 
 
-def test_what_was_decoded_stays_as_it_was() -> None:
+def test_decoded_images_survive_later_writes() -> None:
     with SharedMemoryEncoder(1, ("rgb",), 4) as encoder:
         message = pb.Observation()
         encoder.write("a", [(np.full((4, 4, 3), 7, np.uint8), message.rgb)], latest=True)
@@ -77,7 +77,7 @@ def test_what_was_decoded_stays_as_it_was() -> None:
     assert (seen == 7).all()
 
 
-def test_there_is_room_for_as_many_as_may_be_open() -> None:
+def test_shared_memory_holds_every_open_episode() -> None:
     def encoding(episode_id: str, *, latest: bool = True) -> int:
         image = types_pb2.Image()
         encoder.write(episode_id, [(np.zeros((4, 4, 3), np.uint8), image)], latest=latest)
@@ -100,7 +100,7 @@ def test_an_image_outside_the_memory_is_refused() -> None:
             decoder.rgb(image)
 
 
-def test_the_memory_is_the_user_s_own_and_cannot_be_made_smaller() -> None:
+def test_shared_memory_is_private_and_cannot_be_truncated() -> None:
     shared = SharedImages(1, 48)
     assert os.fstat(shared.message.descriptor).st_mode & 0o777 == 0o600
     with pytest.raises(PermissionError):
@@ -113,7 +113,7 @@ def test_the_memory_is_the_user_s_own_and_cannot_be_made_smaller() -> None:
     ({"size": 64}, "is not the memory"), ({"descriptor": 10_000}, "cannot be read"),
     ({"process": 4_000_000_000}, "cannot be read"), ({"descriptor": 0}, "cannot be read|is not the memory"),
 ])  # fmt: skip
-def test_what_is_not_the_memory(changed: dict[str, int | bytes], said: str) -> None:
+def test_mapping_mismatched_shared_memory_is_refused(changed: dict[str, int | bytes], said: str) -> None:
     shared = SharedImages(1, 48)
     message = types_pb2.SharedMemory()
     message.CopyFrom(shared.message)
@@ -128,18 +128,20 @@ def test_what_is_not_the_memory(changed: dict[str, int | bytes], said: str) -> N
     ("127.0.0.1:0", STANDARD_ENCODINGS),
     ("0.0.0.0:50551", STANDARD_ENCODINGS),
 ])  # fmt: skip
-def test_where_it_is_offered(listen: str, encodings: tuple[types_pb2.Encoding.ValueType, ...]) -> None:
+def test_shared_memory_is_offered_on_unix_sockets_only(
+    listen: str, encodings: tuple[types_pb2.Encoding.ValueType, ...]
+) -> None:
     assert offered_encodings(listen) == encodings
 
 
-def test_elsewhere_it_is_refused(stub: EvaluationStub) -> None:
+def test_shared_memory_is_refused_over_tcp(stub: EvaluationStub) -> None:
     run = create(stub, episodes=1, sensors=["rgb"])
     with Player(stub, run.run_id, encoding=SHARED) as player:
         code, said = refused(player.next)
     assert (code, said) == (grpc.StatusCode.INVALID_ARGUMENT, "encoding 4 is not offered; see ServerInfo.encodings")
 
 
-def test_an_episode_in_shared_memory_is_the_same_as_in_messages(near: EvaluationStub) -> None:
+def test_shared_memory_and_messages_give_identical_images(near: EvaluationStub) -> None:
     info = near.GetServerInfo(pb.GetServerInfoRequest(), metadata=METADATA)
     assert SHARED in info.encodings
     sensors = ["rgb", "depth", "segmentation"]
@@ -161,7 +163,7 @@ def test_an_episode_in_shared_memory_is_the_same_as_in_messages(near: Evaluation
     assert shown[SHARED] == shown[types_pb2.ENCODING_RAW]
 
 
-def test_a_history_travels_in_messages(near: EvaluationStub) -> None:
+def test_history_images_are_sent_in_messages(near: EvaluationStub) -> None:
     run = create(near, episodes=1, sensors=["rgb"])
     with Player(near, run.run_id, player="one", encoding=SHARED) as player:
         first = player.observation()
@@ -174,7 +176,7 @@ def test_a_history_travels_in_messages(near: EvaluationStub) -> None:
     assert [(o.step, o.rgb.encoding) for o in again] == [(0, raw), (1, raw), (2, SHARED)]
 
 
-def test_a_server_that_is_killed_leaves_nothing(tmp_path: Path) -> None:
+def test_killed_server_leaves_no_mappable_shared_memory(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     server = Server(tmp_path, f"unix:{tmp_path}/s")
     with grpc.insecure_channel(server.address) as channel:

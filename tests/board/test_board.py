@@ -14,13 +14,13 @@ from tests import tiny
 from tests.board.made import CLOCKS, STEPS, House
 
 
-def test_a_board_without_runs(house: House) -> None:
+def test_board_without_runs_has_empty_standings(house: House) -> None:
     assert house.board.languages() == {"secret": ("en", "hi"), "tiny": ("en", "hi")}
     assert house.board.standings("tiny", "en") == []
     assert house.board.both("tiny") == []
 
 
-def test_an_entry_holds_what_the_run_came_to(house: House) -> None:
+def test_standing_holds_the_runs_scores_signature_and_note(house: House) -> None:
     house.publish(house.run("r1", [1.0, 1.0, 0.0, 0.0, 0.0, 0.0], agent="walker"), "code: example.org")
     (line,) = house.board.standings("tiny", "en")
     (entry,) = line.entries
@@ -42,7 +42,7 @@ def test_scores_are_the_same_when_they_are_read_from_the_database(house: House) 
     assert again.entry(run).progress == first.progress
 
 
-def test_only_the_split_and_language_asked_for(house: House) -> None:
+def test_standings_hold_only_the_requested_split_and_language(house: House) -> None:
     house.publish(house.run("en", agent="e"))
     house.publish(house.run("hi", agent="h", language="hi"))
     house.publish(house.run("hidden", agent="s", split="secret"))
@@ -68,13 +68,15 @@ def test_only_the_split_and_language_asked_for(house: House) -> None:
         ({"scores": [1.0], "sensors": ("oracle",)}, (Mark.PARTIAL, Mark.PRIVILEGED), 1 / 6, 0),
     ],
 )
-def test_marks(house: House, fields: dict[str, Any], marks: tuple[Mark, ...], coverage: float, rank: int) -> None:
+def test_run_properties_determine_marks_coverage_and_rank(
+    house: House, fields: dict[str, Any], marks: tuple[Mark, ...], coverage: float, rank: int
+) -> None:
     house.publish(house.run("r1", **fields))
     (line,) = house.board.standings("tiny", "en")
     assert (line.marks, line.coverage, line.rank) == (marks, coverage, rank)
 
 
-def test_a_host_who_changes_the_clocks_begins_a_ranking_anew(house: House) -> None:
+def test_runs_with_other_clocks_than_the_server_are_unranked(house: House) -> None:
     house.publish(house.run("timed", agent="timed"))
     house.publish(house.run("untimed", 0.5, agent="untimed", clocks=Clocks()))
     now = Board(house.entries, house.splits, steps_per_phase=STEPS, clocks=Clocks())
@@ -112,7 +114,7 @@ def test_a_local_board_ranks_by_the_settings_that_most_of_its_runs_share(house: 
     assert ranks() == [("short", 1, ()), ("fast", 0, (Mark.OTHER_LIMITS, Mark.OTHER_CLOCKS))]
 
 
-def test_runs_on_data_that_is_gone_stay_listed_and_are_marked(house: House, tmp_path: Path) -> None:
+def test_runs_on_changed_or_missing_data_are_listed_with_a_mark(house: House, tmp_path: Path) -> None:
     house.publish(house.run("r1", [0.5] * 6))
     changed = Board(
         house.entries, {"tiny": tiny.write(tmp_path / "other", "tiny", 4)}, steps_per_phase=STEPS, clocks=CLOCKS
@@ -137,7 +139,7 @@ def test_runs_on_data_that_is_gone_stay_listed_and_are_marked(house: House, tmp_
         ),
     ],
 )  # fmt: skip
-def test_invalid_listings(
+def test_invalid_listings_are_refused(
     house: House, split: str, language: str, sort: str, error: type[Exception], message: str
 ) -> None:
     with pytest.raises(error) as caught:
@@ -145,7 +147,7 @@ def test_invalid_listings(
     assert str(caught.value) == message
 
 
-def test_both_languages_are_a_systems_mean(house: House) -> None:
+def test_combined_standing_is_the_mean_over_languages(house: House) -> None:
     house.publish(house.run("en", [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]))
     house.publish(house.run("hi", 1.0, language="hi"))
     (line,) = house.board.both("tiny")
@@ -166,7 +168,7 @@ def test_only_systems_with_every_language_are_listed(house: House) -> None:
     assert [(line.participant, line.agent) for line in house.board.both("tiny")] == [("ann", "whole")]
 
 
-def test_of_several_runs_the_latest_that_is_ranked_counts(house: House) -> None:
+def test_combined_standing_uses_the_latest_ranked_run(house: House) -> None:
     house.publish(house.run("hi", 0.5, language="hi"))
     house.publish(house.run("best", 0.9))
     house.publish(house.run("latest", 0.1))
@@ -175,7 +177,7 @@ def test_of_several_runs_the_latest_that_is_ranked_counts(house: House) -> None:
     assert [entry.run.run_id for entry in line.entries] == ["latest", "hi"]
 
 
-def test_marks_of_both_are_those_of_either(house: House) -> None:
+def test_combined_standing_has_the_marks_of_every_run(house: House) -> None:
     house.publish(house.run("en", 1.0))
     house.publish(house.run("hi", [1.0], language="hi", sensors=("oracle",)))
     (line,) = house.board.both("tiny")
@@ -192,7 +194,7 @@ def test_an_entry_of_a_published_run_names_its_receipt(house: House) -> None:
     assert line.entries[0].seal is None
 
 
-def test_a_missing_entry(house: House) -> None:
+def test_entries_of_unpublished_runs_are_not_found(house: House) -> None:
     house.run("r1")
     house.publish(house.run("r2"))
     house.publishing.withdraw(HOST, "r2")
@@ -210,5 +212,7 @@ def test_control_characters_in_names_are_replaced(house: House) -> None:
 @pytest.mark.parametrize(
     ("split", "language", "lines"), [("val_seen", "en", 6), ("val_seen", "hi", 0), ("tiny", "en", 0)]
 )
-def test_the_papers_lines(house: House, split: str, language: str, lines: int) -> None:
+def test_paper_results_are_listed_for_the_papers_splits_in_english(
+    house: House, split: str, language: str, lines: int
+) -> None:
     assert len(house.board.reference(split, language)) == lines

@@ -20,7 +20,7 @@ def read(text: str) -> list[dict[str, str]]:
     return list(csv.DictReader(io.StringIO(text, newline="")))
 
 
-def test_the_columns_stay() -> None:
+def test_csv_columns_are_stable() -> None:
     assert CSV_COLUMNS[:13] == (
         "kind", "rank", "tied", "participant", "agent", "split", "language", "sensors", "coverage", "marks",
         "nDTW", "nDTW low", "nDTW high",
@@ -31,7 +31,7 @@ def test_the_columns_stay() -> None:
     assert CSV_COLUMNS[52:] == ("gap", "gap low", "gap high", "higher language", "lower language", "same outcome")
 
 
-def test_csv_gives_the_numbers_back(house: House) -> None:
+def test_csv_preserves_scores_and_texts(house: House) -> None:
     house.publish(house.run("r1", [0.1, 0.2, 0.3, 1 / 3, 0.7, 0.0], agent="walker, mine"), 'says "hello"')
     house.publish(house.run("r2", [1.0], sensors=("oracle",)))
     whole, part = read(as_csv(house.board.listing("tiny", "en")))
@@ -45,7 +45,7 @@ def test_csv_gives_the_numbers_back(house: House) -> None:
     assert (part["rank"], part["marks"], part["sensors"]) == ("", "partial privileged", "oracle")
 
 
-def test_other_clocks_are_marked_in_both_files(house: House) -> None:
+def test_other_clocks_are_marked_in_csv_and_json(house: House) -> None:
     house.publish(house.run("r1", clocks=Clocks(30.0, 3600.0)))
     listing = house.board.listing("tiny", "en")
     (cells,) = read(as_csv(listing))
@@ -62,7 +62,7 @@ def test_csv_of_both_languages_names_both_runs(house: House) -> None:
 
 
 @pytest.mark.parametrize("name", ["=1+1", "+1", "-1", "@SUM(A1)", " =1", "=cmd|' /C calc'!A0"])
-def test_no_name_is_a_formula(house: House, name: str) -> None:
+def test_csv_escapes_names_that_look_like_formulas(house: House, name: str) -> None:
     house.publish(house.run("r1", agent=name, participant=name), name)
     (line,) = read(as_csv(house.board.listing("tiny", "en")))
     assert (line["agent"], line["participant"]) == (f"'{name}", f"'{name}")
@@ -76,20 +76,20 @@ def test_no_name_is_a_formula(house: House, name: str) -> None:
         "\u3000＝1", "\u200b=1", "\ufeff=1", "\u2060＝1", "\N{NO-BREAK SPACE}=1", "\t1", "\r1", "\n1", "\v=1",
     ],
 )  # fmt: skip
-def test_no_other_width_or_hidden_beginning_makes_a_formula(note: str) -> None:
+def test_csv_escapes_formulas_with_unicode_or_hidden_prefixes(note: str) -> None:
     (reference, *_) = read_references()
     (line,) = read(as_csv(Listing("val_seen", "en", "nDTW", (), (replace(reference, name=note),))))
     assert line["agent"] == f"'{note}"
 
 
 @pytest.mark.parametrize("note", ["a=1", "1-2", "मेरा = -1", "'=1", "½", "", "…=1"])
-def test_other_texts_stay_as_they_are(note: str) -> None:
+def test_csv_leaves_other_texts_unchanged(note: str) -> None:
     (reference, *_) = read_references()
     (line,) = read(as_csv(Listing("val_seen", "en", "nDTW", (), (replace(reference, name=note),))))
     assert line["agent"] == note
 
 
-def test_the_papers_lines_stand_at_the_end() -> None:
+def test_csv_lists_the_papers_results() -> None:
     references = tuple(line for line in read_references() if line.split == "val_seen")
     lines = read(as_csv(Listing("val_seen", "en", "nDTW", (), references)))
     assert [(line["kind"], line["agent"]) for line in lines][:2] == [
@@ -100,7 +100,7 @@ def test_the_papers_lines_stand_at_the_end() -> None:
     assert lines[0]["note"] == "Tables 2 and 5."
 
 
-def test_json_holds_everything(house: House) -> None:
+def test_json_holds_standings_scores_and_entries(house: House) -> None:
     house.publish(house.run("e", [0.1, 0.2, 0.3, 1 / 3, 0.7, 0.0]), "नोट")
     house.publish(house.run("h", 1.0, language="hi"))
     text = as_json(house.board.listing("tiny", BOTH, "nDTW"))
@@ -118,7 +118,7 @@ def test_json_holds_everything(house: House) -> None:
     assert "नोट" in text
 
 
-def test_json_of_the_papers_lines() -> None:
+def test_json_lists_the_papers_results() -> None:
     references = tuple(line for line in read_references() if line.short == "H/E")
     document = json.loads(as_json(Listing("test_unseen", "en", "nDTW", (), references)))
     assert document["references"][0]["rows"]["total"]["nDTW"] == 0.806

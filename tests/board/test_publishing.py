@@ -51,7 +51,9 @@ def listed(house: House) -> list[str]:
         (ANN, "missing", NotFound),
     ],
 )
-def test_who_may_publish(runs: House, caller: Caller, run_id: str, error: type[ArraMonError] | None) -> None:
+def test_publishing_and_withdrawing_depend_on_caller_and_run(
+    runs: House, caller: Caller, run_id: str, error: type[ArraMonError] | None
+) -> None:
     if error is None:
         runs.publish(run_id, caller=caller)
         assert listed(runs) == [run_id]
@@ -77,7 +79,7 @@ def test_missing_runs_and_those_of_others_give_the_same_error(runs: House) -> No
     assert said == ["there is no run 'X'"] * 2
 
 
-def test_a_withdrawn_run_can_be_published_again(runs: House) -> None:
+def test_withdrawn_run_can_be_published_again(runs: House) -> None:
     runs.publish("anns", "first", ANN)
     first = runs.board.entry("anns").published_at
     runs.publishing.withdraw(ANN, "anns")
@@ -89,7 +91,7 @@ def test_a_withdrawn_run_can_be_published_again(runs: House) -> None:
     assert runs.board.entry("anns").published_at > first
 
 
-def test_publishing_again_renews_the_note_alone(runs: House) -> None:
+def test_republishing_changes_only_the_note(runs: House) -> None:
     runs.publish("anns", "first", ANN)
     before = runs.board.entry("anns")
     runs.publish("anns", " second ", ANN)
@@ -97,7 +99,7 @@ def test_publishing_again_renews_the_note_alone(runs: House) -> None:
     assert (after.note, after.published_at) == ("second", before.published_at)
 
 
-def test_what_the_host_withdrew_only_the_host_publishes_again(runs: House) -> None:
+def test_only_the_host_republishes_what_the_host_withdrew(runs: House) -> None:
     runs.publish("anns", caller=ANN)
     runs.publishing.withdraw(HOST, "anns")
     with pytest.raises(Forbidden, match="the host has withdrawn run 'anns'; only the host can publish it again"):
@@ -108,7 +110,7 @@ def test_what_the_host_withdrew_only_the_host_publishes_again(runs: House) -> No
     assert listed(runs) == ["anns"]
 
 
-def test_a_publication_that_began_before_the_host_withdrew_does_not_undo_that(
+def test_concurrent_publication_does_not_undo_the_hosts_withdrawal(
     runs: House, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     runs.publish("anns", caller=ANN)
@@ -126,7 +128,7 @@ def test_a_publication_that_began_before_the_host_withdrew_does_not_undo_that(
     assert listed(runs) == []
 
 
-def test_a_host_withdraws_what_its_participant_has_withdrawn_to_bring_it_back_later(runs: House) -> None:
+def test_host_withdrawal_also_applies_to_an_already_withdrawn_run(runs: House) -> None:
     runs.publish("anns", caller=ANN)
     runs.publishing.withdraw(ANN, "anns")
     runs.publishing.withdraw(HOST, "anns")
@@ -158,7 +160,7 @@ def test_a_cancelled_run_with_a_finished_episode_is_published(house: House, caus
     assert len(house.board.listing("secret", "en").standings) == 1
 
 
-def test_what_is_not_listed_cannot_be_withdrawn(runs: House) -> None:
+def test_unlisted_runs_cannot_be_withdrawn(runs: House) -> None:
     for _ in range(2):
         with pytest.raises(NotFound, match="run 'anns' is not on the leaderboard"):
             runs.publishing.withdraw(ANN, "anns")
@@ -172,7 +174,7 @@ def test_a_run_that_is_being_played_is_not_published(house: House) -> None:
         house.publish("r1")
 
 
-def test_a_part_of_a_hidden_split_is_not_published(house: House) -> None:
+def test_partial_runs_on_a_hidden_split_are_not_published(house: House) -> None:
     house.run("part", [1.0, 1.0], split="secret")
     with pytest.raises(Conflict) as caught:
         house.publish("part")
@@ -191,14 +193,14 @@ def test_a_part_of_a_hidden_split_is_not_published(house: House) -> None:
         ("\u202eback", "the note has a line break or a control character; expected one line of text"),
     ],
 )
-def test_invalid_notes(house: House, note: str, message: str) -> None:
+def test_invalid_notes_are_refused(house: House, note: str, message: str) -> None:
     house.run("r1")
     with pytest.raises(BadInput) as caught:
         house.publish("r1", note)
     assert str(caught.value) == message
 
 
-def test_valid_notes(house: House) -> None:
+def test_valid_notes_are_published(house: House) -> None:
     house.run("r1")
     for note in ("", "x" * 500, "क्‍षेत्र, https://example.org/?a=b&c=<d>"):
         house.publish("r1", note)

@@ -52,7 +52,7 @@ EASY, HARD = [1.0] * 20 + [0.0] * 20, [0.0] * 20 + [1.0] * 20
         ),
     ],
 )
-def test_ranks_and_ties(scores: Scores, expected: list[tuple[str, int, int, bool]]) -> None:
+def test_overlapping_intervals_share_a_rank(scores: Scores, expected: list[tuple[str, int, int, bool]]) -> None:
     assert [(line.agent, line.rank, line.last_rank, line.tied) for line in placed(scores)] == expected
 
 
@@ -73,7 +73,7 @@ def test_ranks_ascend_although_means_need_not() -> None:
     assert [(line.agent, line.rank) for line in placed(scores)] == [("a", 1), ("c", 1), ("b", 2)]
 
 
-def test_the_metric_asked_for_orders_and_ranks() -> None:
+def test_standings_are_ranked_by_the_requested_metric() -> None:
     lines = [
         standing("placer", {"PTC@CTC-3": interval(0.5), "nDTW": interval(0.1)}),
         standing("walker", {"PTC@CTC-3": interval(0.1), "nDTW": interval(0.5)}),
@@ -83,7 +83,7 @@ def test_the_metric_asked_for_orders_and_ranks() -> None:
         assert [(line.agent, line.rank) for line in ranked(lines, metric, tests)] == [(first, 1), (second, 2)]
 
 
-def test_equal_means_are_ordered_by_the_next_column_and_at_last_by_time() -> None:
+def test_equal_means_are_ordered_by_further_metrics_then_by_time() -> None:
     lines = [
         standing("late", {}, published=2),
         standing("early", {}, published=1),
@@ -107,7 +107,7 @@ def test_equal_means_are_ordered_by_the_next_column_and_at_last_by_time() -> Non
         (Mark.SERVER_FAULT, [("marked", 1), ("plain", 2)]),
     ],
 )
-def test_what_cannot_be_compared_is_listed_last_and_not_ranked(mark: Mark, expected: list[tuple[str, int]]) -> None:
+def test_incomparable_runs_are_listed_last_and_unranked(mark: Mark, expected: list[tuple[str, int]]) -> None:
     lines = placed({"marked": [0.9] * 6, "plain": [0.1] * 6}, marked=mark)
     assert [(line.agent, line.rank) for line in lines] == expected
 

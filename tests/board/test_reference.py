@@ -16,7 +16,7 @@ def find(short: str, split: str) -> Reference:
     return line
 
 
-def test_lines_of_the_paper() -> None:
+def test_reference_covers_the_papers_agents_and_splits() -> None:
     assert [(line.split, line.short) for line in LINES] == [
         *(("val_seen", short) for short in ("V/L", "V/O", "L/O", "R/W", "S/P", "H/W")),
         *(("val_unseen", short) for short in ("V/L", "V/O", "L/O", "R/W", "S/P", "H/W")),
@@ -36,18 +36,18 @@ def test_lines_of_the_paper() -> None:
         ("H/E", "test_unseen", (0.806, 1.000, 1.000, 1.000, 1.000, 0.992, 0.990)),
     ],
 )
-def test_numbers(short: str, split: str, total: tuple[float, ...]) -> None:
+def test_reference_scores_match_the_papers_tables(short: str, split: str, total: tuple[float, ...]) -> None:
     assert tuple(find(short, split).rows["total"].values()) == total
 
 
-def test_what_the_paper_leaves_out_is_left_out() -> None:
+def test_metrics_missing_from_the_paper_are_missing() -> None:
     for line in LINES:
         left_out = set(COLUMNS) - set(line.rows["total"])
         assert left_out == ({"CTC-0", "rPOD@CTC-3", "PTC@CTC-3"} if line.short == "S/P" else set())
 
 
 @pytest.mark.parametrize("line", LINES, ids=lambda line: f"{line.split} {line.short}")
-def test_every_line_is_plausible(line: Reference) -> None:
+def test_reference_scores_are_plausible(line: Reference) -> None:
     for row in line.rows.values():
         assert all(0.0 <= value <= 1.0 for value in row.values())
         correct = [row[name] for name in CTC if name in row]

@@ -28,7 +28,7 @@ PLAY = ["--agent", "agents.stop", "--lang", "en"]
         (Access("t"), "10.0.0.1:50551", True),
     ],
 )
-def test_encryption_of_a_connection(access: Access, address: str, encrypts: bool) -> None:
+def test_encryption_depends_on_options_and_address(access: Access, address: str, encrypts: bool) -> None:
     assert access.encrypts(address) is encrypts
 
 
@@ -48,7 +48,7 @@ def test_a_token_is_not_in_the_repr() -> None:
     assert "sesame" not in repr(Access("sesame"))
 
 
-def test_sources_of_the_token(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_token_comes_from_argument_file_or_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def token(*more: str) -> str:
         return access_of(arguments.parse([*PLAY, "--server", "x:1", *more])).token
 
@@ -64,7 +64,7 @@ def test_sources_of_the_token(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.mark.parametrize("content", [b"", b"\n", b"two words", b"two\nlines", "é".encode(), b"\xff", b"a\x00b"])
-def test_malformed_tokens(tmp_path: Path, content: bytes) -> None:
+def test_malformed_token_files_are_refused(tmp_path: Path, content: bytes) -> None:
     file = tmp_path / "token"
     file.write_bytes(content)
     options = arguments.parse([*PLAY, "--server", "x:1", "--token-file", str(file)])
@@ -72,7 +72,7 @@ def test_malformed_tokens(tmp_path: Path, content: bytes) -> None:
         access_of(options)
 
 
-def test_missing_files(tmp_path: Path) -> None:
+def test_missing_token_and_certificate_files_are_reported(tmp_path: Path) -> None:
     for option in ("--token-file", "--tls-ca"):
         options = arguments.parse([*PLAY, "--server", "x:1", option, str(tmp_path / "gone")])
         with pytest.raises(UsageError, match="gone cannot be read: No such file or directory"):
@@ -84,7 +84,7 @@ BROKEN = b"-----BEGIN CERTIFICATE-----\nAAAA\n-----END CERTIFICATE-----\n"
 
 @pytest.mark.parametrize("content", [b"", b"hello", b"\xff\xfe\x00", BROKEN])
 @pytest.mark.parametrize("command", [["--agent", "agents.stop", "--lang", "en"], ["account"]])
-def test_a_file_without_a_certificate(tmp_path: Path, content: bytes, command: list[str]) -> None:
+def test_ca_file_without_a_certificate_is_reported(tmp_path: Path, content: bytes, command: list[str]) -> None:
     (tmp_path / "ca.pem").write_bytes(content)
     program = [sys.executable, "-m", "arramon_client", *command, "--server", "127.0.0.1:1", "--tls-ca", "ca.pem"]
     done = subprocess.run(program, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)

@@ -15,7 +15,7 @@ from arramon_client.plugin.arguments import parse_arguments, parse_value
     ("nan", "nan"), ("NaN", "NaN"), ("-Infinity", "-Infinity"), ("1e999", "1e999"), ("[NaN]", "[NaN]"),
     ("[1, 2", "[1, 2"), ("a=b", "a=b"), ("लाल", "लाल"), ("[" * 190, "[" * 190),
 ])  # fmt: skip
-def test_parsed_values(typed: str, value: object) -> None:
+def test_argument_values_are_parsed_as_json_or_text(typed: str, value: object) -> None:
     found = parse_value(typed)
     assert (found, type(found)) == (value, type(value))
 
@@ -37,13 +37,13 @@ def test_arguments_are_kept_as_typed() -> None:
     ([f"a{n}=" + "x" * 190 for n in range(6)], "with 1152 characters; at most 16 with 1000"),
     (["a=1\n2"], "expected one line"),
 ])  # fmt: skip
-def test_invalid_arguments(typed: list[str], said: str) -> None:
+def test_invalid_arguments_are_refused(typed: list[str], said: str) -> None:
     with pytest.raises(UsageError) as caught:
         parse_arguments(typed)
     assert said in str(caught.value)
 
 
-def test_the_limits_equal_the_servers() -> None:
+def test_argument_limits_equal_the_servers() -> None:
     server: Any = pytest.importorskip("server.runs.agent_arguments", reason="needs the server's package installed")
 
     from arramon_client.plugin import arguments as client

@@ -48,7 +48,7 @@ def write(folder: Path, sources: dict[str, str]) -> None:
 
 
 @pytest.mark.parametrize("program", [MODULE, SCRIPT], ids=["module", "script"])
-def test_an_agent_of_the_project_beside_modules_of_the_same_names(program: list[str], tmp_path: Path) -> None:
+def test_project_agents_load_beside_modules_of_the_same_names(program: list[str], tmp_path: Path) -> None:
     names = ("server.py", "agents/__init__.py", "agents/follower.py", "lang/__init__.py")
     write(tmp_path, dict.fromkeys(names, SHADOW))
     tiny.write(tmp_path / "arramon-data")
@@ -64,7 +64,7 @@ def test_an_agent_of_the_project_beside_modules_of_the_same_names(program: list[
     {"agents/mine.py": OWN_AGENT.replace("agents.random_walk", "agents.base"), "agents/base.py": OWN_BASE,
      "agents/__init__.py": "OWN = True"},
 ], ids=["folder", "nested", "package"])  # fmt: skip
-def test_a_participants_agent_in_a_folder_named_agents(
+def test_participants_agents_load_from_a_folder_named_agents(
     program: list[str], files: dict[str, str], tmp_path: Path
 ) -> None:
     write(tmp_path, {"server.py": SHADOW, "lang/__init__.py": "WORDS = ('left', 'right')", **files})
@@ -75,7 +75,7 @@ def test_a_participants_agent_in_a_folder_named_agents(
 
 
 @pytest.mark.parametrize("package", [True, False], ids=["package", "folder"])
-def test_both_kinds_of_agents_beside_packages_installed_as_copies(package: bool, tmp_path: Path) -> None:
+def test_project_and_own_agents_load_beside_installed_packages(package: bool, tmp_path: Path) -> None:
     # A path on PYTHONPATH takes the place of site-packages; an installation in place is found in another way.
     site, folder = tmp_path / "site", tmp_path / "participant"
     site.mkdir()

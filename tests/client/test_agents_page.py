@@ -59,15 +59,15 @@ SENTENCES = [
 
 
 @pytest.mark.parametrize("sentence", SENTENCES)
-def test_a_number_on_the_page(sentence: str) -> None:
+def test_numbers_on_the_page_match_the_code(sentence: str) -> None:
     assert " ".join(sentence.split()) in " ".join(PAGE.split())  # independent of line breaks
 
 
-def test_the_example_of_the_clocks() -> None:
+def test_clock_example_on_the_page_fits_the_step_time() -> None:
     assert 2 * 6 * 5 <= CONFIG.step_seconds < 2 * 7 * 5
 
 
-def test_the_eye_is_as_high_in_the_street_as_in_the_room() -> None:
+def test_camera_height_is_equal_in_street_and_room() -> None:
     layout = tiny.episode("a").layout
     street = rules.begin(layout)
     for phase in rules.Phase:

@@ -37,7 +37,7 @@ def said(python: Path, folder: Path, *arguments: str) -> str:
     return done.stderr
 
 
-def test_the_projects_agents_are_not_installed(python: Path, tmp_path: Path) -> None:
+def test_missing_project_agents_are_explained(python: Path, tmp_path: Path) -> None:
     assert said(python, tmp_path, "--agent", "agents.random_walk") == (
         "error: no agent 'agents.random_walk': there is no module agents installed or in the working directory "
         f"{tmp_path}. ArraMon's agents are installed with the server: run `pip install .` in a clone of its "
@@ -46,7 +46,7 @@ def test_the_projects_agents_are_not_installed(python: Path, tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("of_others", [False, True])
-def test_the_server_is_not_installed_and_no_episodes_are_announced(
+def test_missing_server_is_reported_before_episodes_are_generated(
     python: Path, tmp_path: Path, of_others: bool
 ) -> None:
     if of_others:  # A folder of the same name in the working directory is not meant.

@@ -46,7 +46,7 @@ def address(world: World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> It
     sys.modules.pop("cli_agents", None)
 
 
-def test_a_run_from_beginning_to_end(world: World, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_run_is_played_reported_and_saved(world: World, address: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--agent", "cli_agents", "--lang", "en", "--server", address, "--participant", "me"]) == 0
     assert (world.run.agent, world.run.split, world.run.language) == ("cli_agents", "val_seen", "en")
     assert (world.run.participant, list(world.run.sensors)) == ("me", [])
@@ -139,7 +139,9 @@ def test_a_dry_run_plays_no_more_than_requested(
     assert (list(world.requests[0].episode_ids), world.requests[0].episodes) == (named, number)
 
 
-def test_a_dry_run_of_a_failing_agent(world: World, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_dry_run_of_a_failing_agent_shows_its_error(
+    world: World, address: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     world.order = world.order[:2]
     assert main(["--agent", "cli_agents:Failing", "--lang", "en", "--server", address, "--dry-run"]) == 3
     shown = capsys.readouterr().err
@@ -244,7 +246,7 @@ def test_a_run_is_resumed_only_with_its_arguments(
     assert main([*TAKING, *command]) == 0
 
 
-def test_no_server(tmp_path: Path, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_unreachable_server_is_reported(tmp_path: Path, address: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--agent", "cli_agents", "--lang", "en", "--server", f"unix:{tmp_path}/none"]) == 1
     assert f"error: no server answers at unix:{tmp_path}/none" in capsys.readouterr().err
 
@@ -276,7 +278,9 @@ def test_an_interrupt_prints_the_resume_command_which_completes_the_run(
     assert world.opens[-1].adopt
 
 
-def test_a_complete_run_is_only_reported(world: World, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_resuming_a_complete_run_only_reports_it(
+    world: World, address: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["--agent", "cli_agents", "--lang", "en", "--server", address]) == 0
     assert main(["--agent", "cli_agents", "--server", address, "--resume", "run-1"]) == 0
     assert len(world.opens) == 1
@@ -326,7 +330,7 @@ def test_a_run_is_resumed_only_with_its_settings(
     (["--agent", "a", "--resume", "q"], "arramon-client --agent a --resume r"),
     (["--resume=q", "--agent", "my agent"], "arramon-client --agent 'my agent' --resume r"),
 ])  # fmt: skip
-def test_the_resume_command(argv: list[str], command: str) -> None:
+def test_resume_command_keeps_the_arguments_and_names_the_run(argv: list[str], command: str) -> None:
     assert resume_command(argv, "r") == command
 
 

@@ -30,12 +30,12 @@ def test_every_call_carries_the_protocol_version(world: World) -> None:
     assert servicer.metadata[0]["arramon-protocol"] == "1"
 
 
-def test_a_unix_socket(world: World, tmp_path: Path) -> None:
+def test_client_connects_over_a_unix_socket(world: World, tmp_path: Path) -> None:
     with serving(Servicer(world), f"unix:{tmp_path}/s") as address, connect(address) as server:
         assert server.info.protocol == 1
 
 
-def test_no_server_answers() -> None:
+def test_unreachable_server_is_reported() -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         address = f"127.0.0.1:{taken.getsockname()[1]}"
@@ -43,7 +43,7 @@ def test_no_server_answers() -> None:
             pass
 
 
-def test_another_program_answers() -> None:
+def test_server_of_another_kind_is_reported() -> None:
     pool = ThreadPoolExecutor(1)
     other = grpc.server(pool)
     port = other.add_insecure_port("127.0.0.1:0")
@@ -56,7 +56,7 @@ def test_another_program_answers() -> None:
         pool.shutdown()
 
 
-def test_a_server_that_refuses_the_protocol(world: World) -> None:
+def test_protocol_refusal_is_a_version_mismatch(world: World) -> None:
     class Refusing(Servicer):
         def GetServerInfo(self, request: pb.GetServerInfoRequest, context: Any) -> pb.ServerInfo:  # noqa: N802
             context.abort(grpc.StatusCode.FAILED_PRECONDITION, "this server speaks protocol 2")
@@ -71,7 +71,7 @@ def test_a_server_that_refuses_the_protocol(world: World) -> None:
 
 
 @pytest.mark.parametrize(("protocol", "older"), [(2, "upgrade this client"), (0, "upgrade the server")])
-def test_another_protocol(world: World, protocol: int, older: str) -> None:
+def test_version_mismatch_names_the_side_to_upgrade(world: World, protocol: int, older: str) -> None:
     world.info.protocol = protocol
     with serving(Servicer(world)) as address, pytest.raises(VersionMismatchError, match=older), connect(address):
         pass
@@ -103,7 +103,9 @@ class Failure(grpc.RpcError):
     (grpc.StatusCode.PERMISSION_DENIED, "", RefusedError, "no reason was given"),
     (grpc.StatusCode.ALREADY_EXISTS, "", RefusedError, "no reason was given"),
 ])  # fmt: skip
-def test_statuses(code: grpc.StatusCode, details: str, kind: type[ArramonClientError], said: str) -> None:
+def test_grpc_statuses_map_to_client_errors(
+    code: grpc.StatusCode, details: str, kind: type[ArramonClientError], said: str
+) -> None:
     error = explain(Failure(code, details), "here")
     assert type(error) is kind
     assert said in str(error)
@@ -113,5 +115,5 @@ def test_statuses(code: grpc.StatusCode, details: str, kind: type[ArramonClientE
     ("unix:/tmp/x", True), ("localhost:50051", True), ("127.0.0.1:1", True), ("127.8.8.8:1", True), ("[::1]:5", True),
     ("dns:///localhost:1", True), ("10.0.0.1:1", False), ("arramon.example.org:443", False), ("[2001:db8::1]:1", False),
 ])  # fmt: skip
-def test_local_addresses(address: str, local: bool) -> None:
+def test_local_addresses_are_recognised(address: str, local: bool) -> None:
     assert is_local(address) is local

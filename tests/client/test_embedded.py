@@ -37,7 +37,7 @@ def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     return "scripted_server"
 
 
-def test_it_serves_and_stops_cleanly(module: str, tmp_path: Path) -> None:
+def test_embedded_server_serves_and_stops_cleanly(module: str, tmp_path: Path) -> None:
     notices: list[str] = []
     with embedded_server(tmp_path, module=module, notify=notices.append) as embedded:
         assert notices == ["compiling something; this is done once"]
@@ -70,7 +70,7 @@ def test_the_output_of_a_server_that_fails_to_start_is_shown(module: str, tmp_pa
         pass
 
 
-def test_none_installed(tmp_path: Path) -> None:
+def test_missing_server_package_is_reported(tmp_path: Path) -> None:
     with (
         pytest.raises(EmbeddedServerError, match="install it, or name a server with --server"),
         embedded_server(tmp_path, module="no_such_server"),
@@ -97,7 +97,9 @@ def test_the_server_does_not_outlive_a_killed_client(module: str, tmp_path: Path
 
 
 @pytest.mark.parametrize(("value", "path"), [(None, "arramon-data"), ("", "arramon-data"), ("/srv/data", "/srv/data")])
-def test_the_data_folder(monkeypatch: pytest.MonkeyPatch, value: str | None, path: str) -> None:
+def test_data_folder_comes_from_the_environment_or_default(
+    monkeypatch: pytest.MonkeyPatch, value: str | None, path: str
+) -> None:
     if value is None:
         monkeypatch.delenv("ARRAMON_DATA", raising=False)
     else:

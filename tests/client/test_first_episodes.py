@@ -51,13 +51,13 @@ def test_a_small_split_is_generated_with_the_generators_output(
     assert (said.out, said.err) == ("", "12 of 12 episodes\n")
 
 
-def test_quiet(module: str, data: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_quiet_generation_prints_nothing(module: str, data: Path, capfd: pytest.CaptureFixture[str]) -> None:
     make_episodes(data, module=module, quiet=True)
     assert capfd.readouterr() == ("", "")
 
 
 @pytest.mark.parametrize("name", ["splits/.new-1/val_unseen/episodes.jsonl", "splits/sections", "journal.db"])
-def test_folders_without_a_split(data: Path, name: str) -> None:
+def test_folders_without_a_split_hold_no_episodes(data: Path, name: str) -> None:
     (data / name).parent.mkdir(parents=True)
     (data / name).touch()
     assert not holds_episodes(data)
@@ -72,7 +72,7 @@ def test_a_failing_generator_prints_the_reason(
     assert capfd.readouterr().err == "no room left on the disk\n"
 
 
-def test_none_installed(data: Path) -> None:
+def test_missing_server_package_is_reported(data: Path) -> None:
     with pytest.raises(EmbeddedServerError, match="arramon-server is not installed"):
         make_episodes(data, module="no_such_server")
 
@@ -105,7 +105,7 @@ def play(data: Path, output: Path, *more: str) -> "subprocess.CompletedProcess[s
     return subprocess.run(command, capture_output=True, text=True, timeout=900, check=False, cwd=ROOT)
 
 
-def test_a_requested_split_is_not_generated(data: Path, tmp_path: Path) -> None:
+def test_missing_requested_split_is_reported_not_generated(data: Path, tmp_path: Path) -> None:
     done = play(data, tmp_path / "results", "--split", "val_seen")
     assert done.returncode == 1
     assert "no episodes in" in done.stderr

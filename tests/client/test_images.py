@@ -43,7 +43,7 @@ def test_compressed_rgb_is_exact() -> None:
     assert np.array_equal(decoded, RGB)
 
 
-def test_a_frame_of_another_encoder() -> None:
+def test_zstd_frames_of_another_encoder_are_decoded() -> None:
     """Six zeros and the frame's own words: magic, single segment, content size 6, one last RLE block."""
     data = bytes.fromhex("28b52ffd200633000000")
     assert ImageDecoder().rgb(message(RGB[:1, :2], ENCODING_ZSTD, data)).tolist() == [[[0, 0, 0], [0, 0, 0]]]
@@ -92,12 +92,12 @@ def test_a_segmentation_is_unchanged(encoding: int, data: bytes) -> None:
     (ENCODING_UNSPECIFIED, RGB.tobytes(), "an image with 3 bytes per pixel has the encoding 0"),
     (9, RGB.tobytes(), "an image with 3 bytes per pixel has the encoding 9"),
 ])  # fmt: skip
-def test_invalid_images(encoding: int, data: bytes, said: str) -> None:
+def test_invalid_images_are_refused(encoding: int, data: bytes, said: str) -> None:
     with pytest.raises(ProtocolError, match=said):
         ImageDecoder().rgb(message(RGB, encoding, data))
 
 
-def test_shared_images_without_shared_memory() -> None:
+def test_shared_images_without_shared_memory_are_refused() -> None:
     image = types_pb2.Image(height=5, width=7, encoding=types_pb2.ENCODING_SHARED)
     with pytest.raises(ProtocolError, match="an image with 3 bytes per pixel has the encoding 4"):
         ImageDecoder().rgb(image)
@@ -109,7 +109,7 @@ def test_shared_images_without_shared_memory() -> None:
     (ENCODING_ZSTD, zstd(bytes(12))[:-1], "a Zstandard image cannot be decoded"),
     (ENCODING_JPEG, jpeg(SMOOTH), "an image with 2 bytes per pixel has the encoding 3"),
 ])  # fmt: skip
-def test_invalid_depth_maps(encoding: int, data: bytes, said: str) -> None:
+def test_invalid_depth_maps_are_refused(encoding: int, data: bytes, said: str) -> None:
     with pytest.raises(ProtocolError, match=said):
         ImageDecoder().depth(message(DEPTH, encoding, data))
     with pytest.raises(ProtocolError, match=said):

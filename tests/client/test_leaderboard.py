@@ -110,7 +110,9 @@ def address(world: World, board: Board) -> Iterator[str]:
         yield served
 
 
-def test_the_table(board: Board, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_leaderboard_table_shows_ranks_scores_and_marks(
+    board: Board, address: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["leaderboard", "--server", address, "--lang", "en"]) == 0
     lines = [line.split() for line in capsys.readouterr().out.splitlines()]
     best = next(n for n, line in enumerate(lines) if line[:1] == ["1="])
@@ -165,7 +167,7 @@ def test_the_smallest_gap(board: Board, address: str, capsys: pytest.CaptureFixt
     assert main(["leaderboard", "--server", address, "--smallest-gap", "2"]) == 2
 
 
-def test_an_empty_list(board: Board, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_empty_leaderboard_is_explained(board: Board, address: str, capsys: pytest.CaptureFixture[str]) -> None:
     board.lines = []
     assert main(["leaderboard", "--server", address]) == 0
     assert "no published runs yet; each language has a separate list, see --lang" in capsys.readouterr().out
@@ -182,18 +184,20 @@ def test_exports_are_printed_unchanged(
     assert board.asked == [pb.ExportRequest(split="val_seen", language="hi", sort="PTC@CTC-3", format=form)]  # type: ignore[arg-type]
 
 
-def test_publishing(board: Board, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_publish_command_publishes_a_run_with_its_note(
+    board: Board, address: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["publish", "r7", "--note", "code: example.org", "--server", address]) == 0
     assert board.asked == [pb.PublishRequest(run_id="r7", note="code: example.org")]
     assert capsys.readouterr().out == "published: mine by lab on val_seen, hi; partial (25%)\n"
 
 
-def test_a_refusal_is_shown(address: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_refused_publication_is_shown(address: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["publish", "running", "--server", address]) == 1
     assert capsys.readouterr().err == "error: run 'running' is still being played (FAILED_PRECONDITION)\n"
 
 
-def test_withdrawing(board: Board, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_withdraw_command_withdraws_a_run(board: Board, address: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["withdraw", "r7", "--server", address]) == 0
     assert board.asked == [pb.WithdrawRequest(run_id="r7")]
     assert capsys.readouterr().out == "withdrawn: r7\n"
@@ -207,6 +211,6 @@ def test_a_split_must_be_selected_if_there_are_several(
     assert capsys.readouterr().err == "error: select a split with --split: val_seen, val_unseen\n"
 
 
-def test_a_server_and_data_of_this_machine_exclude_each_other(address: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_server_and_data_options_exclude_each_other(address: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["leaderboard", "--server", address, "--data", "here"]) == 2
     assert "--data applies to runs on this machine" in capsys.readouterr().err

@@ -37,18 +37,18 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     (GOOD + "class Box:\n    Inner = Agent", "mine_a:Box.Inner"),
     ("from arramon_client import Agent\n" + GOOD.replace("Agent", "Other") + "make_agent = Other", "mine_a"),
 ])  # fmt: skip
-def test_ways_to_name_an_agent(folder: Path, source: str, spec: str) -> None:
+def test_agents_load_by_module_class_factory_or_instance(folder: Path, source: str, spec: str) -> None:
     (folder / "mine_a.py").write_text(source)
     assert load_agent(spec).act([]) == []
 
 
-def test_a_module_in_a_package_of_the_working_directory(folder: Path) -> None:
+def test_agents_load_from_packages_in_the_working_directory(folder: Path) -> None:
     (folder / "team").mkdir()
     (folder / "team" / "vl.py").write_text(GOOD)
     assert type(load_agent("team.vl")).__name__ == "Agent"
 
 
-def test_an_entry_point(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_agents_load_by_entry_point(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (folder / "mine_b.py").write_text(GOOD)
     entry = EntryPoint(name="fancy", value="mine_b:Agent", group=loader.ENTRY_POINTS)
     monkeypatch.setattr(loader, "entry_points", lambda group: [entry] if group == "arramon.agents" else [])
@@ -81,7 +81,9 @@ def test_an_entry_point(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ("class Agent:\n    def act(self, o): pass", "mine_c", "Agent has no method begin(episode)", ""),
     ("class Agent: pass", "mine_c", "no method begin(episode) and no method act(observations)", ""),
 ])  # fmt: skip
-def test_errors_for_the_agents_author(folder: Path, source: str, spec: str, said: str, details: str) -> None:
+def test_loading_errors_show_only_the_agents_own_frames(
+    folder: Path, source: str, spec: str, said: str, details: str
+) -> None:
     (folder / "mine_c.py").write_text(source)
     with pytest.raises(AgentLoadError) as caught:
         load_agent(spec)
@@ -130,7 +132,7 @@ def test_arguments_reach_the_constructor(
      "Strict(checkpoint='w', beam=10) raised ValueError: too wide"),
     ("mine_e:ready", {"beam": 4}, "it is an instance, and accepts no --agent-arg"),
 ])  # fmt: skip
-def test_arguments_that_do_not_match_the_signature(
+def test_arguments_that_do_not_match_the_signature_are_refused(
     folder: Path, spec: str, arguments: dict[str, object], said: str
 ) -> None:
     (folder / "mine_e.py").write_text(TAKES)

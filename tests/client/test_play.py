@@ -66,7 +66,7 @@ def test_progress_counts_episodes_and_steps(server: Server, run: pb.Run) -> None
     {1: "before"}, {1: "after"}, {7: "before"}, {7: "after"}, {20: "after"}, {20: "before"},
     {2: "after", 3: "before", 9: "after", 14: "before", 15: "after"},
 ])  # fmt: skip
-def test_a_cut_stream_changes_nothing(server: Server, world: World, run: pb.Run, cut: dict[int, str]) -> None:
+def test_cut_streams_do_not_change_the_actions(server: Server, world: World, run: pb.Run, cut: dict[int, str]) -> None:
     world.cut = cut
     agent = Recorder()
     outcome, notices = played(server, run, agent)
@@ -193,7 +193,7 @@ def test_episodes_given_to_another_player_are_dropped(server: Server, world: Wor
     assert [step for episode, step in agent.asked if episode == "e0"] == [0, 1]
 
 
-def test_not_your_episode_is_reported_and_the_others_go_on(server: Server, world: World, run: pb.Run) -> None:
+def test_not_your_episode_problem_does_not_stop_other_episodes(server: Server, world: World, run: pb.Run) -> None:
     world.problems = {2: pb.Problem.CODE_NOT_YOUR_EPISODE}
     world.causes["e1"] = types_pb2.CAUSE_TIME_LIMIT
     world.players["e1"] = "another"

@@ -26,7 +26,7 @@ class Clock:
     (10.0, Progress(100, 100, 500), "50 steps/s"),
     (8.0, Progress(12, 11, 4), "0 steps/s, 8 s left"),
 ])  # fmt: skip
-def test_pace_counts_from_its_start(seconds: float, state: Progress, text: str) -> None:
+def test_pace_is_measured_from_its_start(seconds: float, state: Progress, text: str) -> None:
     clock = Clock()
     pace = Pace(clock)
     pace.describe(Progress(state.episodes, 10, 0))
@@ -34,7 +34,7 @@ def test_pace_counts_from_its_start(seconds: float, state: Progress, text: str) 
     assert pace.describe(state) == text
 
 
-def test_without_a_terminal_a_line_every_ten_seconds() -> None:
+def test_without_a_terminal_a_line_is_printed_every_ten_seconds() -> None:
     clock, output = Clock(), io.StringIO()
     show = progress_lines(Console(file=output, width=100), clock)
     for step in range(51):

@@ -4,7 +4,7 @@ import arramon_client
 from arramon_client import agent
 
 
-def test_public_names() -> None:
+def test_public_names_are_stable() -> None:
     assert sorted(arramon_client.__all__) == [
         "Access",
         "Action", "Agent", "AgentError", "AgentFailure", "AgentLoadError", "AgentStoppedError", "ArramonClientError",
@@ -16,7 +16,7 @@ def test_public_names() -> None:
     assert all(hasattr(arramon_client, name) for name in arramon_client.__all__)
 
 
-def test_the_contract() -> None:
+def test_agent_contract_fields_are_stable() -> None:
     assert [(action.name, action.value) for action in agent.Action] == [
         ("FORWARD", 0), ("LEFT", 1), ("RIGHT", 2), ("INTERACT", 3),
     ]  # fmt: skip

@@ -190,7 +190,7 @@ def observation(step: int, **fields: Any) -> Observation:
 @pytest.mark.parametrize(
     "episode_id", ["../../x", "..", ".", "", "/etc/passwd", "a/b", "a\\b", "a\0b", "लाल", "x" * 300, "CON:", ".hidden"]
 )
-def test_no_id_escapes_the_folder(tmp_path: Path, episode_id: str) -> None:
+def test_episode_ids_never_escape_the_recording_folder(tmp_path: Path, episode_id: str) -> None:
     name = folder_name(episode_id)
     assert (tmp_path / name).resolve().parent == tmp_path.resolve()
     assert len(name.encode()) < 100
@@ -198,7 +198,7 @@ def test_no_id_escapes_the_folder(tmp_path: Path, episode_id: str) -> None:
     (tmp_path / name).mkdir()
 
 
-def test_plain_ids_are_their_own_folders() -> None:
+def test_plain_episode_ids_name_their_folders() -> None:
     assert [folder_name(name) for name in ("8900", "val-unseen_12.a")] == ["8900", "val-unseen_12.a"]
 
 

@@ -40,7 +40,7 @@ def rendered(report: pb.Report, width: int) -> str:
 
 
 @pytest.mark.parametrize("width", [80, 100])
-def test_the_table_has_the_papers_columns_and_fits(report: pb.Report, width: int) -> None:
+def test_score_table_has_the_papers_columns_and_fits_the_width(report: pb.Report, width: int) -> None:
     lines = rendered(report, width).splitlines()
     table = "\n".join(lines)
     assert "…" not in table
@@ -69,7 +69,7 @@ def test_a_missing_score_is_a_dash(report: pb.Report) -> None:
     assert total.split() == ["total"] + ["-"] * 7
 
 
-def test_the_file_holds_everything(report: pb.Report, tmp_path: Path) -> None:
+def test_results_file_holds_run_scores_and_failures(report: pb.Report, tmp_path: Path) -> None:
     failure = AgentFailure(("e1",), "act() raised ValueError: नहीं", "Traceback ...")
     path = write_results(report, [failure], tmp_path)
     assert path == tmp_path / "r7.json"
@@ -104,7 +104,7 @@ def test_an_output_folder_is_created(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("folder", ["file", "file/below", "/proc/arramon"])
-def test_an_output_folder_that_cannot_be_written(tmp_path: Path, folder: str) -> None:
+def test_unwritable_output_folder_is_reported(tmp_path: Path, folder: str) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="results cannot be written to"):
         check_output(tmp_path / folder)

@@ -23,7 +23,7 @@ INFO = pb.ServerInfo(
 @pytest.mark.parametrize(("language", "split", "name"), [
     ("hi", None, "val_seen"), ("hi", "val_seen", "val_seen"), ("en", "train", "train"),
 ])  # fmt: skip
-def test_the_split(language: str, split: str | None, name: str) -> None:
+def test_split_is_chosen_by_name_or_language(language: str, split: str | None, name: str) -> None:
     assert run_settings.choose_split(INFO, language, split).name == name
 
 
@@ -35,7 +35,9 @@ def test_the_split(language: str, split: str | None, name: str) -> None:
     (INFO, "en", None, "several splits have the language 'en'; select one with --split: test_unseen, train, val_seen"),
     (pb.ServerInfo(), "en", None, "the server has no episodes"),
 ])  # fmt: skip
-def test_no_such_split(info: pb.ServerInfo, language: str, split: str | None, said: str) -> None:
+def test_unavailable_splits_and_languages_are_refused(
+    info: pb.ServerInfo, language: str, split: str | None, said: str
+) -> None:
     with pytest.raises(UsageError, match=re.escape(said)):
         run_settings.choose_split(info, language, split)
 
@@ -54,7 +56,9 @@ class Privileged(Bare):
     (Bare(), None, 0, ("rgb", "depth")), (Bare(), (), 0, ()), (Bare(), ("rgb",), 2, ("rgb",)),
     (Privileged(), None, 0, ("pose", "oracle")), (Privileged(), ("rgb",), 2, ("rgb",)),
 ])  # fmt: skip
-def test_the_sensors(agent: Bare, asked: tuple[str, ...] | None, split: int, sensors: tuple[str, ...]) -> None:
+def test_sensors_come_from_the_option_or_the_agent(
+    agent: Bare, asked: tuple[str, ...] | None, split: int, sensors: tuple[str, ...]
+) -> None:
     assert run_settings.choose_sensors(agent, asked, INFO.splits[split]) == sensors
 
 
@@ -65,7 +69,7 @@ def test_a_hidden_split_has_no_privileged_sensor() -> None:
 
 
 @pytest.mark.parametrize("own", ["rgb", "rgb,depth", "", None, 3, ("rgb", 3), {"rgb": True}])
-def test_invalid_sensors_attributes(own: object) -> None:
+def test_invalid_sensors_attributes_are_refused(own: object) -> None:
     agent = Privileged()
     agent.sensors = own  # type: ignore[assignment]
     with pytest.raises(UsageError, match=r"the agent's attribute sensors is .*, expected a tuple of names") as refused:
@@ -79,7 +83,9 @@ def test_invalid_sensors_attributes(own: object) -> None:
     (None, "[::1]:1", types_pb2.ENCODING_RAW), (None, "far.example:1", types_pb2.ENCODING_ZSTD),
     ("zstd", "unix:/tmp/s", types_pb2.ENCODING_ZSTD), ("raw", "far.example:1", types_pb2.ENCODING_RAW),
 ])  # fmt: skip
-def test_the_encoding(asked: str | None, address: str, encoding: types_pb2.Encoding.ValueType) -> None:
+def test_encoding_depends_on_option_and_address(
+    asked: str | None, address: str, encoding: types_pb2.Encoding.ValueType
+) -> None:
     assert run_settings.choose_encoding(INFO, asked, address) == encoding
 
 
@@ -88,7 +94,7 @@ def test_the_encoding(asked: str | None, address: str, encoding: types_pb2.Encod
     ([types_pb2.ENCODING_JPEG, types_pb2.ENCODING_ZSTD], "unix:/tmp/s", types_pb2.ENCODING_ZSTD),
     ([types_pb2.ENCODING_JPEG, types_pb2.ENCODING_SHARED], "unix:/tmp/s", types_pb2.ENCODING_SHARED),
 ])  # fmt: skip
-def test_lossy_encodings_only_on_request(
+def test_lossy_encodings_are_used_only_on_request(
     offered: list[types_pb2.Encoding.ValueType], address: str, encoding: types_pb2.Encoding.ValueType
 ) -> None:
     assert run_settings.choose_encoding(pb.ServerInfo(encodings=offered), None, address) == encoding
@@ -97,7 +103,7 @@ def test_lossy_encodings_only_on_request(
 
 
 @pytest.mark.parametrize(("asked", "quality"), [(None, 0), (75, 75)])
-def test_the_quality(asked: int | None, quality: int) -> None:
+def test_jpeg_quality_is_passed_on_or_left_to_the_server(asked: int | None, quality: int) -> None:
     assert run_settings.choose_jpeg_quality(types_pb2.ENCODING_JPEG, asked) == quality
 
 
@@ -110,11 +116,11 @@ def test_quality_requires_jpeg() -> None:
 @pytest.mark.parametrize(
     ("asked", "limit", "chosen"), [(None, 16, 8), (None, 4, 4), (16, 16, 16), (1, 16, 1), (99, 0, 99)]
 )
-def test_the_number_of_parallel_episodes(asked: int | None, limit: int, chosen: int) -> None:
+def test_parallel_episodes_stay_within_the_servers_limit(asked: int | None, limit: int, chosen: int) -> None:
     assert run_settings.choose_parallel(pb.ServerInfo(max_episodes_per_stream=limit), asked) == chosen
 
 
-def test_settings_that_the_server_does_not_offer() -> None:
+def test_settings_not_offered_by_the_server_are_refused() -> None:
     with pytest.raises(UsageError, match="does not offer the encoding 'jpeg'; it offers raw, zstd"):
         run_settings.choose_encoding(INFO, "jpeg", "localhost:1")
     with pytest.raises(UsageError, match="does not offer images of 96 pixels; it offers 128, 224"):

@@ -86,7 +86,7 @@ def test_runs_are_listed_and_filtered(server: Server, capsys: pytest.CaptureFixt
     assert (status, f"there is no run {first!r}" in err) == (1, True)
 
 
-def test_more_runs_than_fit_a_page(server: Server, capsys: pytest.CaptureFixture[str]) -> None:
+def test_runs_are_listed_across_pages(server: Server, capsys: pytest.CaptureFixture[str]) -> None:
     ann = Ann(server, "busy", capsys)
     with Person(server.address, ann.token) as person:
         made = [create(person.stub, episodes=1).run_id for _ in range(103)]
@@ -94,7 +94,7 @@ def test_more_runs_than_fit_a_page(server: Server, capsys: pytest.CaptureFixture
     assert [run["run_id"] for run in ann.listed("--limit", "103")] == made[::-1]
 
 
-def test_the_version(capsys: pytest.CaptureFixture[str]) -> None:
+def test_version_option_prints_the_clients_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["--version"]) == 0
     assert capsys.readouterr().out == f"arramon-client {version('arramon-client')}\n"
 

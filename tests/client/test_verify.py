@@ -89,7 +89,7 @@ def verify(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Verify:
     return Verify(tmp_path, capsys)
 
 
-def test_a_receipt_signed_by_the_host(verify: Verify) -> None:
+def test_receipt_signed_by_the_host_is_verified(verify: Verify) -> None:
     status, out, err = verify(signed(payload()), "--key", HOST_KEY)
     assert (status, err) == (0, "")
     assert "walker on tiny, en, 3 episodes" in out
@@ -102,7 +102,7 @@ def test_a_receipt_signed_by_the_host(verify: Verify) -> None:
     assert f"signed with the key given, {HOST_KEY}\n" in out
 
 
-def test_without_a_key_the_output_says_that_it_was_not_checked(verify: Verify) -> None:
+def test_without_a_key_the_output_says_the_key_was_not_checked(verify: Verify) -> None:
     status, out, _ = verify(signed(payload(), ANOTHER))
     assert status == 3
     assert f"signed with the key {ANOTHER_KEY}. It was NOT checked that this is the host's key" in out
@@ -114,7 +114,7 @@ def pem(key: Ed25519PrivateKey) -> str:
 
 
 @pytest.mark.parametrize("content", [HOST_KEY, HOST_KEY.upper() + "\n", pem(HOST)])
-def test_a_key_from_a_file(verify: Verify, tmp_path: Path, content: str) -> None:
+def test_key_is_read_from_a_file(verify: Verify, tmp_path: Path, content: str) -> None:
     (tmp_path / "key").write_text(content)
     assert verify(signed(payload()), "--key", str(tmp_path / "key"))[0] == 0
     said = verify.refused(signed(payload(), ANOTHER), "--key", str(tmp_path / "key"))
@@ -126,18 +126,18 @@ def test_a_key_from_a_file(verify: Verify, tmp_path: Path, content: str) -> None
 @pytest.mark.parametrize(
     "content", ["", "hello", HOST_KEY[:-1], "-----BEGIN PUBLIC KEY-----\nAAAA\n-----END PUBLIC KEY-----"]
 )
-def test_a_file_without_a_key(verify: Verify, tmp_path: Path, content: str) -> None:
+def test_key_file_without_a_key_is_refused(verify: Verify, tmp_path: Path, content: str) -> None:
     (tmp_path / "key").write_text(content)
     said = verify.refused(signed(payload()), "--key", str(tmp_path / "key"))
     assert "contains no public key: expected 64 hexadecimal digits, or Ed25519 in PEM" in said
 
 
-def test_no_such_key_file(verify: Verify) -> None:
+def test_missing_key_file_is_reported(verify: Verify) -> None:
     said = verify.refused(signed(payload()), "--key", "nowhere")
     assert said.startswith("error: nowhere is neither a hexadecimal key nor a readable file")
 
 
-def test_the_key_of_a_server(verify: Verify, world: World) -> None:
+def test_key_is_fetched_from_the_server(verify: Verify, world: World) -> None:
     with serving(Servicer(world)) as address:
         assert "has no key and does not sign receipts" in verify.refused(signed(payload()), "--server", address)
         world.info.public_key = bytes.fromhex(HOST_KEY)
@@ -185,22 +185,22 @@ NOT_DIGITS = "is not a results file: its actions are not strings of the digits 0
     (signed(payload(digest="00" * 32)), "FILE is inconsistent: its digest does not match its episodes"),
     (signed(payload(episodes=EPISODES[::-1])), "FILE is inconsistent: its digest does not match its episodes"),
 ])  # fmt: skip
-def test_invalid_receipts(verify: Verify, content: object, said: str) -> None:
+def test_invalid_receipts_are_refused(verify: Verify, content: object, said: str) -> None:
     assert verify.refused(content, "--key", HOST_KEY) == f"error: {said}"
 
 
-def test_a_missing_file(verify: Verify, capsys: pytest.CaptureFixture[str]) -> None:
+def test_missing_receipt_file_is_reported(verify: Verify, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["verify", "nowhere.receipt.json"]) == 1
     assert capsys.readouterr().err == "error: nowhere.receipt.json cannot be read: No such file or directory\n"
 
 
 @pytest.mark.parametrize("argv", [["verify"], ["verify", "x", "--key", "y", "--server", "z"]])
-def test_wrong_usage(argv: Sequence[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_wrong_usage_prints_the_usage(argv: Sequence[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(argv) == 2
     assert "usage: arramon-client verify" in capsys.readouterr().err
 
 
-def test_the_results_beside_it_are_checked(verify: Verify) -> None:
+def test_results_file_beside_the_receipt_is_checked(verify: Verify) -> None:
     path = verify.path.with_name("r7.json")
     path.write_text(json.dumps(results()))
     status, out, _ = verify(signed(payload()), "--key", HOST_KEY)
@@ -228,14 +228,16 @@ OTHER_SCORES = {**SCORES, "total": {"nDTW": {"mean": 0.26, "low": 0.125, "high":
     ({"run": {}}, "RESULTS is not a results file: it has no run and no metrics"),
     ("", "RESULTS is not a results file: it has no run and no metrics"),
 ])  # fmt: skip
-def test_results_that_do_not_match_the_receipt(verify: Verify, tmp_path: Path, content: object, said: str) -> None:
+def test_results_that_do_not_match_the_receipt_are_refused(
+    verify: Verify, tmp_path: Path, content: object, said: str
+) -> None:
     path = tmp_path / "mine.json"
     path.write_text(json.dumps(content))
     found = verify.refused(signed(payload()), "--key", HOST_KEY, "--results", str(path))
     assert found.replace(str(path), "RESULTS") == f"error: {said}"
 
 
-def test_every_episode_that_differs_is_named(verify: Verify, tmp_path: Path) -> None:
+def test_every_differing_episode_is_named(verify: Verify, tmp_path: Path) -> None:
     path = tmp_path / "mine.json"
     path.write_text(json.dumps(results(actions={"e1": "010", "e2": "", "e3": ""}, metrics=OTHER_SCORES)))
     status, out, err = verify(signed(payload()), "--key", HOST_KEY, "--results", str(path))
@@ -255,7 +257,7 @@ def test_every_episode_that_differs_is_named(verify: Verify, tmp_path: Path) -> 
     (lambda path: path.write_text("{"), "RESULTS is not a results file: it is not JSON, or was truncated"),
     (lambda path: None, "RESULTS cannot be read: No such file or directory"),
 ])  # fmt: skip
-def test_results_that_cannot_be_read(
+def test_unreadable_results_files_are_reported(
     verify: Verify, tmp_path: Path, write: Callable[[Path], object], said: str
 ) -> None:
     path = tmp_path / "mine.json"

@@ -1,4 +1,4 @@
-"""A backup is made while a server plays, and a server that is started on it goes on."""
+"""Backups: made while a server plays; a server started on one continues the runs."""
 
 import shutil
 import stat
@@ -41,7 +41,9 @@ from tests.serving import Server
 
 
 @pytest.mark.slow
-def test_a_server_that_lost_all_goes_on_from_a_backup(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_server_continues_from_a_backup_after_losing_its_data(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     data, backup, url = tmp_path / "data", tmp_path / "backup", journal_url(tmp_path / "data")
     tiny.write(data, count=EPISODES)
     secret = host_secret(data)
@@ -98,7 +100,7 @@ def config(tmp_path: Path) -> Config:
     return config
 
 
-def test_a_backup_is_its_owners_alone(config: Config, tmp_path: Path) -> None:
+def test_backup_is_readable_by_its_owner_only(config: Config, tmp_path: Path) -> None:
     assert back_up(config, tmp_path / "backup") == [JOURNAL, "secret", KEY, "splits", "splits/tiny", "splits/unseen"]
     private = ("", JOURNAL, "secret", KEY, "splits/unseen")
     modes = {name: stat.S_IMODE((tmp_path / "backup" / name).stat().st_mode) for name in private}
@@ -108,7 +110,7 @@ def test_a_backup_is_its_owners_alone(config: Config, tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["backup", "data"]
 
 
-def test_a_key_that_lies_elsewhere_is_where_a_server_looks_for_it(tmp_path: Path) -> None:
+def test_signing_key_stored_elsewhere_is_restored_from_a_backup(tmp_path: Path) -> None:
     config = Config(data=tmp_path / "data", signing_key=tmp_path / "keys" / "host.pem")
     config.data.mkdir()
     with closing(Database(config.journal_url)) as database:
@@ -118,7 +120,7 @@ def test_a_key_that_lies_elsewhere_is_where_a_server_looks_for_it(tmp_path: Path
     assert SigningKey(restored.signing_key_path).public == SigningKey(config.signing_key_path).public
 
 
-def test_with_postgresql_the_journal_comes_along_too(cluster: Cluster, tmp_path: Path) -> None:
+def test_backup_includes_an_export_of_a_postgresql_journal(cluster: Cluster, tmp_path: Path) -> None:
     config = Config(data=tmp_path / "data", journal=cluster.create())
     config.data.mkdir()
     backup = tmp_path / "backup"
@@ -180,7 +182,7 @@ def backup_there(data: Path) -> None:
         (backup_there, BadInput, "exists already"),
     ],
 )
-def test_what_would_not_be_whole_is_refused_and_leaves_nothing(
+def test_incomplete_backup_is_refused_and_leaves_no_files(
     config: Config, tmp_path: Path, spoil: Callable[[Path], None], error: type[ArraMonError], says: str
 ) -> None:
     spoil(config.data)

@@ -1,4 +1,4 @@
-"""The server's command line: what it says, and what it says when something is wrong."""
+"""The server's command line: output, exit statuses and error messages."""
 
 import argparse
 import json
@@ -27,12 +27,12 @@ def error(*arguments: object) -> str:
     return done.stderr.removeprefix("arramon-server: ").strip()
 
 
-def test_serve_without_episodes(tmp_path: Path) -> None:
+def test_serve_without_episodes_suggests_generating_them(tmp_path: Path) -> None:
     said = error("serve", "--data", tmp_path)
     assert said.startswith(f"there are no episodes in {tmp_path}; make some with `arramon-server generate")
 
 
-def test_serve_on_a_port_in_use(tmp_path: Path) -> None:
+def test_serve_reports_a_port_in_use(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
@@ -44,12 +44,12 @@ def test_serve_on_a_port_in_use(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("listen", ["nonsense", "127.0.0.1:99999", ":50551", "unix:"])
-def test_serve_on_what_is_no_address(tmp_path: Path, listen: str) -> None:
+def test_serve_refuses_malformed_addresses(tmp_path: Path, listen: str) -> None:
     said = error("serve", "--data", tmp_path, "--listen", listen)
     assert said == f"listen (--listen) is '{listen}', expected host:port or unix:/path"
 
 
-def test_serve_on_an_address_that_cannot_be(tmp_path: Path) -> None:
+def test_serve_reports_unusable_addresses(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     for address, why in (
         ("unix:/no/such/folder/socket", "No such file or directory"),
@@ -58,7 +58,7 @@ def test_serve_on_an_address_that_cannot_be(tmp_path: Path) -> None:
         assert error("serve", "--data", tmp_path, "--listen", address) == f"cannot listen on '{address}': {why}"
 
 
-def test_a_key_that_was_not_there_is_said_to_be_new(tmp_path: Path) -> None:
+def test_key_command_announces_a_new_key(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     path = tmp_path / "signing-key.pem"
     first, second = run("key", "--data", tmp_path), run("key", "--data", tmp_path)
@@ -66,7 +66,7 @@ def test_a_key_that_was_not_there_is_said_to_be_new(tmp_path: Path) -> None:
     assert (second.stdout, second.stderr) == (first.stdout, "")
 
 
-def test_serve_with_a_journal_that_cannot_be_written(tmp_path: Path) -> None:
+def test_serve_reports_an_unusable_journal_path(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     (tmp_path / "journal.db").mkdir()
     done = run("serve", "--data", tmp_path)
@@ -74,7 +74,7 @@ def test_serve_with_a_journal_that_cannot_be_written(tmp_path: Path) -> None:
     assert "the journal cannot be used: unable to open database file" in done.stderr
 
 
-def test_serve_with_a_broken_journal(tmp_path: Path) -> None:
+def test_serve_reports_a_broken_journal(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     (tmp_path / "journal.db").write_bytes(b"this is no database, but it is long enough to look like a file" * 40)
     done = run("serve", "--data", tmp_path)
@@ -82,7 +82,7 @@ def test_serve_with_a_broken_journal(tmp_path: Path) -> None:
     assert "the journal cannot be used: file is not a database" in done.stderr
 
 
-def test_serve_with_a_step_limit_out_of_range(tmp_path: Path) -> None:
+def test_serve_refuses_an_out_of_range_step_limit(tmp_path: Path) -> None:
     assert error("serve", "--data", tmp_path, "--steps", 0) == (
         "steps (--steps) is '0', expected a whole number of steps from 1 to 10000"
     )
@@ -97,7 +97,7 @@ def test_signals_drain_and_exit_0(tmp_path: Path, number: signal.Signals) -> Non
     assert server.stop() == 0
 
 
-def test_health_of_a_server_and_of_none(tmp_path: Path) -> None:
+def test_health_command_distinguishes_running_and_stopped_servers(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     server = Server(tmp_path)
     try:
@@ -113,7 +113,7 @@ def write(path: Path, records: Any) -> Path:
     return path
 
 
-def test_import_says_what_it_wrote(tmp_path: Path) -> None:
+def test_import_prints_the_split_it_wrote(tmp_path: Path) -> None:
     file = write(tmp_path / "mine.json", [record(7), record(8)])
     done = run("import-release", file, "--data", tmp_path / "data")
     assert done.returncode == 0
@@ -130,7 +130,7 @@ def test_import_says_what_it_wrote(tmp_path: Path) -> None:
         ("[{}]", "[0].mapId: field required"),
     ],
 )
-def test_import_of_a_file_that_is_no_release(tmp_path: Path, content: str, message: str) -> None:
+def test_import_refuses_files_in_another_format(tmp_path: Path, content: str, message: str) -> None:
     file = tmp_path / "bad.json"
     file.write_text(content)
     said = error("import-release", file, "--data", tmp_path / "data")
@@ -139,12 +139,12 @@ def test_import_of_a_file_that_is_no_release(tmp_path: Path, content: str, messa
     assert not (tmp_path / "data").exists()
 
 
-def test_import_of_a_file_that_is_not_there(tmp_path: Path) -> None:
+def test_import_reports_a_missing_file(tmp_path: Path) -> None:
     said = error("import-release", tmp_path / "gone.json", "--data", tmp_path)
     assert said == f"{tmp_path / 'gone.json'}: cannot be read: No such file or directory"
 
 
-def test_import_in_an_unknown_language(tmp_path: Path) -> None:
+def test_import_refuses_an_unknown_language(tmp_path: Path) -> None:
     file = write(tmp_path / "mine.json", [record(7)])
     assert (
         error("import-release", file, "--data", tmp_path, "--lang", "fr")
@@ -152,13 +152,13 @@ def test_import_in_an_unknown_language(tmp_path: Path) -> None:
     )
 
 
-def test_import_into_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
+def test_import_reports_an_unwritable_folder(tmp_path: Path) -> None:
     file = write(tmp_path / "mine.json", [record(7)])
     said = error("import-release", file, "--data", file)
     assert said == f"cannot write to {file}/splits/mine: Not a directory"
 
 
-def test_show_draws_and_names_what_is_missing(tmp_path: Path) -> None:
+def test_show_writes_pictures_and_reports_what_is_missing(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     done = run("show", "3", "--data", tmp_path, "--output", tmp_path / "pictures")
     names = ("map.png", "views.png", "instructions.txt")
@@ -172,19 +172,19 @@ def test_show_draws_and_names_what_is_missing(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("family", FAMILIES)
-def test_the_commands_of_each_family_are_those_that_it_is_loaded_for(family: str) -> None:
+def test_each_command_family_defines_its_listed_commands(family: str) -> None:
     commands = argparse.ArgumentParser().add_subparsers()
     import_module(f"server.commands.{family}").add(commands, argparse.ArgumentParser(add_help=False))
     assert tuple(commands.choices) == FAMILIES[family]
 
 
-def test_every_family_is_in_the_help() -> None:
+def test_help_lists_the_commands_of_every_family() -> None:
     assert {command for its in FAMILIES.values() for command in its} <= set(run("--help").stdout.split())
     modules = {path.stem for path in ROOT.glob("server/commands/*.py")}
     assert modules - {"__init__", "journal", "wording"} == set(FAMILIES)
 
 
-def test_a_token_is_listed_without_loading_what_draws(tmp_path: Path) -> None:
+def test_token_list_does_not_import_rendering_libraries(tmp_path: Path) -> None:
     code = (
         f"import sys; from server.cli import main; main(['token', 'list', '--data', {str(tmp_path)!r}]); "
         "print([name for name in ('numba', 'grpc', 'scipy') if name in sys.modules])"

@@ -1,4 +1,4 @@
-"""`arramon-server runs`: what a host sees of all runs, and how it ends one, with a server and without."""
+"""`arramon-server runs`: the host lists and cancels runs, with and without a server."""
 
 import json
 import re
@@ -110,7 +110,7 @@ def test_a_run_is_cancelled_without_a_server(host: Host) -> None:
 
 
 @pytest.mark.parametrize("workers", ["1", "2"])
-def test_a_server_that_plays_a_run_notices_that_the_host_has_cancelled_it(host: Host, workers: str) -> None:
+def test_running_server_notices_a_run_cancelled_by_the_host(host: Host, workers: str) -> None:
     with host.serving("--workers", workers) as server, Person(server.address, host.token("ann")) as ann:
         run, other = create(ann.stub).run_id, create(ann.stub).run_id
         # One that has all that it can have open and says nothing, one that could have more, and one of another run.
@@ -131,7 +131,7 @@ def test_a_server_that_plays_a_run_notices_that_the_host_has_cancelled_it(host: 
         assert [each["state"] for each in host.listed("--participant", "ann")] == ["complete", "cancelled"]
 
 
-def test_a_run_whose_data_is_gone_can_be_cancelled(host: Host) -> None:
+def test_run_on_changed_data_can_be_cancelled(host: Host) -> None:
     """It would count among a participant's unfinished runs for ever, as nobody can play it to its end."""
     with host.serving() as server, Person(server.address) as nobody:
         first, second = create(nobody.stub).run_id, create(nobody.stub).run_id
@@ -155,7 +155,7 @@ def test_a_run_whose_data_is_gone_can_be_cancelled(host: Host) -> None:
         (("list", "x"), "unexpected argument 'x': a list takes only filters, such as --participant NAME"),
     ],
 )
-def test_words_that_do_not_fit(
+def test_invalid_arguments_are_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], said: str
 ) -> None:
     assert cli.main(["runs", *arguments, "--data", str(tmp_path)]) == 1

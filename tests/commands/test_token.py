@@ -1,4 +1,4 @@
-"""`arramon-server token`: made for scripts, and nothing of a token is ever shown again."""
+"""`arramon-server token`: creation, listing and revocation; a token is shown only once."""
 
 import re
 from pathlib import Path
@@ -9,7 +9,7 @@ from server import cli
 from tests import tiny
 
 
-def test_tokens_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_tokens_are_created_listed_and_revoked_by_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     tiny.write(tmp_path)
 
     def token(*arguments: str) -> tuple[int, str, str]:
@@ -65,7 +65,7 @@ COMMANDS = (
 
 
 @pytest.mark.parametrize("command", COMMANDS, ids=" ".join)
-def test_no_command_takes_a_folder_for_a_data_folder_that_is_none(
+def test_commands_refuse_folders_that_are_not_data_folders(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], command: tuple[str, ...]
 ) -> None:
     wrong, missing = tmp_path / "wrong", tmp_path / "missing"
@@ -80,7 +80,7 @@ def test_no_command_takes_a_folder_for_a_data_folder_that_is_none(
     assert [path.name for path in tmp_path.rglob("*")] == ["wrong", "notes.txt"]
 
 
-def test_a_journal_that_is_named_needs_its_folder_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_explicit_journal_path_needs_only_its_own_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "kept" / "journal.db"
     create = ["token", "create", "Ann", "--data", str(tmp_path / "missing"), "--journal", f"sqlite:///{file}"]
     assert cli.main(create) == 1
@@ -90,7 +90,7 @@ def test_a_journal_that_is_named_needs_its_folder_alone(tmp_path: Path, capsys: 
     assert cli.main(create) == 0
 
 
-def test_a_journal_that_is_not_there_yet_is_not_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_missing_journal_is_reported_and_not_created(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     tiny.write(tmp_path)
     assert cli.main(["runs", "--data", str(tmp_path)]) == 1
     said = f"there is no journal {tmp_path / 'journal.db'} yet; `arramon-server serve` creates it"
@@ -98,7 +98,7 @@ def test_a_journal_that_is_not_there_yet_is_not_read(tmp_path: Path, capsys: pyt
     assert not (tmp_path / "journal.db").exists()
 
 
-def test_a_first_token_is_made_beside_the_first_episodes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_token_can_be_created_before_the_first_start(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """As README.md says it: `import-release` or `generate`, then `token create`, then `serve`."""
     tiny.write(tmp_path / "arramon-data")
     assert cli.main(["token", "create", "Lab One", "--data", str(tmp_path / "arramon-data")]) == 0

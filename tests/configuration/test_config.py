@@ -1,4 +1,4 @@
-"""Settings from file, environment and flags: who wins, what is refused, and what is written about them."""
+"""Settings from file, environment and flags: precedence, validation and printing."""
 
 import json
 import os
@@ -67,16 +67,16 @@ def refusal(*arguments: str, file: Path | None = None, **variables: Any) -> str:
     return str(caught.value)
 
 
-def test_everything_is_tried_here() -> None:
+def test_every_setting_has_a_non_default_test_value() -> None:
     assert set(EVERYTHING) == {name for name, setting in SETTINGS.items() if not setting.description.internal}
     assert all(value != SETTINGS[name].default for name, (_, value) in EVERYTHING.items())
 
 
-def test_defaults() -> None:
+def test_loading_without_any_source_gives_the_defaults() -> None:
     assert load() == Configuration(Config(), {})
 
 
-def test_everything_from_flags() -> None:
+def test_every_setting_is_read_from_flags() -> None:
     arguments = []
     for name, (text, value) in EVERYTHING.items():
         flag = "--" + name.replace("_", "-")
@@ -84,7 +84,7 @@ def test_everything_from_flags() -> None:
     assert load(*arguments).config == Config(**{name: value for name, (_, value) in EVERYTHING.items()})
 
 
-def test_everything_from_the_environment_and_back_again() -> None:
+def test_every_setting_round_trips_through_the_environment() -> None:
     variables: dict[str, Any] = {f"ARRAMON_{name.upper()}": text for name, (text, _) in EVERYTHING.items()}
     config = load(**variables).config
     assert config == Config(**{name: value for name, (_, value) in EVERYTHING.items()})
@@ -94,13 +94,13 @@ def test_everything_from_the_environment_and_back_again() -> None:
 
 # The two of TLS are not alone; they go together in the test before this one.
 @pytest.mark.parametrize("name", [name for name in EVERYTHING if not name.startswith("tls_")])
-def test_each_goes_to_another_process_as_it_is(name: str) -> None:
+def test_each_setting_is_passed_unchanged_to_another_process(name: str) -> None:
     config = replace(Config(), **{name: EVERYTHING[name][1]})
     variables: dict[str, Any] = {**environment_of(config)}
     assert load(**variables).config == config
 
 
-def test_everything_from_a_file(tmp_path: Path) -> None:
+def test_every_setting_is_read_from_a_file(tmp_path: Path) -> None:
     file = tmp_path / "a.toml"
     values = {name: list(value) if isinstance(value, tuple) else value for name, (_, value) in EVERYTHING.items()}
     file.write_text("\n".join(f"{name} = {json.dumps(value, default=str)}" for name, value in values.items()))
@@ -109,7 +109,7 @@ def test_everything_from_a_file(tmp_path: Path) -> None:
     assert load(ARRAMON_CONFIG=str(file)).config == expected
 
 
-def test_flags_win_over_the_environment_and_that_over_the_file(tmp_path: Path) -> None:
+def test_flags_override_the_environment_which_overrides_the_file(tmp_path: Path) -> None:
     file = tmp_path / "a.toml"
     file.write_text("steps = 1\nruns_per_day = 1\nruns_in_all = 1")
     found = load("--runs-in-all", "3", file=file, ARRAMON_RUNS_PER_DAY="2", ARRAMON_RUNS_IN_ALL="2", ARRAMON_STEPS="")
@@ -137,7 +137,7 @@ def test_flags_win_over_the_environment_and_that_over_the_file(tmp_path: Path) -
         ("listen", "0.0.0.0", "host:port or unix:/path"),
     ],
 )
-def test_what_is_out_of_range(tmp_path: Path, name: str, text: str, expected: str) -> None:
+def test_out_of_range_values_are_refused_from_every_source(tmp_path: Path, name: str, text: str, expected: str) -> None:
     flag, variable, file = "--" + name.replace("_", "-"), "ARRAMON_" + name.upper(), tmp_path / "a.toml"
     file.write_text(f"{name} = {json.dumps(text)}")
     assert refusal(flag, text) == f"{name} ({flag}) is '{text}', expected {expected}"
@@ -146,12 +146,12 @@ def test_what_is_out_of_range(tmp_path: Path, name: str, text: str, expected: st
     assert refusal(file=file) == f"{name} ({name} in {file}) is '{text}', expected {expected}"
 
 
-def test_a_variable_that_is_neither_true_nor_false() -> None:
+def test_non_boolean_variables_are_refused() -> None:
     assert refusal(ARRAMON_FSYNC="perhaps") == "fsync ($ARRAMON_FSYNC) is 'perhaps', expected true or false"
 
 
 @pytest.mark.parametrize("value", ["true", "[1]", "1979-05-27", "{a = 1}"])
-def test_a_value_of_another_kind_in_the_file(tmp_path: Path, value: str) -> None:
+def test_values_of_the_wrong_type_in_the_file_are_refused(tmp_path: Path, value: str) -> None:
     file = tmp_path / "a.toml"
     file.write_text(f"steps = {value}" if value != "[1]" else "steps = [1, 2]")
     assert refusal(file=file).startswith(f"steps (steps in {file}) is ")
@@ -170,7 +170,7 @@ THREE_ON_THE_HIDDEN_ONE = PerSplit(0, (("test_unseen", 3),))
         ('{"a split" = 1}', PerSplit(0, (("a split", 1),))),
     ],
 )
-def test_a_limit_names_a_split_in_the_file(tmp_path: Path, toml: str, expected: PerSplit) -> None:
+def test_per_split_limits_are_read_from_and_written_to_a_file(tmp_path: Path, toml: str, expected: PerSplit) -> None:
     file = tmp_path / "a.toml"
     file.write_text(f"runs_per_day = {toml}")
     assert load(file=file).config.runs_per_day == expected
@@ -178,7 +178,7 @@ def test_a_limit_names_a_split_in_the_file(tmp_path: Path, toml: str, expected: 
     assert load(file=file).config.runs_per_day == expected
 
 
-def test_a_limit_names_a_split_elsewhere() -> None:
+def test_per_split_limits_are_read_from_flags_and_environment() -> None:
     assert load("--runs-per-day", "test_unseen=3").config.runs_per_day == THREE_ON_THE_HIDDEN_ONE
     assert load(ARRAMON_RUNS_PER_DAY="test_unseen=3").config.runs_per_day == THREE_ON_THE_HIDDEN_ONE
     several = load("--runs-per-day", "5", "--runs-per-day", "b=1", "--runs-per-day", "a=0,c=7").config.runs_per_day
@@ -187,12 +187,12 @@ def test_a_limit_names_a_split_elsewhere() -> None:
 
 
 @pytest.mark.parametrize("text", ["a=", "=3", "a=-1", "a=x", "a=1,a=2", "3,4", "a=1000000001", "1.5", "a=1,", "a=٣"])
-def test_limits_that_are_none(text: str) -> None:
+def test_malformed_limits_are_refused(text: str) -> None:
     expected = "a whole number of runs from 0 to 1000000000, or SPLIT=NUMBER, separated by commas"
     assert refusal("--runs-per-day", text) == f"runs_per_day (--runs-per-day) is {text!r}, expected {expected}"
 
 
-def test_a_limit_of_a_split_that_there_is_not(tmp_path: Path) -> None:
+def test_limits_on_unknown_splits_are_refused(tmp_path: Path) -> None:
     """A split with a misspelt name would have no limit, and nobody would know."""
     tiny.write(tmp_path)
     done = run(tmp_path, "serve", "--listen", "127.0.0.1:0", "--runs-at-once", "tiny=1,tinny=2")
@@ -202,7 +202,7 @@ def test_a_limit_of_a_split_that_there_is_not(tmp_path: Path) -> None:
     )
 
 
-def test_the_documented_example_is_a_file_with_settings(tmp_path: Path) -> None:
+def test_documented_examples_are_valid_settings(tmp_path: Path) -> None:
     text = (ROOT / "docs" / "configuration.md").read_text()
     (example,) = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
     file = tmp_path / "a.toml"
@@ -212,7 +212,7 @@ def test_the_documented_example_is_a_file_with_settings(tmp_path: Path) -> None:
     assert load(*flags.split()).config.runs_per_day == THREE_ON_THE_HIDDEN_ONE
 
 
-def test_settings_that_there_are_not(tmp_path: Path) -> None:
+def test_unknown_settings_are_refused_with_a_suggestion(tmp_path: Path) -> None:
     file = tmp_path / "a.toml"
     file.write_text("step = 3")
     assert refusal(file=file) == f"{file}: there is no setting 'step'; did you mean 'steps'?"
@@ -223,33 +223,33 @@ def test_settings_that_there_are_not(tmp_path: Path) -> None:
     assert refusal(ARRAMON_workers="2") == said
 
 
-def test_an_empty_path_is_not_the_working_directory(tmp_path: Path) -> None:
+def test_empty_paths_are_refused(tmp_path: Path) -> None:
     file = tmp_path / "a.toml"
     file.write_text('data = ""')
     assert refusal(file=file) == f"data (data in {file}) is '', expected a path"
 
 
 @pytest.mark.parametrize("journal", ["nonsense", "mysql://a:b@host/name", "/var/lib/journal.db"])
-def test_a_journal_is_kept_in_sqlite_or_postgresql(journal: str) -> None:
+def test_journal_urls_of_other_databases_are_refused(journal: str) -> None:
     said = refusal("--journal", journal)
     assert said == "journal (--journal) is invalid, expected sqlite:///PATH or postgresql://USER:...@HOST/NAME"
     assert refusal(ARRAMON_XYZ="2") == "$ARRAMON_XYZ: there is no setting 'xyz'; `arramon-server config` lists them"
 
 
-def test_variables_that_are_no_settings() -> None:
+def test_unrelated_environment_variables_are_ignored() -> None:
     of_kubernetes = ("SERVICE_HOST", "SERVICE_PORT_GRPC", "PORT", "PORT_50551_TCP_ADDR", "WEB_SERVICE_PORT")
     variables: dict[str, Any] = {f"ARRAMON_{name}": "tcp://10.0.0.1:80" for name in of_kubernetes}
     assert load(**variables, ARRAMON_TOKEN="t", ARRAMON_RELEASE="r", HOME="/root") == load()
 
 
-def test_files_that_are_none(tmp_path: Path) -> None:
+def test_missing_and_malformed_files_are_refused(tmp_path: Path) -> None:
     file = tmp_path / "a.toml"
     assert refusal(file=file) == f"{file}: cannot be read: No such file or directory"
     file.write_text("steps: 3")
     assert refusal(file=file).startswith(f"{file}: is not TOML: ")
 
 
-def test_contradictions_name_both_sides() -> None:
+def test_contradictory_settings_are_refused_naming_their_sources() -> None:
     assert refusal("--tls-key", "k", ARRAMON_ANONYMOUS="false") == (
         "tls_key is set but tls_certificate is not; expected both or neither (tls_key: --tls-key)"
     )
@@ -260,7 +260,7 @@ def test_contradictions_name_both_sides() -> None:
         Config(tls_certificate=Path("c"))
 
 
-def test_a_password_is_never_shown(tmp_path: Path) -> None:
+def test_config_command_masks_the_database_password(tmp_path: Path) -> None:
     done = run(tmp_path, "config", "--journal", "postgresql://host:hunter2@db/x", ARRAMON_STEPS="9")
     assert 'journal = "postgresql://host:***@db/x"  # --journal' in done.stdout.splitlines()
     assert "steps = 9  # $ARRAMON_STEPS" in done.stdout.splitlines()
@@ -273,7 +273,7 @@ def run(data: Path, *arguments: str, **variables: str) -> "subprocess.CompletedP
     return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=240, check=False)
 
 
-def test_what_config_prints_is_a_file_with_these_settings(tmp_path: Path) -> None:
+def test_printed_configuration_can_be_loaded_as_a_file(tmp_path: Path) -> None:
     config = Config(**{name: value for name, (_, value) in EVERYTHING.items() if name != "journal"})
     file = tmp_path / "a.toml"
     for each in (config, Config()):
@@ -282,13 +282,13 @@ def test_what_config_prints_is_a_file_with_these_settings(tmp_path: Path) -> Non
     assert tomllib.loads(as_toml(Configuration(config, {})))["image_sizes"] == [64, 32]
 
 
-def test_the_documented_table_is_what_the_code_says() -> None:
+def test_documented_settings_table_matches_the_code() -> None:
     text = (ROOT / "docs" / "configuration.md").read_text()
     assert as_table() in text, "renew it with: arramon-server config --table"
     assert text.count("\n| `") == len(EVERYTHING)
 
 
-def test_every_command_says_what_is_wrong_before_it_does_anything(tmp_path: Path) -> None:
+def test_serve_reports_invalid_settings_before_starting(tmp_path: Path) -> None:
     done = run(tmp_path, "serve", ARRAMON_STEP="3")
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr == "arramon-server: $ARRAMON_STEP: there is no setting 'step'; did you mean 'steps'?\n"
@@ -325,5 +325,5 @@ def test_workers_get_the_same_settings(tmp_path: Path) -> None:
         ("8.8.8.8:1", False),
     ],
 )
-def test_who_reaches_an_address(address: str, loopback: bool) -> None:
+def test_loopback_addresses_are_recognised(address: str, loopback: bool) -> None:
     assert is_loopback(address) == loopback

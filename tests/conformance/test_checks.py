@@ -69,7 +69,7 @@ def test_a_run_that_cannot_be_cancelled_fails_its_check(forwarder: Forwarder, ac
     assert re.fullmatch(r"run \w+ could not be cancelled: INTERNAL: not today", result.reason)
 
 
-def test_every_check_has_a_breaker() -> None:
+def test_every_check_has_a_fault_that_breaks_it() -> None:
     assert {breaker.check for breaker in breakers("")} == set(BY_NAME)
 
 

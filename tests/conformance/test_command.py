@@ -100,14 +100,14 @@ def test_a_hidden_split_gets_the_applicable_checks(
         (("--timeout", "never"), "'never' is not a number of seconds above 0"),
     ],
 )
-def test_wrong_usage(
+def test_invalid_options_are_refused(
     server: Server, token: str, more: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert command(server.address, token, *more) == 2
     assert said in capsys.readouterr().err
 
 
-def test_no_server_answers(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_unreachable_server_is_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["conformance", "--server", f"unix:{tmp_path}/none"]) == 1
     assert "no server answers at" in capsys.readouterr().err
 

@@ -36,14 +36,14 @@ def write(data: Path) -> None:
     tiny.write(data, "secret", 3, hidden=True)
 
 
-def test_an_embedded_server(tmp_path: Path) -> None:
+def test_embedded_server_conforms(tmp_path: Path) -> None:
     write(tmp_path)
     with embedded_server(tmp_path, options=("--no-fsync", "--step-seconds", "0", "--steps", "8")) as server:
         found = skipped(tmp_path, "--server", server.address)
     assert found == {"information.open", "runs.account", "refusals.anonymous"}  # All the anonymous are let in here.
 
 
-def test_a_hosted_server_with_tls_and_token(tmp_path: Path) -> None:
+def test_hosted_server_with_tls_and_token_conforms(tmp_path: Path) -> None:
     write(tmp_path)
     authority = Authority()
     certificate, key = authority.sign(tmp_path)
@@ -74,7 +74,9 @@ def hosts(postgres_url: str, tmp_path: Path) -> Iterator[list[Server]]:
 
 
 @pytest.mark.slow
-def test_two_hosts_behind_a_proxy(hosts: list[Server], proxies: Proxies, postgres_url: str, tmp_path: Path) -> None:
+def test_two_hosts_behind_a_proxy_conform(
+    hosts: list[Server], proxies: Proxies, postgres_url: str, tmp_path: Path
+) -> None:
     proxy = proxies.start([host.address for host in hosts])
     with closing(Database(postgres_url)) as database:
         (tmp_path / "token").write_text(Accounts(database).create_token("ann", Role.PARTICIPANT))

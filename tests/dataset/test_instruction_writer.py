@@ -15,7 +15,7 @@ from server.sim.rules import Action
 F, L, R, P = Action.FORWARD, Action.LEFT, Action.RIGHT, Action.INTERACT
 
 
-def test_the_command_makes_episodes_in_every_language(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_generate_writes_episodes_in_every_language(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ["generate", "--data", str(tmp_path), "--split", "val_unseen", "--scale", "0.002", "--jobs", "1"]
 
     assert main(arguments) == 0
@@ -43,7 +43,7 @@ def test_the_command_makes_episodes_in_every_language(tmp_path: Path, capsys: py
         (["--jobs", "-1"], "the number of jobs is -1; expected 1 to 256, or 0 for one per core"),
     ],
 )
-def test_what_is_asked_for_wrongly_is_said(
+def test_invalid_generate_options_are_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], problem: str
 ) -> None:
     assert main(["generate", "--data", str(tmp_path), *arguments]) == 1
@@ -55,7 +55,7 @@ def test_what_is_asked_for_wrongly_is_said(
     ("actions", "degrees"),
     [((F, L, L), 0.0), ((L, L, F), 60.0), ((R,) * 6 + (F,), 180.0), ((L, R, F), 0.0), ((R, P), 30.0)],
 )
-def test_the_first_turn(actions: tuple[Action, ...], degrees: float) -> None:
+def test_first_turn_sums_the_leading_rotations(actions: tuple[Action, ...], degrees: float) -> None:
     assert first_turn(actions) == degrees
 
 
@@ -71,11 +71,13 @@ def test_the_first_turn(actions: tuple[Action, ...], degrees: float) -> None:
         ({"CTC-0": 0.0}, {}, True),
     ],
 )
-def test_what_a_follower_must_reach(first: dict[str, float], second: dict[str, float], expected: bool) -> None:
+def test_follower_scores_decide_whether_instructions_pass(
+    first: dict[str, float], second: dict[str, float], expected: bool
+) -> None:
     perfect = dict.fromkeys(METRICS, 1.0)
     assert passes(EpisodeScores("1", "6", (perfect | first, perfect | second))) is expected
 
 
-def test_progress_in_words() -> None:
+def test_progress_shows_counts_and_time_left() -> None:
     said = str(Progress("train", 100, 400, 130, 65.0))
     assert said == "train: 100 of 400 episodes from 130 drafts in 1:05, 3:15 left"

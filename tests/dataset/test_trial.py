@@ -1,4 +1,4 @@
-"""Episodes played in process."""
+"""Trial episodes, which an agent plays in process."""
 
 from collections.abc import Iterator, Sequence
 
@@ -47,14 +47,14 @@ def episode() -> episodes.Episode:
     return episodes.Episode("e", "test", START, (first, second), (), {"en": (texts[0], texts[1])})
 
 
-def test_the_ground_truth_scores_full_marks(place: TrialWorld) -> None:
+def test_ground_truth_scores_one(place: TrialWorld) -> None:
     agent = Replaying([*ACTIONS, P, P, P])
     scores = play(agent, episode(), "en", place, size=64)
     for turn in scores.turns:
         assert [turn[name] for name in ("nDTW", "CTC-0", "CTC-3", "PTC")] == pytest.approx([1.0] * 4)
 
 
-def test_the_agent_is_shown_what_the_server_would_show(place: TrialWorld) -> None:
+def test_trial_observations_follow_the_agent_contract(place: TrialWorld) -> None:
     agent = Replaying([*ACTIONS, P, P, P])
     play(agent, episode(), "en", place, size=64)
     assert agent.episode == Episode("e", "en", "trial", labels=AGENT_LABELS)
@@ -71,7 +71,7 @@ def test_the_agent_is_shown_what_the_server_would_show(place: TrialWorld) -> Non
     assert {Label("road"), Label("phone_booth"), Label("building", look="brick")} <= labels
 
 
-def test_one_who_only_turns_is_stopped_at_the_limit(place: TrialWorld) -> None:
+def test_agent_that_only_turns_is_stopped_at_the_step_limit(place: TrialWorld) -> None:
     agent = Replaying([Action.LEFT] * 600)
     scores = play(agent, episode(), "en", place, size=16)
     assert len(agent.seen) == 600

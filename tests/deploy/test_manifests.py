@@ -1,4 +1,4 @@
-"""The manifests: right by their schemas, confined, and of one mind with each other and with the server."""
+"""Deployment manifests: valid by schema, confined, and consistent with each other and the server."""
 
 import re
 import subprocess
@@ -45,7 +45,7 @@ def containers(pod: Any) -> list[Any]:
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_the_schema(path: Path) -> None:
+def test_manifests_match_the_kubernetes_schema(path: Path) -> None:
     if path.stem == "kustomization":  # of a tool, which Kubernetes' own schemas do not know
         assert yaml.safe_load(path.read_text())["resources"] == sorted_as_applied()
         return
@@ -59,20 +59,20 @@ def sorted_as_applied() -> list[str]:
     return [f"{name}.yaml" for name in order]
 
 
-def test_a_wrong_manifest_is_found() -> None:
+def test_schema_check_rejects_an_invalid_manifest() -> None:
     (deployment,) = of_kind("Deployment").values()
     deployment["spec"]["replica"] = 2
     with pytest.raises(kubernetes_validate.ValidationError):
         kubernetes_validate.validate(deployment, kubernetes_validate.latest_version(), strict=True)
 
 
-def test_compose_by_its_schema() -> None:
+def test_compose_file_matches_its_schema() -> None:
     command = [sys.executable, "-m", "check_jsonschema", "--builtin-schema", "vendor.compose-spec"]
     subprocess.run([*command, str(DEPLOY / "compose.yaml")], check=True, capture_output=True)
 
 
 @pytest.mark.parametrize("name", ["arramon", "postgres", "episodes"])
-def test_pods_are_confined(name: str) -> None:
+def test_pods_run_with_restricted_privileges(name: str) -> None:
     pod = pods()[name]
     assert pod["automountServiceAccountToken"] is False
     assert pod["securityContext"]["runAsNonRoot"] is True
@@ -92,17 +92,17 @@ def test_pods_are_confined(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["arramon", "episodes"])
-def test_no_mount_makes_what_is_hidden_readable_by_a_group(name: str) -> None:
+def test_volume_mounts_do_not_make_hidden_data_group_readable(name: str) -> None:
     security = pods()[name]["securityContext"]
     assert (security["fsGroup"], security["fsGroupChangePolicy"]) == (10001, "OnRootMismatch")
 
 
-def test_compose_is_confined() -> None:
+def test_compose_containers_are_read_only() -> None:
     services = yaml.safe_load((DEPLOY / "compose.yaml").read_text())["services"]
     assert all(service["read_only"] for service in services.values())
 
 
-def test_compose_mounts_nothing_that_its_users_cannot_write() -> None:
+def test_compose_mounts_are_writable_for_their_users() -> None:
     """A folder of the host's that is missing is made as root's; a new volume is as its folder in the image is."""
     compose = yaml.safe_load((DEPLOY / "compose.yaml").read_text())
     mounts = {
@@ -117,7 +117,7 @@ def test_compose_mounts_nothing_that_its_users_cannot_write() -> None:
         assert path in made["runtime"] | made[target], f"{path} in {image}"
 
 
-def test_compose_leaves_results_where_its_first_lines_fetch_them() -> None:
+def test_compose_writes_results_where_its_comment_copies_them_from() -> None:
     text = (DEPLOY / "compose.yaml").read_text()
     agent = yaml.safe_load(text)["services"]["agent"]
     output = agent["command"][agent["command"].index("--output") + 1]
@@ -136,7 +136,7 @@ def made_by_the_dockerfile() -> dict[str, set[str]]:
     return made
 
 
-def test_every_setting_is_one_of_the_server() -> None:
+def test_manifests_set_only_existing_server_settings() -> None:
     known = {f"ARRAMON_{field.name.upper()}" for field in fields(Config)} | {"ARRAMON_LOG"}
     given = set(of_kind("ConfigMap")["arramon"]["data"])
     (server,) = pods()["arramon"]["containers"]
@@ -145,14 +145,14 @@ def test_every_setting_is_one_of_the_server() -> None:
     assert given <= known
 
 
-def test_the_settings_are_right_and_limit_runs_on_the_hidden_split(tmp_path: Path) -> None:
+def test_manifest_settings_are_valid_and_limit_hidden_split_runs(tmp_path: Path) -> None:
     config = load_configuration({}, of_kind("ConfigMap")["arramon"]["data"]).config
     splits = {split.name: split for split in (tiny.write(tmp_path), tiny.write(tmp_path, "test_unseen", hidden=True))}
     assert (config.runs_per_day.of("test_unseen"), config.runs_per_day.of("tiny")) == (3, 0)
     assert list(warnings(config, splits)) == []
 
 
-def test_what_is_referred_to_is_there() -> None:
+def test_referenced_secrets_configurations_and_volumes_exist() -> None:
     for pod in pods().values():
         for container in containers(pod):
             for each in container.get("env", []):
@@ -166,7 +166,7 @@ def test_what_is_referred_to_is_there() -> None:
             assert claim in of_kind("PersistentVolumeClaim")
 
 
-def test_ports_have_the_same_names_everywhere() -> None:
+def test_port_names_are_consistent_across_manifests() -> None:
     (server,) = pods()["arramon"]["containers"]
     ports = {port["name"]: port["containerPort"] for port in server["ports"]}
     settings = of_kind("ConfigMap")["arramon"]["data"]

@@ -1,4 +1,4 @@
-"""The wheels: complete, and enough to play with where nothing of this repository lies."""
+"""Wheels: complete, and sufficient to play outside this repository."""
 
 import json
 import os
@@ -52,7 +52,7 @@ def author(tmp_path_factory: pytest.TempPathFactory, wheels: list[Path]) -> Envi
     return Environment(tmp_path_factory.mktemp("author"), [wheel for wheel in wheels if "server" not in wheel.name])
 
 
-def test_they_hold_every_file_of_the_packages(wheels: list[Path]) -> None:
+def test_wheels_contain_exactly_the_package_files(wheels: list[Path]) -> None:
     assert [wheel.name.partition("-")[0] for wheel in wheels] == ["arramon_client", "arramon_proto", "arramon_server"]
     held: set[str] = set()
     for wheel in wheels:
@@ -69,7 +69,9 @@ def test_they_hold_every_file_of_the_packages(wheels: list[Path]) -> None:
     assert held == there
 
 
-def test_an_agents_author_plays_with_the_client_alone(author: Environment, host: Environment, tmp_path: Path) -> None:
+def test_agent_plays_with_only_the_client_wheel_installed(
+    author: Environment, host: Environment, tmp_path: Path
+) -> None:
     assert author.ours == {"arramon-client", "arramon-proto"}
     for missing in ("server", "agents", "pybullet", "sqlalchemy"):
         assert f"No module named '{missing}'" in author.run(f"python -c 'import {missing}'", tmp_path).stderr
@@ -82,7 +84,7 @@ def test_an_agents_author_plays_with_the_client_alone(author: Environment, host:
     assert finished(tmp_path / "results") == 1
 
 
-def test_a_host_plays_embedded_and_shows_pages(host: Environment, tmp_path: Path) -> None:
+def test_server_wheel_plays_embedded_and_serves_pages(host: Environment, tmp_path: Path) -> None:
     assert host.ours == {"arramon-client", "arramon-proto", "arramon-server"}
     imported(host, tmp_path)
     play = "arramon-client --agent agents.follower --lang hi --split sample --episodes 1 --output results"
@@ -110,7 +112,7 @@ def test_agents_are_found_by_name_beside_a_folder_named_agents(
         assert (loaded.stdout, loaded.stderr) == (f"{module}\n", "")
 
 
-def test_plans_and_languages_come_along(host: Environment, tmp_path: Path) -> None:
+def test_server_wheel_includes_street_plans_and_languages(host: Environment, tmp_path: Path) -> None:
     build = 'print(*(build_section(read_plan(id), "seed").id for id in plan_ids()))'
     assert host.run(f"python -c 'from server.dataset.plans import *; {build}'", tmp_path).stdout == "1 2 3 4 5 6 7\n"
     check = "arramon-server check-instruction --lang hi --phase navigation 'बाएँ मुड़ें और बेंच तक जाएँ।'"

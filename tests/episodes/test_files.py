@@ -1,4 +1,4 @@
-"""Episode files and splits: what is written is read back, and what is wrong is named."""
+"""Episode files and splits: written and read back, with errors that name file, line and field."""
 
 import json
 from collections.abc import Callable
@@ -27,7 +27,7 @@ def change(path: Path, line: int, edit: Callable[[Any], None]) -> None:
     path.write_text("\n".join(lines) + "\n")
 
 
-def test_what_is_written_is_read_back(folder: Path) -> None:
+def test_written_split_is_read_back_unchanged(folder: Path) -> None:
     split = read_split(folder)
     assert list(split.episodes.values()) == [
         tiny.episode(str(i), ("en",) if i % 3 == 0 else ("en", "hi")) for i in range(6)
@@ -36,14 +36,14 @@ def test_what_is_written_is_read_back(folder: Path) -> None:
     assert split.languages == {"en": 6, "hi": 4}
 
 
-def test_the_same_data_gives_the_same_hash_and_other_data_another(tmp_path: Path) -> None:
+def test_data_hash_depends_only_on_the_content(tmp_path: Path) -> None:
     one = tiny.write(tmp_path / "a").data_hash
     assert tiny.write(tmp_path / "b").data_hash == one
     assert tiny.write(tmp_path / "c", count=5).data_hash != one
     assert tiny.write(tmp_path / "d", hidden=True).data_hash != one
 
 
-def test_the_playing_order_is_fixed_and_not_the_file_s(folder: Path) -> None:
+def test_playing_order_is_fixed_and_differs_from_the_file_order(folder: Path) -> None:
     order = [episode.episode_id for episode in read_split(folder).in_playing_order("en")]
     assert order == ["4", "3", "0", "1", "2", "5"]
     assert [e.episode_id for e in read_split(folder).in_playing_order("hi")] == ["4", "1", "2", "5"]
@@ -77,9 +77,7 @@ def test_the_playing_order_is_fixed_and_not_the_file_s(folder: Path) -> None:
         (7, lambda r: r.update(section="9"), ":7: section: is '9'; there are 1 in "),
     ],
 )
-def test_what_is_wrong_is_named_by_file_line_and_field(
-    folder: Path, line: int, edit: Callable[[Any], None], message: str
-) -> None:
+def test_errors_name_file_line_and_field(folder: Path, line: int, edit: Callable[[Any], None], message: str) -> None:
     path = folder / "episodes.jsonl"
     change(path, line, edit)
     with pytest.raises(BadFile) as caught:
@@ -88,7 +86,7 @@ def test_what_is_wrong_is_named_by_file_line_and_field(
 
 
 @pytest.mark.parametrize("damage", [b"", b"{", b"[1, 2]", b'{"episode_id": NaN}'])
-def test_a_line_that_is_not_an_episode(folder: Path, damage: bytes) -> None:
+def test_malformed_episode_lines_are_refused(folder: Path, damage: bytes) -> None:
     path = folder / "episodes.jsonl"
     lines = path.read_bytes().split(b"\n")
     path.write_bytes(b"\n".join([*lines[:2], damage, *lines[3:]]))
@@ -96,32 +94,32 @@ def test_a_line_that_is_not_an_episode(folder: Path, damage: bytes) -> None:
         read_episodes(path)
 
 
-def test_a_file_that_is_cut_off(folder: Path) -> None:
+def test_truncated_file_is_refused(folder: Path) -> None:
     path = folder / "episodes.jsonl"
     path.write_bytes(path.read_bytes()[:-10])
     with pytest.raises(BadFile, match=r"episodes\.jsonl:7: the file is truncated"):
         read_episodes(path)
 
 
-def test_a_section_that_is_wrong(folder: Path) -> None:
+def test_invalid_section_is_refused_naming_the_field(folder: Path) -> None:
     path = folder / "sections" / "1.json"
     path.write_text(path.read_text().replace('"height": 3.0', '"height": "tall"'))
     with pytest.raises(BadFile, match=r"1\.json: buildings\[0\]\.height: "):
         read_section(path)
 
 
-def test_a_folder_without_episodes_says_how_to_get_some(tmp_path: Path) -> None:
+def test_folder_without_episodes_error_suggests_an_import(tmp_path: Path) -> None:
     with pytest.raises(NotFound, match="arramon-server import-release FILE"):
         read_splits(tmp_path)
 
 
-def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
+def test_unwritable_folder_is_reported(tmp_path: Path) -> None:
     (tmp_path / "splits").write_text("in the way")
     with pytest.raises(StorageError, match=r"cannot write to .*tiny: "):
         tiny.write(tmp_path)
 
 
-def test_a_split_that_cannot_be_read_back_does_not_replace_a_good_one(folder: Path) -> None:
+def test_unreadable_new_split_does_not_replace_the_old_one(folder: Path) -> None:
     before = read_split(folder).data_hash
     with pytest.raises(BadFile):
         write_split(folder.parents[1], "tiny", hidden=False, source="tests", episodes=[tiny.episode("1")], sections=[])

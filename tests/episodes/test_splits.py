@@ -9,7 +9,7 @@ from server.errors import NotFound
 from tests import tiny
 
 
-def test_what_a_killed_writer_left_is_no_split(tmp_path: Path) -> None:
+def test_leftovers_of_a_killed_writer_are_not_a_split(tmp_path: Path) -> None:
     (tmp_path / "splits" / ".new-abc" / "tiny" / "sections").mkdir(parents=True)
     with pytest.raises(NotFound, match="there are no episodes in"):
         read_splits(tmp_path)

@@ -39,7 +39,7 @@ def records(name: str) -> list[dict[str, Any]]:
     return found
 
 
-def test_making_it_again_gives_the_same_bytes(tmp_path: Path) -> None:
+def test_sample_generation_is_reproducible(tmp_path: Path) -> None:
     subprocess.run([sys.executable, "-m", "examples.make_sample", "--output", tmp_path], cwd=ROOT, check=True)
 
     for name in FILES:
@@ -47,7 +47,7 @@ def test_making_it_again_gives_the_same_bytes(tmp_path: Path) -> None:
     assert sum((SAMPLE / name).stat().st_size for name in FILES) < 400_000
 
 
-def test_both_files_hold_the_same_episodes() -> None:
+def test_english_and_hindi_files_hold_the_same_episodes() -> None:
     one, other = (records(name) for name in FILES)
 
     assert len(one) == 24
@@ -59,14 +59,14 @@ def test_both_files_hold_the_same_episodes() -> None:
 
 
 @pytest.mark.parametrize(("name", "language"), [("sample.json", "en"), ("sample_hindi.json", "hi")])
-def test_the_importer_takes_it(name: str, language: str) -> None:
+def test_importer_reads_the_sample(name: str, language: str) -> None:
     found, read = read_release(SAMPLE / name)
 
     assert found == language
     assert [episode.section for episode in read] == ["1"] * 12 + ["2"] * 12
 
 
-def test_the_actions_end_with_the_target_ahead(episodes: list[Episode]) -> None:
+def test_ground_truth_actions_end_with_the_target_ahead(episodes: list[Episode]) -> None:
     for episode in episodes:
         pose = episode.start
         assert (pose.heading - 28.8 + 15.0) % 30.0 == pytest.approx(15.0, abs=0.01)
@@ -78,7 +78,7 @@ def test_the_actions_end_with_the_target_ahead(episodes: list[Episode]) -> None:
             assert 15 <= len(turn.path) <= 46
 
 
-def test_the_rooms_hold_every_kind_of_placement(episodes: list[Episode]) -> None:
+def test_sample_rooms_have_floor_raised_and_stacked_placements(episodes: list[Episode]) -> None:
     cells = [tuple(turn.target_cell for turn in episode.turns) for episode in episodes]
 
     stacked = [first for first, second in cells if (second.column, second.row) == (first.column, first.row)]
@@ -87,7 +87,7 @@ def test_the_rooms_hold_every_kind_of_placement(episodes: list[Episode]) -> None
     assert all(cell.level in (1, 2) for pair in cells for cell in pair)
 
 
-def test_what_the_assembly_instructions_say_is_true(tmp_path: Path) -> None:
+def test_assembly_instructions_match_the_rooms(tmp_path: Path) -> None:
     split = import_release([SAMPLE / name for name in FILES], tmp_path)[0]
     checked = 0
     for episode in split.episodes.values():
@@ -116,7 +116,7 @@ def test_both_languages_name_the_same_objects() -> None:
                 assert f"{mention.pattern} {mention.colour} {mention.kind}".title() == target.title()
 
 
-def test_hindi_is_normalised_and_ends_in_a_danda() -> None:
+def test_hindi_texts_are_normalised_and_end_in_a_danda() -> None:
     for record in records("sample_hindi.json"):
         for text in (*record["instructions"]["navi_inst_gt"], *record["instructions"]["assem_inst_gt"]):
             assert unicodedata.is_normalized("NFC", text)
@@ -136,7 +136,7 @@ def test_hindi_is_normalised_and_ends_in_a_danda() -> None:
         (ObjectType("striped", "red", "ball"), True, "धारीदार लाल गेंद"),
     ],
 )
-def test_hindi_names_agree(thing: ObjectType, oblique: bool, expected: str) -> None:
+def test_hindi_object_names_agree_in_gender_and_case(thing: ObjectType, oblique: bool, expected: str) -> None:
     assert hindi.name(thing, oblique=oblique) == expected
 
 
@@ -163,12 +163,12 @@ def test_hindi_names_agree(thing: ObjectType, oblique: bool, expected: str) -> N
         ),
     ],
 )
-def test_ways_are_told(legs: list[Leg], side: str, in_english: str, in_hindi: str) -> None:
+def test_navigation_instructions_describe_the_legs(legs: list[Leg], side: str, in_english: str, in_hindi: str) -> None:
     assert in_english in english.navigate(legs, MUG, side, seeded(1))
     assert unicodedata.normalize("NFC", in_hindi) in hindi.navigate(legs, MUG, side, seeded(1))
 
 
-def test_its_streets_can_be_rebuilt(episodes: list[Episode]) -> None:
+def test_sample_streets_can_be_reconstructed(episodes: list[Episode]) -> None:
     for section in ("1", "2"):
         turns = [turn for episode in episodes if episode.section == section for turn in episode.turns]
         targets = np.array([(turn.target.position.x, turn.target.position.z) for turn in turns])

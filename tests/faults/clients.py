@@ -1,4 +1,4 @@
-"""Real clients that play while something goes wrong, and what must be equal afterwards."""
+"""Real clients that play during faults, and the comparison of their results with an undisturbed run."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""A server whose runs are disturbed."""
+"""Fixtures of the fault tests: a server, and the removal of remaining clients."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Actions come twice, late, too early, and out of order."""
+"""Duplicate, late, early and unordered actions."""
 
 import random
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The wall clock jumps, under a server that runs."""
+"""Jumps of the wall clock under a running server."""
 
 from pathlib import Path
 
@@ -43,7 +43,7 @@ class Clock:
 
 
 @pytest.mark.slow
-def test_the_clock_jumps_back_and_ahead(tmp_path: Path, peace: Peace) -> None:
+def test_run_survives_wall_clock_jumps(tmp_path: Path, peace: Peace) -> None:
     clock = Clock(tmp_path)
     tiny.write(tmp_path / "data", count=EPISODES)
     server = Server(tmp_path / "data", log=tmp_path / "log", environment=clock.environment)
@@ -58,7 +58,7 @@ def test_the_clock_jumps_back_and_ahead(tmp_path: Path, peace: Peace) -> None:
 
 
 @pytest.mark.slow
-def test_a_run_moves_between_two_processes_that_do_not_agree_on_the_time(tmp_path: Path, peace: Peace) -> None:
+def test_run_moves_between_processes_with_different_clocks(tmp_path: Path, peace: Peace) -> None:
     """Whether an episode is still held by another process must not hang on whose clock is right."""
     clock = Clock(tmp_path)
     tiny.write(tmp_path / "data", count=EPISODES)

@@ -1,4 +1,4 @@
-"""The database goes away under a run and comes back: the run goes on by itself, and ends as if nothing had been."""
+"""Database outages during a run: it continues on its own, with the result of an undisturbed run."""
 
 import time
 from collections.abc import Iterator
@@ -29,7 +29,7 @@ def server(request: pytest.FixtureRequest, postgres_url: str, tmp_path: Path) ->
 
 
 @pytest.mark.slow
-def test_postgresql_is_ended_three_times(
+def test_run_survives_three_database_outages(
     server: Server, cluster: Cluster, postgres_url: str, tmp_path: Path, peace: Peace
 ) -> None:
     process = client(server.address, tmp_path / "disturbed")

@@ -1,4 +1,4 @@
-"""The disk is full, for a while."""
+"""A temporarily full disk."""
 
 import resource
 import time
@@ -16,7 +16,7 @@ UNLIMITED = (resource.RLIM_INFINITY, resource.RLIM_INFINITY)
 
 
 @pytest.mark.slow
-def test_no_file_of_the_server_can_grow_for_a_while(server: Server, tmp_path: Path, peace: Peace) -> None:
+def test_run_survives_a_temporarily_full_disk(server: Server, tmp_path: Path, peace: Peace) -> None:
     """As the operating system limits the running server's files, every write beyond fails, as on a full disk."""
     assert server.log is not None
     log = server.log

@@ -1,4 +1,4 @@
-"""Two hosts behind a real proxy, with one PostgreSQL between them: a run outlives either of them, and the proxy."""
+"""Two hosts behind an nginx with one PostgreSQL: a run survives the loss of a host or the proxy."""
 
 import signal
 import time
@@ -56,7 +56,7 @@ def way_in(proxy: Proxy, token: str, tmp_path: Path) -> list[str]:
     return ["--token-file", str(path), "--tls-ca", str(proxy.authority)]
 
 
-def test_a_run_outlives_either_host_and_the_proxy(
+def test_run_survives_killed_hosts_and_a_restarted_proxy(
     hosts: list[Server], proxy: Proxy, way_in: list[str], postgres_url: str, tmp_path: Path, peace: Peace
 ) -> None:
     process = client(proxy.address, tmp_path / "disturbed", *way_in)
@@ -81,7 +81,7 @@ def test_a_run_outlives_either_host_and_the_proxy(
     check_same(postgres_url, peace, results(tmp_path / "disturbed"))
 
 
-def test_streams_of_one_run_are_shared_out_and_callers_are_told_no_addresses(
+def test_streams_behind_a_proxy_share_a_run_without_server_addresses(
     hosts: list[Server], proxy: Proxy, token: str
 ) -> None:
     access = Access(token=token, authority=proxy.authority.read_bytes())
@@ -94,7 +94,7 @@ def test_streams_of_one_run_are_shared_out_and_callers_are_told_no_addresses(
             assert len(set(seen)) == 4
 
 
-def test_the_proxy_ends_no_stream_that_is_silent_or_long(hosts: list[Server], proxy: Proxy, token: str) -> None:
+def test_proxy_keeps_silent_and_long_streams_open(hosts: list[Server], proxy: Proxy, token: str) -> None:
     access = Access(token=token, authority=proxy.authority.read_bytes())
     with Person(proxy.address, access=access) as ann:
         run = create(ann.stub)

@@ -1,4 +1,4 @@
-"""Nothing is lost: whoever is killed again and again, a run ends with the scores of an undisturbed one."""
+"""Killed servers and clients: a run ends with the scores of an undisturbed one."""
 
 import random
 import signal
@@ -14,7 +14,7 @@ KILLS = 10
 
 
 @pytest.mark.slow
-def test_the_server_is_killed_ten_times(server: Server, tmp_path: Path, peace: Peace) -> None:
+def test_run_survives_ten_server_kills(server: Server, tmp_path: Path, peace: Peace) -> None:
     chance = random.Random(7)
     process = client(server.address, tmp_path / "again")
     run = run_id(process)
@@ -29,7 +29,7 @@ def test_the_server_is_killed_ten_times(server: Server, tmp_path: Path, peace: P
 
 
 @pytest.mark.slow
-def test_the_client_is_killed_and_resumes(server: Server, tmp_path: Path, peace: Peace) -> None:
+def test_run_survives_client_kills_by_resuming(server: Server, tmp_path: Path, peace: Peace) -> None:
     process = client(server.address, tmp_path / "again")
     run = run_id(process)
     recorded = 0

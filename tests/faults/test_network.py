@@ -1,4 +1,4 @@
-"""The way between client and server breaks, or falls silent."""
+"""Connections between client and server that are reset or fall silent."""
 
 import random
 import time
@@ -12,7 +12,7 @@ from tests.serving import Server
 
 
 @pytest.mark.slow
-def test_connections_are_reset_again_and_again(server: Server, tmp_path: Path, peace: Peace) -> None:
+def test_run_survives_repeated_connection_resets(server: Server, tmp_path: Path, peace: Peace) -> None:
     chance = random.Random(3)
     with Relay(server.address) as relay:
         process = client(relay.address, tmp_path / "again")
@@ -28,7 +28,7 @@ def test_connections_are_reset_again_and_again(server: Server, tmp_path: Path, p
 
 
 @pytest.mark.slow
-def test_a_connection_falls_silent_and_another_client_goes_on(server: Server, tmp_path: Path, peace: Peace) -> None:
+def test_another_client_resumes_after_a_half_open_connection(server: Server, tmp_path: Path, peace: Peace) -> None:
     """Half-open: the server sees no end of the first stream. The same run, resumed, takes its episodes over."""
     with Relay(server.address) as relay:
         silent = client(relay.address, tmp_path / "silent")

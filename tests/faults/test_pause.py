@@ -1,4 +1,4 @@
-"""A process stands still, loses its episodes to another, and wakes up in the belief that it still has them."""
+"""A paused process that lost its episodes to another one: it cannot write after it resumes."""
 
 import signal
 from pathlib import Path
@@ -22,7 +22,7 @@ from tests.serving import Server
 
 
 @pytest.mark.slow
-def test_a_paused_process_cannot_write_what_another_plays(tmp_path: Path, database_url: str, peace: Peace) -> None:
+def test_paused_process_cannot_write_episodes_taken_over(tmp_path: Path, database_url: str, peace: Peace) -> None:
     tiny.write(tmp_path / "data", count=EPISODES)
     url, file = database_url, tmp_path / "journal.db" if database_url.startswith("sqlite") else None
     servers = [Server(tmp_path / "data", "127.0.0.1:0", "--journal", url, log=tmp_path / n) for n in ("one", "other")]

@@ -1,4 +1,4 @@
-"""The soak is kept in order by a small one."""
+"""A short run of the soak test."""
 
 import json
 import subprocess
@@ -15,7 +15,7 @@ SOAK = ROOT / "benchmarks" / "soak.py"
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("database", "workers"), [("sqlite", "2"), ("postgresql", "1")])
-def test_two_kills_and_what_chance_puts_between_them(database: str, workers: str, tmp_path: Path) -> None:
+def test_short_soak_with_two_kills_has_no_mismatches(database: str, workers: str, tmp_path: Path) -> None:
     if database == "postgresql":
         binaries()
     command = [sys.executable, str(SOAK), "--kills", "2", "--clients", "2", "--minutes", "2", "--patience", "300"]

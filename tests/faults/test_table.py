@@ -1,11 +1,11 @@
-"""The table of faults names tests that there are."""
+"""The table in `docs/faults.md`: every test that it names exists."""
 
 import re
 
 from tests import ROOT
 
 
-def test_every_test_that_the_table_names_is_there() -> None:
+def test_faults_table_names_existing_tests() -> None:
     named = re.findall(r"`([\w/]+\.py)(?:::(\w+))?`", (ROOT / "docs" / "faults.md").read_text())
     assert len(named) > 20
     for path, name in named:

@@ -1,4 +1,4 @@
-"""A client connects twice at once: its first stream still stands, and plays on, when its second one is there."""
+"""Two simultaneous streams or clients of one run: every step is taken once."""
 
 import random
 import signal
@@ -89,9 +89,7 @@ class Rivals:
 
 
 @pytest.mark.slow
-def test_both_streams_of_one_player_play_at_once_and_every_step_is_taken_once(
-    servers: list[Server], database_url: str
-) -> None:
+def test_rival_streams_of_one_player_take_every_step_once(servers: list[Server], database_url: str) -> None:
     with ExitStack() as stack:
         pool = stack.enter_context(ThreadPoolExecutor(2 + 2 * EPISODES))
         stubs = [
@@ -112,7 +110,7 @@ def test_both_streams_of_one_player_play_at_once_and_every_step_is_taken_once(
 
 
 @pytest.mark.slow
-def test_two_clients_play_one_run(server: Server, tmp_path: Path, peace: Peace) -> None:
+def test_two_clients_of_one_run_get_the_undisturbed_result(server: Server, tmp_path: Path, peace: Peace) -> None:
     """Whose connections break in turn, so that each takes over what the other had."""
     url = journal_url(server.data)
     with Relay(server.address) as first_way, Relay(server.address) as second_way:

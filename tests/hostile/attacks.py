@@ -1,4 +1,4 @@
-"""What a hostile client can send, without the stubs' help: bytes as they are, to any method, in any order."""
+"""Hostile requests without the stubs' checks: arbitrary bytes, to any method, in any order."""
 
 import random
 import socket

@@ -1,4 +1,4 @@
-"""Streams that end in every way in which their client can end them, many at once.
+"""Clients that end many streams at once, in every way in which a client can end them.
 
 As a program, `python -m tests.hostile.endings ADDRESS RUN WAY PLAYER...`, it is a client that can be killed.
 """

@@ -1,4 +1,4 @@
-"""HTTP/2 by hand, as no library would write it: calls that are reset at once, and headers without an end."""
+"""Hand-written HTTP/2 attacks: calls that are reset at once, and headers without an end."""
 
 import select
 import socket

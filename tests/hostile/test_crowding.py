@@ -1,4 +1,4 @@
-"""Callers who hold more calls than they need, beside others who want in."""
+"""Callers that hold many calls or streams: others are still served."""
 
 import threading
 from collections.abc import Iterator
@@ -64,7 +64,7 @@ def held(stack: ExitStack, call: Any) -> Any:
 
 
 @pytest.mark.parametrize("kind", ["watch", "reflection"])
-def test_strangers_who_hold_calls_shut_nobody_out(public: Server, silent: Any, kind: str) -> None:
+def test_held_anonymous_calls_do_not_block_others(public: Server, silent: Any, kind: str) -> None:
     with ExitStack() as stack:
         channel = stack.enter_context(grpc.insecure_channel(public.address, options=OWN))
         health = health_pb2_grpc.HealthStub(channel)
@@ -76,7 +76,7 @@ def test_strangers_who_hold_calls_shut_nobody_out(public: Server, silent: Any, k
         assert plays(public, f"beside {kind}")
 
 
-def test_a_participant_who_holds_streams_shuts_nobody_out(public: Server, silent: Any) -> None:
+def test_held_streams_of_one_participant_do_not_block_others(public: Server, silent: Any) -> None:
     with ExitStack() as stack:
         greedy = stack.enter_context(Person(public.address, token_of(public.data, "greedy")))
         streams = [held(stack, greedy.stub.Play(silent(), metadata=METADATA)) for _ in range(2 * CALLS)]
@@ -93,7 +93,7 @@ def test_a_participant_who_holds_streams_shuts_nobody_out(public: Server, silent
         )
 
 
-def test_one_participants_calls_are_answered_in_turn_beside_anothers(public: Server) -> None:
+def test_many_calls_of_one_participant_do_not_block_others(public: Server) -> None:
     with ExitStack() as stack:
         greedy = stack.enter_context(Person(public.address, token_of(public.data, "asker")))
         asked = [greedy.stub.ListRuns.future(pb.ListRunsRequest(), metadata=METADATA) for _ in range(CALLS // 4)]

@@ -1,4 +1,4 @@
-"""However clients end their streams, and whatever is logged, the server stays, and says nothing of a defect."""
+"""Streams ended in every way, at every log level: the server survives and reports no defect."""
 
 import asyncio
 import subprocess
@@ -20,7 +20,7 @@ STREAMS = 40
 
 
 @pytest.mark.parametrize("level", ["debug", "info", "warning", "error"])
-def test_streams_end_in_every_way(tmp_path: Path, level: str) -> None:
+def test_server_survives_every_way_of_ending_streams(tmp_path: Path, level: str) -> None:
     tiny.write(tmp_path / "data", count=STREAMS)
     log = tmp_path / "log"
     server = Server(tmp_path / "data", "127.0.0.1:0", "--log", level, log=log)

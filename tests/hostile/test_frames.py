@@ -1,4 +1,4 @@
-"""HTTP/2 written by hand: one connection asks too much, and others are answered all the same."""
+"""Hand-written HTTP/2 attacks on one connection: other clients are still answered."""
 
 from pathlib import Path
 
@@ -32,7 +32,7 @@ def answers(server: Server) -> bool:
         attacker.close()
 
 
-def test_calls_that_are_reset_at_once_do_not_pile_up(tmp_path: Path) -> None:
+def test_rapidly_reset_calls_do_not_accumulate_memory(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     server = Server(tmp_path, "127.0.0.1:0")
     try:
@@ -49,7 +49,7 @@ def test_calls_that_are_reset_at_once_do_not_pile_up(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["long", "short", "empty"])
-def test_headers_that_never_end(server: Server, kind: str) -> None:
+def test_endless_headers_do_not_accumulate_memory(server: Server, kind: str) -> None:
     before = memory(server)
     connection = Connection(server.address)
     while connection.frames < FLOOD and connection.flood(INFO, kind, 20):

@@ -1,4 +1,4 @@
-"""Hostile clients over the real port, at a bounded size, beside one that plays and must not notice."""
+"""Hostile clients over a real port, of bounded size, beside a client that must be unaffected."""
 
 import socket
 import threading
@@ -94,7 +94,7 @@ def held_open(messages: list[bytes], done: threading.Event) -> Iterator[bytes]:
     done.wait(240)
 
 
-def test_random_bytes(attack: Attack) -> None:
+def test_server_survives_random_bytes(attack: Attack) -> None:
     with attack.attacker() as attacker:
         for _ in range(60):
             for method in REQUESTS:
@@ -103,7 +103,7 @@ def test_random_bytes(attack: Attack) -> None:
         assert attacker.statuses[grpc.StatusCode.INVALID_ARGUMENT] > 60
 
 
-def test_messages_with_odd_values(attack: Attack) -> None:
+def test_server_survives_odd_field_values(attack: Attack) -> None:
     with attack.attacker() as attacker:
         for _ in range(40):
             for method, message in REQUESTS.items():
@@ -112,7 +112,7 @@ def test_messages_with_odd_values(attack: Attack) -> None:
         assert attacker.statuses[grpc.StatusCode.NOT_FOUND] > 20
 
 
-def test_mutated_messages(attack: Attack) -> None:
+def test_server_survives_mutated_messages(attack: Attack) -> None:
     with attack.attacker() as attacker:
         run_id = new_run(attacker)
         known = {
@@ -130,7 +130,7 @@ def test_mutated_messages(attack: Attack) -> None:
             attacker.play([attacker.mutated(opening), attacker.mutated(acting)])
 
 
-def test_the_wrong_order(attack: Attack) -> None:
+def test_messages_in_the_wrong_order_are_refused(attack: Attack) -> None:
     with attack.attacker() as attacker:
         opening = play_message(run_id=new_run(attacker), max_episodes=2)
         acting = play_message([pb.Act(episode_id="0", step=0, action=types_pb2.ACTION_LEFT)])
@@ -147,7 +147,7 @@ def test_the_wrong_order(attack: Attack) -> None:
         assert attacker.statuses[grpc.StatusCode.INVALID_ARGUMENT] == 7
 
 
-def test_odd_acts_are_problems_and_the_stream_goes_on(attack: Attack) -> None:
+def test_odd_actions_are_problems_and_the_stream_continues(attack: Attack) -> None:
     with attack.attacker() as attacker:
         run_id = new_run(attacker)
         acts = [pb.Act(episode_id="1") for _ in range(1000)]
@@ -160,7 +160,7 @@ def test_odd_acts_are_problems_and_the_stream_goes_on(attack: Attack) -> None:
         assert attacker.statuses[grpc.StatusCode.OK] == 2
 
 
-def test_huge_messages(attack: Attack, server: Server) -> None:
+def test_oversized_messages_are_refused(attack: Attack, server: Server) -> None:
     with attack.attacker() as attacker:
         for _ in range(10):
             attacker.unary("CreateRun", pb.CreateRunRequest(agent="a" * (2 << 20)).SerializeToString())
@@ -171,7 +171,7 @@ def test_huge_messages(attack: Attack, server: Server) -> None:
         assert f"at most {MAX_ACTS} are allowed" in str(attacker.details)
 
 
-def test_a_flood_of_acts(attack: Attack) -> None:
+def test_every_action_of_a_flood_is_answered(attack: Attack) -> None:
     """Each message is answered with 4,096 problems; the server reads no faster than it answers."""
     with attack.attacker() as attacker:
         flood = [play_message([pb.Act()] * MAX_ACTS)] * 10
@@ -193,14 +193,14 @@ def test_a_flood_of_acts(attack: Attack) -> None:
             assert list(pool.map(answered, runs)) == [len(flood) * MAX_ACTS] * 4
 
 
-def test_a_flood_of_calls(attack: Attack) -> None:
+def test_every_call_of_a_flood_is_answered(attack: Attack) -> None:
     with attack.attacker() as attacker:
         with ThreadPoolExecutor(16) as pool:
             list(pool.map(lambda _: attacker.unary("GetServerInfo", b""), range(2000)))
         assert attacker.statuses[grpc.StatusCode.OK] == 2000
 
 
-def test_readers_that_do_not_read(attack: Attack) -> None:
+def test_clients_that_do_not_read_do_not_disturb_others(attack: Attack) -> None:
     """Each asks for the largest images of all episodes, again and again, and takes none of them."""
     with attack.attacker() as attacker:
         again = play_message([pb.Act(episode_id=str(i), step=0, action=types_pb2.ACTION_LEFT) for i in range(6)])
@@ -218,7 +218,7 @@ def test_readers_that_do_not_read(attack: Attack) -> None:
             stream.cancel()
 
 
-def test_many_streams(attack: Attack, server: Server) -> None:
+def test_two_thousand_streams_do_not_disturb_others(attack: Attack, server: Server) -> None:
     """Two thousand at once, most of which never say what they want."""
     with attack.attacker() as attacker:
         run_id = new_run(attacker)
@@ -238,7 +238,7 @@ def test_many_streams(attack: Attack, server: Server) -> None:
                 each.close()
 
 
-def test_bare_connections(attack: Attack, server: Server) -> None:
+def test_malformed_connections_do_not_disturb_others(attack: Attack, server: Server) -> None:
     """Bytes that are not HTTP/2, halves of it, and nothing at all."""
     with attack.attacker() as attacker:
         preface = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"
@@ -250,7 +250,7 @@ def test_bare_connections(attack: Attack, server: Server) -> None:
         assert attacker.unary("GetServerInfo", b"") is not None
 
 
-def test_odd_metadata(attack: Attack) -> None:
+def test_server_survives_odd_metadata(attack: Attack) -> None:
     with attack.attacker() as attacker:
         for metadata in (
             (),
@@ -264,7 +264,7 @@ def test_odd_metadata(attack: Attack) -> None:
                 attacker.unary(method, b"", metadata)
 
 
-def test_a_half_closed_connection_does_not_hold_the_server(server: Server, undisturbed: pb.Report) -> None:
+def test_half_closed_connections_do_not_block_the_server(server: Server, undisturbed: pb.Report) -> None:
     with beside(server, undisturbed):
         for connection in sockets(server.address, [b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"] * 50):
             connection.shutdown(socket.SHUT_WR)

@@ -1,4 +1,4 @@
-"""Hindi's nouns and adjectives in every form, written out by hand, apart from the data that is tested by them."""
+"""Expected forms of Hindi nouns and adjectives, written by hand, independent of the tested data."""
 
 import unicodedata
 from collections.abc import Iterable, Iterator

@@ -1,4 +1,4 @@
-"""What a language's grammar holds, and what is wrong with one that holds something else."""
+"""Grammars: word forms, word classes, and errors in the data."""
 
 import tomllib
 from typing import Any
@@ -29,7 +29,7 @@ def loaded(data: dict[str, Any]) -> Grammar:
         ({"gender": "neuter"}, None),
     ],
 )
-def test_a_word_takes_the_form_that_most_asks_for(features: dict[str, str], form: str | None) -> None:
+def test_word_form_is_the_most_specific_match(features: dict[str, str], form: str | None) -> None:
     word = Lexeme(
         (
             (frozenset({"masculine"}), "हरा"),
@@ -40,7 +40,7 @@ def test_a_word_takes_the_form_that_most_asks_for(features: dict[str, str], form
     assert word.form(features) == form
 
 
-def test_classes_put_endings_behind_stems(data: dict[str, Any]) -> None:
+def test_word_classes_append_endings_to_stems(data: dict[str, Any]) -> None:
     data["grammar"]["classes"] = {"regular": {"main": "", "ing": "ing"}}
     data["grammar"]["words"]["turn"] = {"class": "regular", "stem": "veer", "ing": "veering off"}
     (word,) = loaded(data).words["turn"]
@@ -70,7 +70,9 @@ def test_words_have_weights(data: dict[str, Any]) -> None:
         (("grammar", "text", "per_episode"), {"numeral": {"roman": 1}}, "per_episode: numeral is not an axis .* roman"),
     ],
 )
-def test_what_is_wrong_is_named(data: dict[str, Any], path: tuple[str, ...], value: Any, message: str) -> None:
+def test_invalid_grammars_are_refused_with_the_reason(
+    data: dict[str, Any], path: tuple[str, ...], value: Any, message: str
+) -> None:
     table = data
     for key in path[:-1]:
         table = table[key]

@@ -42,7 +42,7 @@ def things(kind: str) -> Iterator[tuple[Thing, list[str]]]:
 
 
 @pytest.mark.parametrize("kind", NOUNS)
-def test_every_noun_with_every_adjective_in_every_form(kind: str) -> None:
+def test_adjectives_agree_with_every_noun_in_every_form(kind: str) -> None:
     for lexeme, gender, expected in nouns(kind):
         for (number, case), form in zip(FORMS, expected, strict=True):
             for thing, wordings in things(kind):
@@ -55,7 +55,7 @@ def test_every_noun_with_every_adjective_in_every_form(kind: str) -> None:
 
 
 @pytest.mark.parametrize("relation", POSTPOSITIONS)
-def test_every_noun_with_every_adjective_before_every_postposition(relation: str) -> None:
+def test_nouns_and_adjectives_are_oblique_before_postpositions(relation: str) -> None:
     seen = set()
     for kind in NOUNS:
         for lexeme, gender, expected in nouns(kind):
@@ -71,7 +71,7 @@ def test_every_noun_with_every_adjective_before_every_postposition(relation: str
 
 
 @pytest.mark.parametrize("kind", NOUNS)
-def test_two_of_a_kind_are_plural(kind: str) -> None:
+def test_two_objects_of_one_kind_are_plural(kind: str) -> None:
     plurals = {forms[3] for _, _, forms in nouns(kind)}
     for seed in range(DRAWS):
         wheres = (Where("between", (Thing(kind), Thing(kind))),)
@@ -84,7 +84,7 @@ def test_two_of_a_kind_are_plural(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", NOUNS)
-def test_participles_agree_with_what_lies_there(kind: str) -> None:
+def test_participles_agree_with_their_noun(kind: str) -> None:
     where = (Where("near", (Thing("tree"),)),)
     for lexeme, gender, expected in nouns(kind):
         for (number, case), form in zip(FORMS, expected, strict=True):

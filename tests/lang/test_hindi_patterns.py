@@ -1,4 +1,4 @@
-"""Hindi's patterns: each asks its things and participles for the case that stands in their place."""
+"""Case marks in Hindi's patterns: nouns before postpositions, and participles."""
 
 from itertools import pairwise
 
@@ -16,7 +16,7 @@ def readings(body: Sequence) -> list[list[str | Slot]]:
     return found
 
 
-def test_what_stands_before_a_postposition_is_oblique() -> None:
+def test_nouns_before_a_postposition_are_marked_oblique() -> None:
     """Of all patterns: a thing before a postposition has the mark for it, and no other one has."""
     grammar = load("hi").grammar
     postpositions = {"के", "की", "को", "से", "पर", "तक", "में", "और"}

@@ -1,4 +1,4 @@
-"""Hindi instructions as wholes: spelling, one register each, what people write, and back to the meaning."""
+"""Hindi instructions: spelling, register, quality, and reading back to the meaning."""
 
 import re
 import unicodedata
@@ -152,7 +152,7 @@ BY_HAND: list[tuple[str, Meaning]] = [
 
 
 @pytest.mark.parametrize(("text", "meaning"), BY_HAND)
-def test_what_people_write_is_read(text: str, meaning: Meaning) -> None:
+def test_human_written_texts_are_read(text: str, meaning: Meaning) -> None:
     phase = "navigation" if isinstance(meaning, Navigation) else "assembly"
     assert load("hi").read(text, phase) == meaning
 
@@ -166,7 +166,7 @@ def phase_of(meaning: Meaning) -> str:
     return "navigation" if isinstance(meaning, Navigation) else "assembly"
 
 
-def test_spelling_and_agreement_of_what_is_written() -> None:
+def test_written_texts_have_no_spelling_or_agreement_mistakes() -> None:
     for _, text in written(150, seed=1):
         assert text.endswith("।")
         assert text == unicodedata.normalize("NFC", text)
@@ -175,7 +175,7 @@ def test_spelling_and_agreement_of_what_is_written() -> None:
             assert not re.search(unicodedata.normalize("NFC", pattern), text), (mistake, text)
 
 
-def test_a_text_keeps_to_one_register() -> None:
+def test_written_texts_keep_to_one_register() -> None:
     words = {name: set(unicodedata.normalize("NFC", listed).split()) for name, listed in REGISTERS.items()}
     seen = set()
     for _, text in written(150, seed=2):
@@ -186,7 +186,7 @@ def test_a_text_keeps_to_one_register() -> None:
     assert seen == set(words)
 
 
-def test_what_is_written_passes_the_quality_checks() -> None:
+def test_written_texts_pass_the_quality_checks() -> None:
     for meaning, text in written(100, seed=3):
         failures = check(text, "hi", phase_of(meaning))
         assert [f for f in failures if f.severity == BLOCKED] == [], text
@@ -194,7 +194,7 @@ def test_what_is_written_passes_the_quality_checks() -> None:
         assert {f.check for f in failures} <= {"grey_building", "count", "long"}, (text, failures)
 
 
-def test_what_is_written_is_read_back() -> None:
+def test_written_texts_are_read_back_to_their_meaning() -> None:
     texts = written(150, seed=4)
     wrong = []
     for meaning, text in texts:
@@ -207,7 +207,7 @@ def test_what_is_written_is_read_back() -> None:
 STEPS: list[Step] = [Rotate("left"), Walk("ahead"), Walk("to", (HYDRANT,)), Face(TREE)]
 
 
-def test_texts_vary() -> None:
+def test_written_texts_vary_with_the_seed() -> None:
     meaning = Navigation(tuple(STEPS), what(MUG, near(BENCH)))
     texts = {load("hi").write(meaning, Random(seed)) for seed in range(50)}
     assert len(texts) == 50

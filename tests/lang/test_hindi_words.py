@@ -1,4 +1,4 @@
-"""Hindi's words: every noun and verb that is written, in every form."""
+"""Hindi words: every noun and verb of the grammar in every form."""
 
 import pytest
 
@@ -65,7 +65,7 @@ VERB_FEATURES = (
 )
 
 
-def test_the_tables_are_of_the_words_that_there_are() -> None:
+def test_expected_forms_cover_every_word_of_the_grammar() -> None:
     grammar = load("hi").grammar
     assert set(grammar.nouns) == set(NOUNS)
     assert set(grammar.colours) == set(COLOURS)
@@ -77,7 +77,7 @@ def test_the_tables_are_of_the_words_that_there_are() -> None:
 
 
 @pytest.mark.parametrize("kind", NOUNS)
-def test_nouns(kind: str) -> None:
+def test_nouns_have_the_expected_forms(kind: str) -> None:
     for lexeme, gender, expected in nouns(kind):
         assert dict(lexeme.given) == {"gender": {"m": "masculine", "f": "feminine"}[gender]}
         forms = [lexeme.form({"number": n, "case": c, **dict(lexeme.given)}) or "" for n, c in FORMS]
@@ -85,7 +85,7 @@ def test_nouns(kind: str) -> None:
 
 
 @pytest.mark.parametrize("verb", VERBS)
-def test_verbs(verb: str) -> None:
+def test_verbs_have_the_expected_forms(verb: str) -> None:
     written = {
         tuple(str(lexeme.form(features)) for features in VERB_FEATURES) for lexeme in load("hi").grammar.words[verb]
     }

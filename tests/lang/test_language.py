@@ -1,4 +1,4 @@
-"""Which languages there are, and which one a text is in."""
+"""Available languages, their files, and identification of a text's language."""
 
 import shutil
 from pathlib import Path
@@ -9,11 +9,11 @@ import lang
 from lang.language import ROOT, available, identify, load
 
 
-def test_the_public_names() -> None:
+def test_public_names_are_stable() -> None:
     assert lang.__all__ == ["CannotRead", "Language", "Mention", "UnknownLanguage", "available", "identify", "load"]
 
 
-def test_english_and_hindi_are_there() -> None:
+def test_english_and_hindi_are_available() -> None:
     assert lang.available() == ("en", "hi")
     names = {code: (load(code).name, load(code).english_name, load(code).script) for code in available()}
     assert names == {"en": ("English", "English", "Latin"), "hi": ("हिन्दी", "Hindi", "Devanagari")}
@@ -26,11 +26,11 @@ def test_all_languages_have_the_same_files() -> None:
     assert files["hi"] == files["en"]
 
 
-def test_a_language_is_read_once() -> None:
+def test_languages_are_loaded_once() -> None:
     assert lang.load("hi") is lang.load("hi")
 
 
-def test_an_unknown_language_is_named_beside_those_that_there_are() -> None:
+def test_unknown_language_error_lists_the_known_ones() -> None:
     with pytest.raises(lang.UnknownLanguage, match=r"no language 'fr'; there are en, hi"):
         lang.load("fr")
     with pytest.raises(LookupError):
@@ -46,7 +46,7 @@ def test_an_unknown_language_is_named_beside_those_that_there_are() -> None:
         ("Place the मग there, on the bucket.", "en"),
     ],
 )
-def test_identify(text: str, expected: str) -> None:
+def test_language_of_a_text_is_identified(text: str, expected: str) -> None:
     assert lang.identify(text) == expected
 
 
@@ -75,7 +75,7 @@ def replace(path: Path, old: str, new: str) -> None:
     path.write_text(text.replace(old, new), encoding="utf-8")
 
 
-def test_a_third_language_is_a_folder(three_languages: Path) -> None:
+def test_language_is_added_by_a_folder(three_languages: Path) -> None:
     assert available(three_languages) == ("en", "hi", "nl")
     dutch = load("nl", three_languages)
     text = "de bal achter de emmer"
@@ -84,7 +84,7 @@ def test_a_third_language_is_a_folder(three_languages: Path) -> None:
     assert identify("the ball behind the bucket", three_languages) == "en"
 
 
-def test_a_folder_is_named_after_its_language(three_languages: Path) -> None:
+def test_folder_name_must_equal_the_language_code(three_languages: Path) -> None:
     shutil.copytree(three_languages / "nl", three_languages / "de")
     with pytest.raises(ValueError, match=r"language\.toml: code 'nl'; expected the folder's name, 'de'"):
         load("de", three_languages)

@@ -1,4 +1,4 @@
-"""The lexicons' data, and how a word is recognised despite a typing error."""
+"""Lexicons: their data, and recognition of words with typing errors."""
 
 import tomllib
 from itertools import product
@@ -30,7 +30,7 @@ def test_every_language_has_words_for_the_whole_catalogue(code: str) -> None:
 
 
 @pytest.mark.parametrize("code", available())
-def test_every_phrase_of_the_catalogue_is_found_for_what_it_is(code: str) -> None:
+def test_every_lexicon_phrase_is_recognised_with_its_meaning(code: str) -> None:
     data = tomllib.loads((ROOT / code / "lexicon.toml").read_text(encoding="utf-8"))
     language = load(code)
     for value, phrases in data["kinds"].items():
@@ -67,13 +67,13 @@ def test_every_phrase_of_the_catalogue_is_found_for_what_it_is(code: str) -> Non
         ("", "a", True),
     ],
 )
-def test_within_one_edit(written: str, word: str, expected: bool) -> None:
+def test_within_one_edit_recognises_typing_errors(written: str, word: str, expected: bool) -> None:
     assert within_one_edit(written, word) is expected
     assert within_one_edit(word, written) is expected
 
 
 @given(st.text("abc", max_size=5), st.text("abc", max_size=5))
-def test_within_one_edit_is_what_editing_gives(a: str, b: str) -> None:
+def test_within_one_edit_equals_all_single_edits(a: str, b: str) -> None:
     edited = {a}
     for i in range(len(a) + 1):
         edited |= {a[:i] + letter + a[i:] for letter in "abc"}
@@ -83,7 +83,7 @@ def test_within_one_edit_is_what_editing_gives(a: str, b: str) -> None:
     assert within_one_edit(a, b) is (b in edited)
 
 
-def test_a_word_near_two_meanings_is_none_of_them() -> None:
+def test_word_near_two_meanings_is_not_recognised() -> None:
     data = EMPTY | {"colours": {"red": ["crimson"]}, "kinds": {"mug": ["brimson"]}}
     lexicon = Lexicon(data, Tokenizer("a-z"))
     assert lexicon.read(["frimson"], 0) is None

@@ -1,4 +1,4 @@
-"""Which collectibles a text mentions."""
+"""Mentions of collectibles in texts."""
 
 import pytest
 
@@ -47,7 +47,7 @@ Said = tuple[str | None, str | None, str | None]
         ("striped red dotted white mug", [("striped", "red", None), ("dotted", "white", "mug")]),
     ],
 )
-def test_english(text: str, expected: list[Said]) -> None:
+def test_english_mentions_are_found(text: str, expected: list[Said]) -> None:
     assert [(m.pattern, m.colour, m.kind) for m in load("en").find_objects(text)] == expected
 
 
@@ -76,7 +76,7 @@ def test_english(text: str, expected: list[Said]) -> None:
         ("भूरी इमारत के पास से बाएँ मुड़ें।", []),
     ],
 )
-def test_hindi(text: str, expected: list[Said]) -> None:
+def test_hindi_mentions_are_found(text: str, expected: list[Said]) -> None:
     assert [(m.pattern, m.colour, m.kind) for m in load("hi").find_objects(text)] == expected
 
 
@@ -91,5 +91,5 @@ def test_hindi(text: str, expected: list[Said]) -> None:
         ("hi", "रेतघ\u095cी को लाल\u200c मग पर", ["रेतघ\u095cी", "लाल\u200c मग"]),
     ],
 )
-def test_a_mention_knows_its_place(code: str, text: str, expected: list[str]) -> None:
+def test_mentions_have_their_position_in_the_text(code: str, text: str, expected: list[str]) -> None:
     assert [text[m.start : m.end] for m in load(code).find_objects(text)] == expected

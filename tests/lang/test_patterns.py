@@ -7,7 +7,7 @@ from lang.patterns import Choice, Slot, needed, parse, possible, spell_out, spli
 KNOWN = frozenset(("thing", "side", "where"))
 
 
-def test_a_pattern_is_words_slots_and_choices() -> None:
+def test_pattern_is_parsed_into_words_slots_and_choices() -> None:
     pattern = parse("^{go} (past|by) {thing:oblique.plural} [on your {side}]")
     assert pattern.main_only
     assert pattern.body == (
@@ -30,7 +30,7 @@ def test_weights_stand_at_the_front_of_a_pattern_or_of_a_choice() -> None:
 
 
 @pytest.mark.parametrize("text", ["{thing", "a (b", "a [b)", "a) b", "a | b", "thing}", "(a]"])
-def test_brackets_that_do_not_match_are_named(text: str) -> None:
+def test_unbalanced_brackets_are_refused(text: str) -> None:
     with pytest.raises(ValueError, match="unbalanced brackets") as raised:
         parse(text)
     assert repr(text) in str(raised.value)
@@ -46,13 +46,13 @@ def test_brackets_that_do_not_match_are_named(text: str) -> None:
         ("straight on", set(), set()),
     ],
 )
-def test_what_every_reading_has_and_what_some_have(text: str, must: set[str], may: set[str]) -> None:
+def test_needed_and_possible_slots_are_determined(text: str, must: set[str], may: set[str]) -> None:
     body = parse(text).body
     assert needed(body, KNOWN) == must
     assert possible(body, KNOWN) == may
 
 
-def test_every_text_of_a_pattern() -> None:
+def test_spell_out_gives_every_text_of_a_pattern() -> None:
     texts = spell_out(parse("{go} [right] (left|on)").body, {"go": ("walk", "go")})
     assert sorted(" ".join(text.split()) for text in texts) == [
         "go left", "go on", "go right left", "go right on", "walk left", "walk on", "walk right left", "walk right on",

@@ -1,4 +1,4 @@
-"""What relations mean on the room's floor."""
+"""Cells of the room that spatial relations refer to."""
 
 import math
 
@@ -28,7 +28,7 @@ def told(*wheres: Where, turns: tuple[str, ...] = ()) -> Assembly:
     [((), 0), (("right",), 1), (("left",), 3), (("around",), 2), (("slightly right",), 0), (("left", "left"), 2),
      (("right", "slightly left"), 1)],
 )  # fmt: skip
-def test_turns_add_up(turns: tuple[str, ...], quarter: int) -> None:
+def test_turns_add_up_to_quarter_headings(turns: tuple[str, ...], quarter: int) -> None:
     assert quarter_after(turns) == quarter
 
 
@@ -41,7 +41,7 @@ def test_turns_add_up(turns: tuple[str, ...], quarter: int) -> None:
         ("behind", (1, 3), (2, 2), (0, 2), (1, 1)),
     ],
 )
-def test_relations_are_seen_after_the_turns(
+def test_relations_are_relative_to_the_view_after_the_turns(
     relation: str, ahead: tuple[int, int], right: tuple[int, int], left: tuple[int, int], around: tuple[int, int]
 ) -> None:
     where = Where(relation, (RED_MUG,))
@@ -72,24 +72,24 @@ def test_relations_are_seen_after_the_turns(
         ((Where("near", (Thing("fountain"),)), Where("on_top_of", (A_BOOK,))), (4, 0)),
     ],
 )
-def test_the_cell_that_fits_best_is_found(wheres: tuple[Where, ...], cell: tuple[int, int]) -> None:
+def test_best_fitting_cell_is_found(wheres: tuple[Where, ...], cell: tuple[int, int]) -> None:
     assert find_cell(told(*wheres), ROOM)[0] == cell
 
 
-def test_a_thing_before_the_agent_is_meant_rather_than_one_aside() -> None:
+def test_objects_ahead_are_preferred_to_objects_aside() -> None:
     room = Room((Standing("mug", "red", "dotted", 1, 0), Standing("mug", "blue", "striped", 3, 0)), WALLS)
     on_mug = Where("on_top_of", (Thing("mug"),))
     assert find_cell(told(on_mug, turns=("right",)), room)[0] == (3, 0)
     assert find_cell(told(on_mug, turns=("left",)), room)[0] == (1, 0)
 
 
-def test_the_lead_tells_whether_it_is_clear() -> None:
+def test_lead_distinguishes_clear_from_ambiguous_places() -> None:
     clear, unclear = told(Where("on_top_of", (A_BOOK,))), told(Where("on_top_of", (Thing("mug"),)))
     assert find_cell(clear, ROOM)[1] > 10
     assert find_cell(unclear, ROOM)[1] == pytest.approx(1.0)
 
 
-def test_weights_are_of_all_cells_but_the_start() -> None:
+def test_every_cell_but_the_start_has_a_weight() -> None:
     weights = weigh_cells(told(Where("near", (A_TV,))), ROOM)
     assert len(weights) == COLUMNS * ROWS - 1
     assert START not in weights
@@ -109,5 +109,5 @@ def test_weights_are_of_all_cells_but_the_start() -> None:
         (Thing("mug", where=(Where("near", (Thing("fountain"),)),)), False),
     ],
 )
-def test_what_is_named_may_not_be_there(thing: Thing, is_there: bool) -> None:
+def test_absent_landmarks_are_detected(thing: Thing, is_there: bool) -> None:
     assert is_all_there(told(Where("near", (thing,))), ROOM) == is_there

@@ -121,7 +121,7 @@ def test_a_good_text_passes_every_check(language: str, phase: str, text: str) ->
 
 
 @pytest.mark.parametrize(("language", "phase", "text", "name", "says"), FAILING)
-def test_a_text_fails_one_check(language: str, phase: str, text: str, name: str, says: str) -> None:
+def test_each_faulty_text_fails_exactly_one_check(language: str, phase: str, text: str, name: str, says: str) -> None:
     (failure,) = check(text, language, phase)
     assert (failure.check, failure.message) == (name, says)
     assert failure.severity == (SUSPICIOUS if name in SUSPICIONS else BLOCKED)
@@ -129,7 +129,7 @@ def test_a_text_fails_one_check(language: str, phase: str, text: str, name: str,
 
 
 @pytest.mark.parametrize("language", ["en", "hi"])
-def test_the_table_has_every_check_in_the_language(language: str) -> None:
+def test_failing_examples_cover_every_check_in_each_language(language: str) -> None:
     tested = {name for code, _, _, name, _ in FAILING if code == language}
     assert tested == {name for *_, name, _ in FAILING} - ({"registers"} if language == "en" else set())
 
@@ -143,7 +143,7 @@ def test_the_table_has_every_check_in_the_language(language: str) -> None:
         ("hi", A, "बाएँ मुड़ जाएँ और तीर वाले मग को टीवी के पीछे रखें।"),
     ],
 )
-def test_a_term_of_the_other_phase_is_free(language: str, phase: str, text: str) -> None:
+def test_terms_forbidden_in_the_other_phase_are_allowed(language: str, phase: str, text: str) -> None:
     assert check(text, language, phase) == ()
 
 
@@ -160,7 +160,7 @@ def test_a_term_of_the_other_phase_is_free(language: str, phase: str, text: str)
         ("hi", "बाएँ घूमिए, बेंच तक चलिए और मग उठाइए।", 90, False),
     ],
 )
-def test_a_path_that_begins_with_a_turn(language: str, text: str, degrees: float, blocked: bool) -> None:
+def test_large_initial_turn_must_be_mentioned(language: str, text: str, degrees: float, blocked: bool) -> None:
     failures = check(text, language, N, first_turn=degrees)
     assert [failure.check for failure in failures] == ["no_turn"] * blocked
     assert is_blocked(failures) is blocked
@@ -179,7 +179,7 @@ def test_a_path_that_begins_with_a_turn(language: str, text: str, degrees: float
         ("hi", "बाएँ मुड़ें और धारीदार भूरी बाल्टी उठा लें।", False),
     ],
 )
-def test_the_target_is_named(language: str, text: str, named: bool) -> None:
+def test_text_that_does_not_name_the_target_is_suspicious(language: str, text: str, named: bool) -> None:
     failures = check(text, language, N, target=Thing("bucket", "brown", "dotted"))
     assert [failure.check for failure in failures] == ([] if named else ["no_target"])
     assert not is_blocked(failures)
@@ -199,14 +199,14 @@ def test_blocking_failures_come_first() -> None:
     assert str(failures[1]) == "blocked: term: 'key' cannot be included"
 
 
-def test_what_cannot_be_checked() -> None:
+def test_unknown_phases_and_languages_are_refused() -> None:
     with pytest.raises(ValueError, match="phase 'sleep' is not one of 'navigation', 'assembly'"):
         check("text", "en", "sleep")
     with pytest.raises(UnknownLanguage, match="no language 'xx'; there are en, hi"):
         check("text", "xx", N)
 
 
-def test_a_file_of_other_keys_is_refused(tmp_path: Path) -> None:
+def test_quality_file_with_unknown_keys_is_refused(tmp_path: Path) -> None:
     copytree(ROOT / "en", tmp_path / "en")
     file = tmp_path / "en" / "quality.toml"
     file.write_text(file.read_text(encoding="utf-8").replace("place = [", "plaice = ["), encoding="utf-8")
@@ -215,13 +215,13 @@ def test_a_file_of_other_keys_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("code", available())
-def test_every_language_has_the_rules(code: str) -> None:
+def test_every_language_has_quality_rules(code: str) -> None:
     assert (ROOT / code / "quality.toml").is_file()
     check("text", code, N)
 
 
 @needs_release
-def test_what_people_wrote_passes() -> None:
+def test_human_written_texts_pass_the_checks() -> None:
     """People's texts passed the original's checks, so that a rule which many of them fail would be a wrong one."""
     episodes = json.loads(VAL_SEEN.read_text(encoding="utf-8"))
     blocked: Counter[str] = Counter()

@@ -1,4 +1,4 @@
-"""Instructions read: back to the meaning they were written from, and what people write."""
+"""Reading of instructions: generated texts back to their meaning, and human-written texts."""
 
 from random import Random
 
@@ -24,7 +24,7 @@ def near(thing: Thing, *landmarks: Thing, relation: str = "near") -> Thing:
 
 @given(st.integers(0, 2**32))
 @settings(max_examples=120, deadline=None)
-def test_what_is_written_is_read_back(seed: int) -> None:
+def test_written_texts_are_read_back_to_their_meaning(seed: int) -> None:
     random = Random(seed)
     for meaning in sampling.meanings(random, 1):
         text = load("en").write(meaning, random)
@@ -89,18 +89,18 @@ PEOPLES: list[tuple[str, Meaning]] = [
 
 
 @pytest.mark.parametrize(("text", "meaning"), PEOPLES, ids=[text for text, _ in PEOPLES])
-def test_what_people_write(text: str, meaning: Meaning) -> None:
+def test_human_written_texts_are_read(text: str, meaning: Meaning) -> None:
     assert load("en").read(text, phase_of(meaning)) == meaning
 
 
 @pytest.mark.parametrize(
     ("text", "phase"), [("", "navigation"), ("What a lovely day!", "navigation"), ("Hm.", "assembly")]
 )
-def test_a_text_that_says_nothing_is_an_error(text: str, phase: str) -> None:
+def test_text_without_any_meaning_is_an_error(text: str, phase: str) -> None:
     with pytest.raises(CannotRead, match=r"nothing understood in .*; expected steps or"):
         load("en").read(text, phase)
 
 
-def test_there_are_two_phases() -> None:
+def test_unknown_phase_is_refused() -> None:
     with pytest.raises(ValueError, match="phase 'room'; expected navigation or assembly"):
         load("en").read("Turn left.", "room")

@@ -1,4 +1,4 @@
-"""In which relation a mentioned object is the landmark."""
+"""Spatial relations to mentioned landmarks in texts."""
 
 import tomllib
 
@@ -55,7 +55,7 @@ def relations(code: str, text: str) -> list[Said]:
         ),
     ],
 )
-def test_english(text: str, expected: list[Said]) -> None:
+def test_english_relations_are_found(text: str, expected: list[Said]) -> None:
     assert relations("en", text) == expected
 
 
@@ -97,12 +97,12 @@ def test_english(text: str, expected: list[Said]) -> None:
         ("मग उठाएँ और टीवी के पीछे जाएँ।", [("मग", None), ("टीवी", "behind")]),
     ],
 )
-def test_hindi(text: str, expected: list[Said]) -> None:
+def test_hindi_relations_are_found(text: str, expected: list[Said]) -> None:
     assert relations("hi", text) == expected
 
 
 @pytest.mark.parametrize("code", available())
-def test_every_phrase_is_read_for_what_it_is(code: str) -> None:
+def test_every_relation_phrase_is_recognised(code: str) -> None:
     data = tomllib.loads((ROOT / code / "relations.toml").read_text(encoding="utf-8"))
     ball = tomllib.loads((ROOT / code / "lexicon.toml").read_text(encoding="utf-8"))["kinds"]["ball"][0]
     assert tuple(data["phrases"]) == RELATIONS
@@ -120,7 +120,7 @@ def test_every_phrase_is_read_for_what_it_is(code: str) -> None:
         ({"phrases": {key: [] for key in (*RELATIONS, "under")}}, "under; expected"),
     ],
 )
-def test_data_that_is_not_as_described_is_an_error(changes: dict[str, object], message: str) -> None:
+def test_invalid_relation_data_is_refused(changes: dict[str, object], message: str) -> None:
     data = {"position": "before", "conjunctions": [], "skipped": [], "phrases": {key: [] for key in RELATIONS}}
     tokenizer = Tokenizer("a-z")
     lexicon = Lexicon(EMPTY | {"kinds": {"ball": ["ball"]}}, tokenizer)

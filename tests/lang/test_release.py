@@ -1,4 +1,4 @@
-"""How much of the official release's English is understood. Its errors are real ones."""
+"""Share of the official release's English instructions that is understood."""
 
 import json
 import os
@@ -34,7 +34,7 @@ def landmarks(text: str) -> list[tuple[str | None, str | None, str | None]]:
     ]
 
 
-def test_what_a_level_2_target_stands_on_is_read(episodes: list[dict[str, Any]]) -> None:
+def test_objects_under_level_2_targets_are_read(episodes: list[dict[str, Any]]) -> None:
     texts = [
         episode["instructions"]["assem_inst_gt"][turn]
         for episode in episodes
@@ -46,7 +46,7 @@ def test_what_a_level_2_target_stands_on_is_read(episodes: list[dict[str, Any]])
     assert sum(read) / len(read) >= 0.98
 
 
-def test_it_is_the_right_one_where_that_is_known(episodes: list[dict[str, Any]]) -> None:
+def test_object_under_a_level_2_target_is_the_correct_one(episodes: list[dict[str, Any]]) -> None:
     # Where the second target stands on the first, the release tells what the landmark is.
     right = []
     for episode in episodes:

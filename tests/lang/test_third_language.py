@@ -1,4 +1,4 @@
-"""A third language is a folder: a small Esperanto beside the others is written, read and checked without any code."""
+"""A third language added as a folder: a small Esperanto, written, read and checked without code."""
 
 from pathlib import Path
 from random import Random
@@ -203,14 +203,14 @@ def esperanto(root: Path) -> Language:
     return load("eo", root)
 
 
-def test_it_is_there(root: Path, esperanto: Language) -> None:
+def test_third_language_is_available_and_identified(root: Path, esperanto: Language) -> None:
     assert available(root) == ("en", "eo", "hi")
     assert esperanto.name == "Esperanto"
     assert identify("prenu la punktitan bluan pilkon apud la taso", root) == "eo"
 
 
 @pytest.mark.parametrize("meaning", MEANINGS)
-def test_what_is_written_is_read_back(esperanto: Language, meaning: Meaning) -> None:
+def test_written_texts_are_read_back_to_their_meaning(esperanto: Language, meaning: Meaning) -> None:
     phase = "navigation" if isinstance(meaning, Navigation) else "assembly"
     texts = {esperanto.write(meaning, Random(seed)) for seed in range(20)}
     assert len(texts) > 2
@@ -218,7 +218,7 @@ def test_what_is_written_is_read_back(esperanto: Language, meaning: Meaning) -> 
         assert esperanto.read(text, phase) == meaning, text
 
 
-def test_its_own_grammar_is_followed(esperanto: Language) -> None:
+def test_third_language_follows_its_own_grammar(esperanto: Language) -> None:
     """A case that neither English nor Hindi has, and adjectives that agree in it."""
     texts = {esperanto.write(MEANINGS[0], Random(seed)) for seed in range(30)}
     assert all("pilkon." in text for text in texts)
@@ -227,7 +227,7 @@ def test_its_own_grammar_is_followed(esperanto: Language) -> None:
     assert all("ambaŭ benkoj" in text for text in plural)
 
 
-def test_what_people_write_is_read(esperanto: Language) -> None:
+def test_human_written_text_is_read(esperanto: Language) -> None:
     text = "Turnu vin dekstren ĉe la dua stratangulo kaj iru ĝis la benko. Prenu la strian ruĝan tason ĉe la sidbenko."
     steps = (Rotate("right", "at", Thing("corner", which="second")), Walk("to", (BENCH,)))
     assert esperanto.read(text, "navigation") == Navigation(
@@ -244,5 +244,5 @@ def test_what_people_write_is_read(esperanto: Language) -> None:
         ("Turnu vin maldekstren kaj marŝu ĝis la benko.", "navigation", ["no_pick_up"]),
     ],
 )
-def test_its_texts_are_checked(root: Path, text: str, phase: str, failed: list[str]) -> None:
+def test_quality_checks_apply_to_the_third_language(root: Path, text: str, phase: str, failed: list[str]) -> None:
     assert [failure.check for failure in check(text, "eo", phase, root=root)] == failed

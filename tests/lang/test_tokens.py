@@ -1,4 +1,4 @@
-"""Tokens and normal form, in both scripts."""
+"""Tokenisation and normalisation of texts in both scripts."""
 
 import unicodedata
 
@@ -28,7 +28,7 @@ from lang import load
         ("hi", "लक\u095cी लकड\u093cी", ["लकड\u093cी", "लकड\u093cी"]),
     ],
 )
-def test_tokenize(code: str, text: str, expected: list[str]) -> None:
+def test_texts_are_split_into_tokens(code: str, text: str, expected: list[str]) -> None:
     assert load(code).tokenize(text) == [unicodedata.normalize("NFC", token) for token in expected]
 
 
@@ -42,13 +42,13 @@ def test_tokenize(code: str, text: str, expected: list[str]) -> None:
         ("hi", "क\u094d\u200dष\u200c मग", "क\u094dष मग"),
     ],
 )
-def test_normalise(code: str, text: str, expected: str) -> None:
+def test_texts_are_normalised(code: str, text: str, expected: str) -> None:
     assert load(code).normalise(text) == expected
 
 
 @pytest.mark.parametrize("code", ["en", "hi"])
 @given(st.text(st.characters(codec="utf-8") | st.sampled_from("कड\u093c\u095cाीं।१ \u200d\u200ctv."), max_size=20))
-def test_normalising_twice_changes_nothing(code: str, text: str) -> None:
+def test_normalisation_is_idempotent(code: str, text: str) -> None:
     language = load(code)
     once = language.normalise(text)
     assert language.normalise(once) == once
@@ -56,5 +56,5 @@ def test_normalising_twice_changes_nothing(code: str, text: str) -> None:
 
 @pytest.mark.parametrize("code", ["en", "hi"])
 @given(st.text(st.sampled_from("कडिताबी।१2 tv.,'-\n"), max_size=20))
-def test_nothing_but_white_space_is_lost(code: str, text: str) -> None:
+def test_tokenisation_loses_only_white_space(code: str, text: str) -> None:
     assert "".join(load(code).tokenize(text)) == "".join(text.split())

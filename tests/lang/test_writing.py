@@ -1,4 +1,4 @@
-"""English instructions as they are written: what they say, how they are spelt, how much they differ."""
+"""Writing of English instructions: wording, spelling and variety."""
 
 import re
 from random import Random
@@ -22,7 +22,7 @@ def some(said: str, texts: list[str]) -> bool:
     return any(re.search(said, text, re.IGNORECASE) for text in texts)
 
 
-def test_a_text_depends_on_meaning_and_draw_alone() -> None:
+def test_text_is_determined_by_meaning_and_seed() -> None:
     meaning = sampling.navigation(Random(5))
     assert load("en").write(meaning, Random(1)) == load("en").write(meaning, Random(1))
     assert len(set(written(meaning, 30))) == 30
@@ -47,11 +47,11 @@ def test_a_text_depends_on_meaning_and_draw_alone() -> None:
         (Walk("towards", (BANNER,)), r"towards? (the|an) .*(star|orange)"),
     ],
 )
-def test_what_a_step_says(step: Rotate | Face | Walk, said: str) -> None:
+def test_steps_are_worded_as_expected(step: Rotate | Face | Walk, said: str) -> None:
     assert some(said, written(Navigation((step,), MUG)))
 
 
-def test_references() -> None:
+def test_repeated_mentions_become_short_references() -> None:
     texts = written(Navigation((Walk("to", (BENCH,)), Rotate("left", "at", BENCH)), MUG))
     assert some(r"left there", texts)
     assert some(r"(that|this|the same) (park |street )?bench", texts)
@@ -61,7 +61,7 @@ def test_references() -> None:
     assert some(r"in front of .*(its left|left of it)", written(Assembly((), Thing("ball"), twice)))
 
 
-def test_relations_of_a_landmark_are_told_from_those_of_the_target() -> None:
+def test_landmark_relations_are_written_as_relative_clauses() -> None:
     behind = (Where("behind", (Thing("tree"),)),)
     near = Thing("mug", "red", "striped", where=(Where("near", (Thing("bench", where=behind),)),))
     texts = written(Navigation((), near))
@@ -74,14 +74,14 @@ def test_relations_of_a_landmark_are_told_from_those_of_the_target() -> None:
     )
 
 
-def test_articles_agree_with_what_follows() -> None:
+def test_articles_agree_with_the_next_word() -> None:
     text = "A orange hourglass, a hourglass, a ball and a arched wall."
     for pattern, replacement in load("en").grammar.spelling:
         text = re.sub(pattern, replacement, text)
     assert text == "An orange hourglass, an hourglass, a ball and an arched wall."
 
 
-def test_texts_are_spelt_and_pass_the_checks() -> None:
+def test_written_texts_are_well_formed_and_pass_the_checks() -> None:
     random = Random(11)
     for meaning in sampling.meanings(random, 150):
         text = load("en").write(meaning, random)
@@ -93,7 +93,7 @@ def test_texts_are_spelt_and_pass_the_checks() -> None:
         assert [failure for failure in check(text, "en", phase) if failure.severity == BLOCKED] == [], text
 
 
-def test_what_has_no_words_is_an_error() -> None:
+def test_things_without_words_are_an_error() -> None:
     english = load("en")
     for thing, message in (
         (Thing("zeppelin"), "no noun for kind 'zeppelin'"),

@@ -1,4 +1,4 @@
-"""A process that is told to stop: it takes nothing new, and what it plays goes on elsewhere as if nothing had been."""
+"""Draining after a termination signal: no new work, and streams continue on another process."""
 
 import os
 import signal
@@ -35,7 +35,7 @@ def workers(tmp_path: Path) -> Iterator[Server]:
 
 
 @LINUX
-def test_a_run_moves_to_the_other_process_and_ends_with_the_same_scores(
+def test_draining_moves_a_run_to_the_other_process_with_equal_scores(
     workers: Server, tmp_path: Path, peace: Peace
 ) -> None:
     process = client(workers.address, tmp_path / "moved")
@@ -49,7 +49,7 @@ def test_a_run_moves_to_the_other_process_and_ends_with_the_same_scores(
 
 
 @LINUX
-def test_a_stream_ends_in_good_order_and_its_episode_is_free_at_once(workers: Server) -> None:
+def test_draining_closes_streams_and_frees_their_episodes_at_once(workers: Server) -> None:
     first, second = addresses(workers)
     with grpc.insecure_channel(first) as channel:
         stub = EvaluationStub(channel)
@@ -102,7 +102,7 @@ class Held:
         return status
 
 
-def test_draining_is_told_and_a_second_signal_ends_it(tmp_path: Path) -> None:
+def test_draining_is_announced_and_ended_by_a_second_signal(tmp_path: Path) -> None:
     held = Held(tmp_path, "3600")
     assert held.get("/readyz") == (200, "ready\n")
     held.terminate()
@@ -113,7 +113,7 @@ def test_draining_is_told_and_a_second_signal_ends_it(tmp_path: Path) -> None:
     assert held.wait() == 0
 
 
-def test_draining_is_bounded(tmp_path: Path) -> None:
+def test_draining_ends_at_its_time_limit(tmp_path: Path) -> None:
     held = Held(tmp_path, "0.5")
     held.terminate()
     assert held.wait() == 0

@@ -1,4 +1,4 @@
-"""What the server says of settings that a host may not have meant."""
+"""Checks at the server's start: warnings about settings, and refusal of exposed data."""
 
 import subprocess
 from pathlib import Path
@@ -57,7 +57,7 @@ PROXY = {"trust_proxy": True}
         ("0.0.0.0:1", TLS | {"runs_in_all": PerSplit(9)}, []),
     ],
 )
-def test_warnings_about_settings_that_a_host_may_not_have_intended(
+def test_probably_unintended_settings_cause_warnings(
     tmp_path: Path, listen: str, settings: dict[str, Any], said: list[str]
 ) -> None:
     splits = {split.name: split for split in (tiny.write(tmp_path), tiny.write(tmp_path, "secret", hidden=True))}
@@ -76,7 +76,7 @@ def test_warnings_about_settings_that_a_host_may_not_have_intended(
         ("splits/hidden", 0o701, "700"),
     ],
 )
-def test_nothing_hidden_is_served_that_others_can_read(tmp_path: Path, name: str, mode: int, expected: str) -> None:
+def test_hidden_data_readable_by_others_is_refused(tmp_path: Path, name: str, mode: int, expected: str) -> None:
     data = tmp_path / "a folder"
     tiny.write(data)
     tiny.write(data, "hidden", hidden=True)
@@ -93,7 +93,7 @@ def test_nothing_hidden_is_served_that_others_can_read(tmp_path: Path, name: str
     check_secrets(config, splits)
 
 
-def test_serve_refuses_before_it_opens_anything(tmp_path: Path) -> None:
+def test_serve_refuses_exposed_data_before_creating_the_journal(tmp_path: Path) -> None:
     tiny.write(tmp_path, "hidden", hidden=True)
     (tmp_path / "splits" / "hidden").chmod(0o755)
     done = run("serve", "--data", tmp_path, "--listen", "127.0.0.1:0")

@@ -1,4 +1,4 @@
-"""The log: its form, and that no secret is ever in it, whatever is played and whatever goes wrong."""
+"""The log's format, and the absence of secrets from it."""
 
 import json
 import logging
@@ -29,7 +29,7 @@ def record(message: str, *values: object, level: int = logging.WARNING, **fields
     return made
 
 
-def test_json() -> None:
+def test_json_formatter_writes_one_json_object() -> None:
     line = JsonFormatter().format(record("worker %d died", 3, run_id="7f", worker=3, stream=None))
     assert json.loads(line) == {
         "time": "2026-03-01T12:00:00.250Z",
@@ -42,13 +42,13 @@ def test_json() -> None:
     }
 
 
-def test_text() -> None:
+def test_text_formatter_writes_one_line() -> None:
     line = TextFormatter().format(record("worker %d died", 3, run_id="7f"))
     assert line == "2026-03-01T12:00:00.250Z WARNING server.some: worker 3 died run_id=7f"
 
 
 @pytest.mark.parametrize("formatter", [JsonFormatter(), TextFormatter()])
-def test_an_exception_is_one_event(formatter: logging.Formatter) -> None:
+def test_exception_is_logged_as_one_event_with_secrets_masked(formatter: logging.Formatter) -> None:
     try:
         raise ValueError("at postgresql://me:hunter2@db/x\nin two lines")
     except ValueError:
@@ -73,7 +73,7 @@ def test_an_exception_is_one_event(formatter: logging.Formatter) -> None:
         ("'Bearer arramon_0a1b2c_Secret'", "'Bearer arramon_0a1b2c_***'"),
     ],
 )
-def test_masked(text: str, expected: str) -> None:
+def test_secrets_in_texts_are_masked(text: str, expected: str) -> None:
     assert mask_secrets(text) == expected
 
 
@@ -86,11 +86,11 @@ def test_masked(text: str, expected: str) -> None:
         ("", "unknown"),
     ],
 )
-def test_a_peer_is_only_its_network(peer: str, network: str) -> None:
+def test_peers_are_logged_by_network_only(peer: str, network: str) -> None:
     assert network_of(peer) == network
 
 
-def test_a_client_that_leaves_before_the_last_word_of_its_call_is_no_error(capsys: pytest.CaptureFixture[str]) -> None:
+def test_client_disconnects_are_not_logged_as_errors(capsys: pytest.CaptureFixture[str]) -> None:
     before = logging.root.handlers[:], logging.root.level
     said_by_grpc = logging.getLogger("grpc._cython.cygrpc")
     try:
@@ -109,7 +109,7 @@ def events(log: str) -> list[dict[str, Any]]:
     return [json.loads(line) for line in log.splitlines()]
 
 
-def test_a_session_with_tokens_on_a_hidden_split_leaves_no_secret_in_the_log(tmp_path: Path) -> None:
+def test_session_on_a_hidden_split_leaves_no_secret_in_the_log(tmp_path: Path) -> None:
     data, log = tmp_path / "data", tmp_path / "log"
     split = tiny.write(data, hidden=True)
     create = [sys.executable, "-m", "server", "token", "create", "Somebody", "--data", str(data)]
@@ -148,7 +148,7 @@ def texts_of(turns: Any) -> list[str]:
     return [text for turn in turns for text in (turn.navigation, turn.assembly)]
 
 
-def test_a_database_that_refuses_leaves_no_password_in_what_is_said(tmp_path: Path) -> None:
+def test_unreachable_database_error_contains_no_password(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     command = [sys.executable, "-m", "server", "serve", "--data", str(tmp_path), "--log", "debug"]
     command += ["--log-format", "json", "--journal", "postgresql://me:hunter2@127.0.0.1:1/x"]

@@ -1,4 +1,4 @@
-"""What Prometheus is told after a run that is known: on one process, and the same sum from any of two."""
+"""Prometheus metrics of a known run, in one process and summed over two."""
 
 import os
 import signal
@@ -56,7 +56,7 @@ def value(found: Samples, name: str, **labels: str) -> float:
     return found.get((f"arramon_{name}", frozenset(labels.items())), 0.0)
 
 
-def test_a_run_that_is_known(server: Server) -> None:
+def test_metrics_count_a_known_run(server: Server) -> None:
     before = samples(server)
     assert value(before, "steps_total") == 0
     with grpc.insecure_channel(addresses(server)[-1] if addresses(server) else server.address) as channel:
@@ -89,7 +89,7 @@ def test_a_run_that_is_known(server: Server) -> None:
     assert value(found, "processes_ready") == len(addresses(server) or [1])
 
 
-def test_labels_have_few_values(server: Server) -> None:
+def test_metrics_contain_no_ids_or_names(server: Server) -> None:
     with grpc.insecure_channel(server.address) as channel:
         stub = EvaluationStub(channel)
         run = create(stub, participant="Somebody", agent="something")
@@ -106,7 +106,7 @@ def test_labels_have_few_values(server: Server) -> None:
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="finds the workers through Linux's /proc")
-def test_what_a_dead_worker_has_counted_stays_counted(tmp_path: Path) -> None:
+def test_counts_of_dead_workers_are_kept(tmp_path: Path) -> None:
     tiny.write(tmp_path / "data", count=EPISODES)
     server = Server(tmp_path / "data", "127.0.0.1:0", "--workers", "2", "--web", "127.0.0.1:0")
     try:

@@ -1,4 +1,4 @@
-"""A server that is told to stop before it serves: it ends at once, and its end is no failure."""
+"""Servers that are stopped before they serve: they exit at once with status 0."""
 
 import os
 import signal
@@ -27,7 +27,7 @@ def ended(process: "subprocess.Popen[str]") -> tuple[int, str, list[str]]:
 
 
 @pytest.mark.parametrize("workers", ["1", "2"])
-def test_while_it_reads_its_splits(tmp_path: Path, workers: str) -> None:
+def test_stopping_while_reading_splits_exits_cleanly(tmp_path: Path, workers: str) -> None:
     """A pipe in the place of a file: who opens it to write has met the server, which then waits for what is written."""
     tiny.write(tmp_path)
     episodes = tmp_path / "splits" / "tiny" / "episodes.jsonl"
@@ -39,7 +39,7 @@ def test_while_it_reads_its_splits(tmp_path: Path, workers: str) -> None:
 
 
 @LINUX
-def test_while_its_workers_start(tmp_path: Path) -> None:
+def test_stopping_while_workers_start_exits_cleanly(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     process = started(tmp_path, "--workers", "2")
     while len(own := children(process.pid)) < 2:

@@ -1,4 +1,4 @@
-"""Encryption from end to end: a server with a certificate, clients that trust it or not, and files that are wrong."""
+"""TLS: encrypted calls, untrusting clients, renewed certificates, and invalid files."""
 
 from pathlib import Path
 
@@ -32,7 +32,7 @@ def start(folder: Path, *more: str) -> tuple[Server, Authority, str]:
     )
 
 
-def test_an_account_over_tls(
+def test_account_and_run_work_over_tls(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     server, authority, token = start(tmp_path, "--runs-per-day", "3", "--no-anonymous")
@@ -56,7 +56,7 @@ def test_an_account_over_tls(
         assert server.stop() == 0
 
 
-def test_who_does_not_trust_it_and_who_does_not_encrypt(tmp_path: Path) -> None:
+def test_untrusting_and_unencrypted_clients_get_advice(tmp_path: Path) -> None:
     server, authority, token = start(tmp_path)
     try:
         for access, advice in (
@@ -78,7 +78,7 @@ def test_who_does_not_trust_it_and_who_does_not_encrypt(tmp_path: Path) -> None:
         assert server.stop() == 0
 
 
-def test_a_client_that_encrypts_and_a_server_that_does_not(tmp_path: Path) -> None:
+def test_tls_client_reports_a_server_without_tls(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     server = Server(tmp_path)
     try:
@@ -91,7 +91,7 @@ def test_a_client_that_encrypts_and_a_server_that_does_not(tmp_path: Path) -> No
         assert server.stop() == 0
 
 
-def test_the_probe_of_a_server_that_encrypts(tmp_path: Path) -> None:
+def test_health_probe_trusts_only_the_servers_certificate(tmp_path: Path) -> None:
     server, _, _ = start(tmp_path)
     (tmp_path / "other").mkdir()
     other, _ = Authority().sign(tmp_path / "other")
@@ -104,7 +104,7 @@ def test_the_probe_of_a_server_that_encrypts(tmp_path: Path) -> None:
         assert server.stop() == 0
 
 
-def test_a_renewed_certificate_holds_from_the_next_connection_on(tmp_path: Path) -> None:
+def test_renewed_certificate_is_used_for_new_connections(tmp_path: Path) -> None:
     server, old, token = start(tmp_path)
     try:
         with connect(server.address, Access(token, authority=old.pem)) as before:
@@ -120,7 +120,7 @@ def test_a_renewed_certificate_holds_from_the_next_connection_on(tmp_path: Path)
         assert server.stop() == 0
 
 
-def test_files_that_are_wrong(tmp_path: Path) -> None:
+def test_invalid_certificate_and_key_files_are_refused(tmp_path: Path) -> None:
     for name in ("one", "two", "locked"):
         (tmp_path / name).mkdir()
     one = Authority().sign(tmp_path / "one")

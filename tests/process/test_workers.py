@@ -1,4 +1,4 @@
-"""Several processes on one address and one journal."""
+"""Several worker processes on one address and one journal."""
 
 import os
 import signal
@@ -66,7 +66,7 @@ def test_a_run_is_played_over_both_workers(server: Server) -> None:
 
 
 @needs_proc
-def test_a_player_goes_on_at_the_other_worker_when_one_dies_and_it_is_started_again(server: Server) -> None:
+def test_player_continues_on_another_worker_and_killed_one_restarts(server: Server) -> None:
     first, second = addresses(server)
     with grpc.insecure_channel(first) as channel:
         stub = EvaluationStub(channel)
@@ -103,7 +103,7 @@ def kill_again_and_again(process_id: int, spared: Collection[int], times: int) -
 
 
 @needs_proc
-def test_a_worker_that_dies_again_and_again_does_not_take_the_others_with_it(tmp_path: Path) -> None:
+def test_repeatedly_killed_worker_does_not_stop_the_others(tmp_path: Path) -> None:
     tiny.write(tmp_path / "data")
     server = Server(tmp_path / "data", "127.0.0.1:0", "--workers", "2", log=tmp_path / "log")
     other = children(server.process.pid)[1]
@@ -116,7 +116,7 @@ def test_a_worker_that_dies_again_and_again_does_not_take_the_others_with_it(tmp
 
 
 @needs_proc
-def test_a_server_whose_workers_all_die_again_and_again_ends(tmp_path: Path) -> None:
+def test_server_exits_if_all_workers_keep_dying(tmp_path: Path) -> None:
     tiny.write(tmp_path / "data")
     server = Server(tmp_path / "data", "127.0.0.1:0", "--workers", "2", log=tmp_path / "log")
     while server.process.poll() is None:
@@ -128,7 +128,7 @@ def test_a_server_whose_workers_all_die_again_and_again_ends(tmp_path: Path) -> 
     assert "all workers keep dying soon after their start; see the log above" in (tmp_path / "log").read_text()
 
 
-def test_a_server_comes_back_with_more_workers_where_connections_have_just_ended(tmp_path: Path) -> None:
+def test_server_restarts_with_more_workers_on_a_just_used_port(tmp_path: Path) -> None:
     tiny.write(tmp_path / "data")
     server = Server(tmp_path / "data", "127.0.0.1:0")
     with grpc.insecure_channel(server.address) as channel:
@@ -140,7 +140,7 @@ def test_a_server_comes_back_with_more_workers_where_connections_have_just_ended
     assert server.stop() == 0
 
 
-def test_two_servers_never_share_a_port_by_mistake(server: Server, tmp_path: Path) -> None:
+def test_two_servers_cannot_share_a_port(server: Server, tmp_path: Path) -> None:
     if server.address.startswith("unix:"):
         pytest.skip("a Unix socket is another matter")
     tiny.write(tmp_path / "other")

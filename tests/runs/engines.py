@@ -1,4 +1,4 @@
-"""Engines in the process of the test, with a clock that the test moves, and streams without a network."""
+"""Engines in the test's process, with a movable clock and streams without a network."""
 
 from __future__ import annotations
 

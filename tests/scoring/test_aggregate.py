@@ -15,7 +15,7 @@ def episode(number: int, first: float, second: float, section: str = "1") -> Epi
     return EpisodeScores(str(number), section, (dict.fromkeys(METRICS, first), dict.fromkeys(METRICS, second)))
 
 
-def test_rows_are_the_turns_and_the_mean_of_both_over_all_episodes() -> None:
+def test_rows_are_both_turns_and_their_mean_over_all_episodes() -> None:
     table = aggregate([episode(1, 1.0, 0.0), episode(2, 1.0, 1.0), episode(3, 0.0, 0.0), episode(4, 1.0, 0.0)])
     assert tuple(table.rows) == ROWS
     assert table.episodes == 4
@@ -23,7 +23,7 @@ def test_rows_are_the_turns_and_the_mean_of_both_over_all_episodes() -> None:
         assert [table.rows[row][metric].mean for row in ROWS] == [0.75, 0.25, 0.5]
 
 
-def test_what_was_not_played_stays_in_the_denominator() -> None:
+def test_unplayed_episodes_count_in_the_denominator() -> None:
     table = aggregate([episode(1, 1.0, 1.0), *(episode(n, 0.0, 0.0) for n in range(2, 5))])
     assert table.rows["total"]["PTC"].mean == 0.25
 
@@ -63,7 +63,7 @@ def test_sections_are_taken_as_given() -> None:
     assert alone.sections is None
 
 
-def test_a_section_weighs_as_many_episodes_as_it_has() -> None:
+def test_sections_are_weighted_by_their_episodes() -> None:
     uneven = [episode(n, float(n < 3), 0.0, "a" if n < 3 else "b") for n in range(4)]
     assert aggregate(uneven).rows["turn 1"]["PTC"].mean == 0.75
 

@@ -34,7 +34,7 @@ def test_the_metrics_are_in_the_papers_order() -> None:
     assert tuple(scores()) == METRICS
 
 
-def test_a_perfect_turn_scores_one_in_everything() -> None:
+def test_perfect_turn_scores_one_in_every_metric() -> None:
     assert scores() == dict.fromkeys(METRICS, 1.0)
 
 
@@ -64,18 +64,18 @@ def test_placement_is_gated_by_each_ctc_of_the_same_turn(
     assert {gate: placed_right[f"PTC@{gate}"] for gate in expected} == expected
 
 
-def test_a_forced_placement_scores_zero_even_where_it_is_right() -> None:
+def test_forced_placement_scores_zero_even_if_correct() -> None:
     result = scores(placement_forced=True)
     placement = [name for name in METRICS if name.startswith(("rPOD", "PTC"))]
     assert {name: result[name] for name in placement} == dict.fromkeys(placement, 0.0)
     assert result["nDTW"] == result["CTC-0"] == result["CTC-3"] == 1.0
 
 
-def test_a_forced_pick_up_is_left_to_the_gates() -> None:
+def test_forced_pick_up_does_not_change_the_scores() -> None:
     assert scores(pickup_forced=True) == scores()
 
 
-def test_an_assembly_that_did_not_end_scores_no_placement() -> None:
+def test_unfinished_assembly_scores_no_placement() -> None:
     result = scores(placed_cell=None)
     assert (result["rPOD"], result["PTC"], result["rPOD@CTC-3"]) == (0.0, 0.0, 0.0)
     assert (result["nDTW"], result["CTC-0"], result["CTC-7"]) == (1.0, 1.0, 1.0)
@@ -90,7 +90,7 @@ def test_an_assembly_that_did_not_end_scores_no_placement() -> None:
         dataclasses.replace(PERFECT, navigation_ended=False),
     ],
 )
-def test_a_turn_whose_navigation_did_not_end_scores_zero_in_everything(turn: TurnRecord) -> None:
+def test_unfinished_navigation_scores_zero_in_every_metric(turn: TurnRecord) -> None:
     assert score_turn(turn) == dict.fromkeys(METRICS, 0.0)
 
 
@@ -98,7 +98,7 @@ def test_ndtw_compares_the_turns_own_paths() -> None:
     assert scores(path=((0.0, 0.0),))["nDTW"] == pytest.approx(math.exp(-3 / 9))
 
 
-def test_a_record_without_a_reference_path_is_an_error_even_where_nothing_was_played() -> None:
+def test_missing_reference_path_is_an_error_even_for_unplayed_turns() -> None:
     with pytest.raises(ValueError, match="reference path is empty"):
         score_turn(dataclasses.replace(UNPLAYED, reference_path=()))
 

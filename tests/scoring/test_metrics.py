@@ -20,12 +20,12 @@ references = st.lists(points | lattice, min_size=1, max_size=25).map(tuple)
 
 @settings(max_examples=200, deadline=None)
 @given(paths, references)
-def test_ndtw_is_the_plain_formula(path: plain.Path, reference: plain.Path) -> None:
+def test_ndtw_equals_the_plain_formula(path: plain.Path, reference: plain.Path) -> None:
     assert ndtw(path, reference) == pytest.approx(plain.ndtw(path, reference), rel=0, abs=1e-9)
 
 
 @pytest.mark.parametrize(("steps", "truth"), [(150, 60), (40, 39), (12, 130)])
-def test_ndtw_is_the_plain_formula_on_walks(steps: int, truth: int) -> None:
+def test_ndtw_equals_the_plain_formula_on_long_walks(steps: int, truth: int) -> None:
     draw = random.Random(steps)
     reference = walk(draw, truth, 5.0)
     near = tuple((x + draw.gauss(0, 1), z + draw.gauss(0, 1)) for x, z in walk(draw, steps, 5.0))
@@ -62,11 +62,11 @@ def walk(draw: random.Random, steps: int, swerve: float) -> plain.Path:
         (((1e6, 0.0),), ((0.0, 0.0),), 0.0),
     ],
 )
-def test_ndtw(path: plain.Path, reference: plain.Path, expected: float) -> None:
+def test_ndtw_matches_known_values(path: plain.Path, reference: plain.Path, expected: float) -> None:
     assert ndtw(path, reference) == pytest.approx(expected, rel=0, abs=1e-12)
 
 
-def test_ndtw_threshold() -> None:
+def test_ndtw_uses_the_given_threshold() -> None:
     assert ndtw([(0.0, 2.0)], [(0.0, 0.0)], threshold=2.0) == pytest.approx(math.exp(-1))
 
 
@@ -75,12 +75,12 @@ def test_an_empty_reference_is_an_error() -> None:
         ndtw([(0.0, 0.0)], [])
 
 
-def test_positions_are_pairs() -> None:
+def test_positions_must_be_pairs() -> None:
     with pytest.raises(ValueError, match=r"\(1, 3\).*\(x, z\)"):
         ndtw([(0.0, 0.5, 1.0)], [(0.0, 0.0)])  # type: ignore[list-item]
 
 
-def test_ndtw_is_not_computed_cell_by_cell() -> None:
+def test_ndtw_is_vectorised() -> None:
     draw = random.Random(0)
     path, reference = walk(draw, 150, 30.0), walk(draw, 150, 30.0)
     most = 30 * (len(path) + len(reference))
@@ -100,7 +100,7 @@ def test_ndtw_is_not_computed_cell_by_cell() -> None:
         (None, (0.0, 0.0, 0.0), 7.0, False),
     ],
 )
-def test_ctc_within(final: Point3 | None, target: Point3, k: float, expected: bool) -> None:
+def test_ctc_requires_the_target_within_k_units(final: Point3 | None, target: Point3, k: float, expected: bool) -> None:
     assert ctc_within(final, target, k) is expected
 
 
@@ -115,7 +115,9 @@ def test_ctc_within(final: Point3 | None, target: Point3, k: float, expected: bo
         ((4, 1, 0), (2, 2, 3), 6, 1 / 37, 0.0),
     ],
 )
-def test_placement(placed: Cell, target: Cell, distance: int, expected_rpod: float, expected_ptc: float) -> None:
+def test_placement_metrics_match_known_values(
+    placed: Cell, target: Cell, distance: int, expected_rpod: float, expected_ptc: float
+) -> None:
     assert placement_distance(placed, target) == placement_distance(target, placed) == distance
     assert rpod(distance) == expected_rpod
     assert ptc(distance) == expected_ptc

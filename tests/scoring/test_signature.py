@@ -17,18 +17,18 @@ LINE = (
 )
 
 
-def test_it_is_one_line() -> None:
+def test_signature_is_one_parsable_line() -> None:
     assert str(SIGNATURE) == LINE
     assert Signature.parse(LINE + "\n") == SIGNATURE
 
 
-def test_an_agent_without_sensors() -> None:
+def test_missing_sensors_and_images_are_written_as_none() -> None:
     blind = dataclasses.replace(SIGNATURE, sensors=frozenset(), images=frozenset())
     assert "|sensors:none|images:none|" in str(blind)
     assert Signature.parse(str(blind)) == blind
 
 
-def test_arguments_and_chosen_episodes() -> None:
+def test_arguments_and_chosen_episodes_are_appended() -> None:
     written = {argument("beam", "4"), argument("checkpoint", "my w+|%.pt")}
     full = dataclasses.replace(SIGNATURE, arguments=frozenset(written), chosen="ab12cd")
     assert str(full) == LINE + "|args:beam=4+checkpoint=my%20w%2B%7C%25.pt|chosen:ab12cd"
@@ -49,7 +49,7 @@ some = st.frozensets(words.filter(lambda word: word != "none"))
 
 @given(st.builds(Signature, words, st.integers(), words, words, st.integers(), st.integers(),
                  words, some, some, words, some, st.just("") | words))  # fmt: skip
-def test_it_can_be_read_back(signature: Signature) -> None:
+def test_every_signature_can_be_parsed_back(signature: Signature) -> None:
     assert Signature.parse(str(signature)) == signature
 
 
@@ -64,13 +64,13 @@ def test_it_can_be_read_back(signature: Signature) -> None:
         (LINE.replace("split:val_seen", "split:"), "''"),
     ],
 )
-def test_another_line_is_an_error(line: str, message: str) -> None:
+def test_malformed_lines_are_refused(line: str, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Signature.parse(line)
 
 
 @pytest.mark.parametrize("word", ["", "val|seen", "val seen", "a\nb", "a+b"])
-def test_a_word_that_cannot_be_read_back_is_refused(word: str) -> None:
+def test_words_that_cannot_be_parsed_back_are_refused(word: str) -> None:
     with pytest.raises(ValueError, match="is not allowed in a signature"):
         dataclasses.replace(SIGNATURE, split=word)
 

@@ -1,4 +1,4 @@
-"""pybullet's world: what is in the way, and that pictures are right, repeatable and turned the right way round."""
+"""pybullet's world: obstacles, and correct, repeatable pictures."""
 
 import math
 from collections.abc import Iterator
@@ -64,7 +64,7 @@ def obstacles() -> Iterator[Obstacles]:
         ((50.0, 50.0), (51.0, 50.0), True),
     ],
 )
-def test_way_is_free(
+def test_way_is_free_detects_obstacles_in_both_directions(
     world: World, obstacles: Obstacles, start: tuple[float, float], end: tuple[float, float], free: bool
 ) -> None:
     for built in (world, obstacles):
@@ -78,7 +78,7 @@ def test_way_is_free(
     y=st.floats(-2.0, 2.0),
     heading=st.floats(0.0, 360.0),
 )
-def test_the_way_is_what_plane_geometry_says(world: World, x: float, y: float, heading: float) -> None:
+def test_way_is_free_agrees_with_plane_geometry(world: World, x: float, y: float, heading: float) -> None:
     end = (x + math.sin(math.radians(heading)), y + math.cos(math.radians(heading)))
     points = np.linspace((x, y), end, 401)
     turn = math.radians(30.0)
@@ -90,7 +90,7 @@ def test_the_way_is_what_plane_geometry_says(world: World, x: float, y: float, h
 
 
 @pytest.mark.parametrize("size", [64, 128, 224])
-def test_depth_of_a_wall(world: World, size: int) -> None:
+def test_wall_depth_is_correct_at_every_image_size(world: World, size: int) -> None:
     frame = world.render(Viewpoint(0, 0, 0), [], size)
     middle = frame.depth[size // 2 - 4 : size // 2 + 1, size // 2 - 4 : size // 2 + 4]
     np.testing.assert_allclose(middle, 7500, rtol=0.005)
@@ -99,7 +99,7 @@ def test_depth_of_a_wall(world: World, size: int) -> None:
     assert frame.depth.dtype == np.uint16
 
 
-def test_depth_of_the_ground_row_by_row(world: World) -> None:
+def test_ground_depth_is_correct_in_every_row(world: World) -> None:
     """The depth of flat ground is the eye's height over the tangent of a row's depression, at the row's middle."""
     depth = world.render(Viewpoint(0, -30, 180), [], 224).depth[:, 112] / 1000.0
     rows = np.arange(130, 224)
@@ -107,7 +107,7 @@ def test_depth_of_the_ground_row_by_row(world: World) -> None:
     np.testing.assert_allclose(depth[rows], EYE_HEIGHT / slope, rtol=0.002)
 
 
-def test_what_is_far_is_clipped_and_what_is_nothing_is_zero(world: World) -> None:
+def test_far_depth_is_clipped_and_empty_depth_is_zero(world: World) -> None:
     frame = world.render(Viewpoint(0, -30, 180), [], 224)
     assert (frame.depth[:110] == 0).all()
     assert frame.depth.max() <= 65535
@@ -123,7 +123,7 @@ def test_the_sky_is_blue_above_and_pale_below(world: World) -> None:
     assert np.abs(rgb[109, 112] - 220).max() < 25
 
 
-def test_textures_stand_upright(world: World) -> None:
+def test_textures_are_drawn_upright(world: World) -> None:
     rgb = world.render(Viewpoint(0, 2, 0), [], 224).rgb.astype(int)
     # The wall is 5.5 away, 4 wide and 2 high: from column 41 to 183, from row 60 down to 130.
     quarters = [rgb[75, 60], rgb[75, 160], rgb[118, 60], rgb[118, 160]]
@@ -146,7 +146,9 @@ def test_textures_stand_upright(world: World) -> None:
         (270.0, (-3.0, 1.0, 0.0), True),
     ],
 )
-def test_handedness(world: World, heading: float, place: tuple[float, float, float], right: bool) -> None:
+def test_objects_to_the_right_are_drawn_on_the_right(
+    world: World, heading: float, place: tuple[float, float, float], right: bool
+) -> None:
     view = Viewpoint(0, 0, heading)
     changed = pixels(world.render(view, [Actor(BALL, place)], 224), world.render(view, [], 224))
     columns = np.flatnonzero(changed.any(axis=0))
@@ -162,7 +164,9 @@ def pixels(frame: Frame, other: Frame) -> np.ndarray:
 @pytest.mark.parametrize(
     ("x", "z", "column", "row"), [(0.0, 0.395, 112, 112), (1.0, 0.0, 176.6, 137.3), (-1.0, 1.0, 47.3, 73.0)]
 )
-def test_a_thing_is_drawn_where_it_is(world: World, x: float, z: float, column: float, row: float) -> None:
+def test_actors_are_drawn_at_their_projected_position(
+    world: World, x: float, z: float, column: float, row: float
+) -> None:
     """A ball's middle, 0.13 above its base, three units ahead: 194 px a unit at one unit's distance."""
     view = Viewpoint(0, 0, 0)
     changed = pixels(world.render(view, [Actor(BALL, (x, 3.0, z))], 224), world.render(view, [], 224))
@@ -190,7 +194,7 @@ def test_scale_makes_an_actor_larger(world: World) -> None:
     assert large / small == pytest.approx(2.0, rel=0.15)
 
 
-def test_frames_are_the_same_whatever_was_drawn_before(world: World) -> None:
+def test_frames_are_independent_of_earlier_frames(world: World) -> None:
     view = Viewpoint(1.0, 2.0, 20.0)
     actors = [Actor(BALL, (1.5, 5.0, 0.0)), Actor(BALL, (2.5, 5.0, 0.0), 40.0), Actor(MUG, (2.0, 6.0, 0.2), 70.0, 2.0)]
     first = world.render(view, actors, 128)
@@ -206,12 +210,12 @@ def test_frames_are_the_same_whatever_was_drawn_before(world: World) -> None:
     assert (fresh.depth == first.depth).all()
 
 
-def test_actors_do_not_stand_in_the_way(world: World) -> None:
+def test_actors_do_not_block_the_way(world: World) -> None:
     world.render(Viewpoint(0, 0, 0), [Actor(BALL, (0.0, 2.0, 0.0))], 64)
     assert world.way_is_free((0.0, 1.5), (0.0, 2.5))
 
 
-def test_what_is_beside_the_picture_changes_nothing(world: World) -> None:
+def test_culling_bodies_outside_the_view_changes_no_pixel(world: World) -> None:
     """Bodies outside the picture are left out; those that reach into it are not."""
     for heading in range(0, 360, 7):
         view = Viewpoint(4.0, 1.0, float(heading))
@@ -230,12 +234,12 @@ def test_what_is_beside_the_picture_changes_nothing(world: World) -> None:
         ((replace(WALL, texture="tartan"),), "names an unknown texture 'tartan'"),
     ],
 )
-def test_a_wrong_scene_is_refused(bodies: tuple[Body, ...], words: str) -> None:
+def test_invalid_scenes_are_refused(bodies: tuple[Body, ...], words: str) -> None:
     with pytest.raises(ValueError, match=words):
         World(replace(SCENE, bodies=bodies))
 
 
-def test_worlds_do_not_disturb_each_other() -> None:
+def test_worlds_are_independent_of_each_other() -> None:
     with World(SCENE) as one, World(replace(SCENE, bodies=(GROUND,))) as two:
         assert not one.way_is_free((0, 7), (0, 8))
         assert two.way_is_free((0, 7), (0, 8))
@@ -244,7 +248,7 @@ def test_worlds_do_not_disturb_each_other() -> None:
         assert not one.way_is_free((0, 7), (0, 8))
 
 
-def test_segmentation_names_what_is_seen_when_it_is_asked_for(world: World) -> None:
+def test_segmentation_labels_visible_objects_on_request(world: World) -> None:
     view, ball = Viewpoint(0, 0, 0), Actor(BALL, (0.0, 3.0, 0.395))
     assert world.render(view, [ball], 64).segmentation is None
     frame = world.render(view, [ball], 64, segmentation=True)
@@ -255,7 +259,7 @@ def test_segmentation_names_what_is_seen_when_it_is_asked_for(world: World) -> N
     assert ((frame.segmentation == 0) == (frame.depth == 0)).all()
 
 
-def test_labels_are_the_scenes_then_every_collectible(world: World) -> None:
+def test_labels_list_the_scene_then_every_collectible(world: World) -> None:
     assert world.labels[:5] == ("nothing", "cloth", "ground", "post", "wall")
     assert len(world.labels) == 5 + 98
     assert len(set(world.labels)) == len(world.labels)

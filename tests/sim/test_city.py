@@ -1,4 +1,4 @@
-"""A section's scene: its bodies, buildings whose storeys and windows keep their shape, ground everywhere."""
+"""City scenes of sections: bodies, proportions of buildings, and ground."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ PROPS = (Prop("cone", 0, 5, 0, "blue"), Prop("cone", 0, 6, 0), Prop("banner", -3
 SECTION = Section("toy", 28.8, (-15.0, -5.0, 15.0, 18.0), BLOCKS, PROPS)
 
 
-def test_bodies_and_their_names() -> None:
+def test_bodies_have_their_names_labels_and_colliders() -> None:
     scene = city_scene(SECTION)
     names = [body.name for body in scene.bodies]
     assert names[:3] == ["cone/0", "cone/1", "banner/0"]
@@ -37,7 +37,7 @@ def test_bodies_and_their_names() -> None:
     assert scene.bodies[0].position == (0, 5, 0.0)
 
 
-def test_every_kind_of_prop_and_facade_finds_its_place() -> None:
+def test_every_prop_and_facade_has_a_mesh_and_a_texture() -> None:
     looks = {"banner": ("green", "dot", "white"), "shop_sign": ("", "hotel")}
     props = tuple(Prop(kind, 3.0 * i, 0, 0, *looks.get(kind, ())) for i, kind in enumerate(PROP_KINDS))
     buildings = tuple(Building(12.0 * i, 20, 5, 5, 0, 3, facade) for i, facade in enumerate(FACADES))
@@ -60,7 +60,7 @@ def test_storeys_are_about_a_unit_high_and_doors_at_the_bottom_only(height: floa
     assert sorted(set((across / bays).round(3))) == [1.0]
 
 
-def test_the_roofs_and_the_pavements_lie_where_the_buildings_stand() -> None:
+def test_roofs_have_their_buildings_position_and_heading() -> None:
     scene = city_scene(SECTION)
     first = scene.meshes["roofs"].vertices[:4]
     np.testing.assert_allclose(first.mean(axis=0), (-8.0, 0.0, 2.6), atol=1e-5)
@@ -70,7 +70,7 @@ def test_the_roofs_and_the_pavements_lie_where_the_buildings_stand() -> None:
     np.testing.assert_allclose(ahead, (8 * np.sin(turn), 8 * np.cos(turn), 0.0), atol=1e-4)
 
 
-def test_buildings_stop_the_agent_where_they_are_seen() -> None:
+def test_buildings_block_the_agent_where_they_are_seen() -> None:
     with World(city_scene(SECTION)) as world:
         assert world.way_is_free((0, 3.4), (0, 4.4))
         assert not world.way_is_free((0, 4), (0, 5))  # the cone
@@ -81,7 +81,7 @@ def test_buildings_stop_the_agent_where_they_are_seen() -> None:
         assert not world.way_is_free((-1.0, 0.5), (-1.0 - (wall - 0.15), 0.5))
 
 
-def test_there_is_ground_wherever_one_looks_down() -> None:
+def test_ground_is_visible_below_the_horizon_in_every_heading() -> None:
     with World(city_scene(SECTION)) as world:
         for heading in range(0, 360, 30):
             frame = world.render(Viewpoint(0.0, 2.0, heading), [], 64)
@@ -89,7 +89,7 @@ def test_there_is_ground_wherever_one_looks_down() -> None:
 
 
 @pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (16.0, 3.0), (5.0, -16.0)])
-def test_a_section_without_buildings_is_a_plain(x: float, y: float) -> None:
+def test_section_without_buildings_has_only_ground(x: float, y: float) -> None:
     """Its ground is laid in squares of 16 units: their corners may lie beside the eye."""
     scene = city_scene(Section("bare", 0.0, (-10, -10, 10, 10), (), ()))
     assert [body.name for body in scene.bodies] == ["asphalt"]
@@ -103,6 +103,6 @@ def test_a_section_without_buildings_is_a_plain(x: float, y: float) -> None:
     (Prop("fountain", 0, 0, 0), "'fountain'"), (Prop("barrel", 0, 0, 0, "pink"), "'pink'"),
     (Prop("banner", 0, 0, 0, "red", "moon", "blue"), "'moon'"),
 ])  # fmt: skip
-def test_an_unknown_prop_is_named(prop: Prop, words: str) -> None:
+def test_unknown_props_are_refused(prop: Prop, words: str) -> None:
     with pytest.raises(ValueError, match=words):
         city_scene(Section("bad", 0.0, (0, 0, 10, 10), (), (prop,)))

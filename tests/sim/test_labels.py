@@ -1,4 +1,4 @@
-"""The table that a segmentation is read by."""
+"""The label table of segmentation images."""
 
 import pytest
 
@@ -8,7 +8,7 @@ from server.sim.labels import LABELS, Label, places_of
 from server.sim.room_scene import room_scene
 
 
-def test_every_label_is_in_the_table_once() -> None:
+def test_labels_are_unique_and_start_with_nothing() -> None:
     assert len(set(LABELS)) == len(set(map(str, LABELS))) == len(LABELS)
     assert LABELS[0] == Label("nothing")
 
@@ -22,12 +22,12 @@ def test_every_label_is_in_the_table_once() -> None:
         (Label("banner", "red", "star"), "banner/red/star"),
     ],
 )
-def test_a_label_is_written_as_bodies_hold_it(label: Label, written: str) -> None:
+def test_labels_are_written_as_kind_colour_and_look(label: Label, written: str) -> None:
     assert str(label) == written
     assert label in LABELS
 
 
-def test_a_cameras_labels_become_places_in_the_table() -> None:
+def test_camera_labels_map_to_table_indices() -> None:
     labels = labels_of(room_scene())
     told = [LABELS[place] for place in places_of(labels)]
     assert told[0] == Label("nothing")
@@ -35,6 +35,6 @@ def test_a_cameras_labels_become_places_in_the_table() -> None:
     assert told[-len(ALL_TYPES) :] == [Label.of(type_) for type_ in ALL_TYPES]
 
 
-def test_a_label_that_is_not_in_the_table_is_an_error() -> None:
+def test_unknown_label_is_an_error() -> None:
     with pytest.raises(KeyError):
         places_of(["a lake"])

@@ -1,4 +1,4 @@
-"""The room: which wall is where, the start tile, and the grid."""
+"""The room's scene: walls, start tile and floor."""
 
 from collections.abc import Iterator
 
@@ -28,7 +28,7 @@ def world() -> Iterator[World]:
         (270.0, "spotted", (START.column + 0.5) * CELL),
     ],
 )
-def test_walls_stand_around_the_start(world: World, heading: float, wall: str, distance: float) -> None:
+def test_walls_surround_the_start_in_fixed_directions(world: World, heading: float, wall: str, distance: float) -> None:
     frame = world.render(Viewpoint(START.column * CELL, START.row * CELL, heading), [], 224)
     assert frame.depth[111, 112] / 1000 == pytest.approx(distance, rel=0.005)
     seen = frame.rgb[100:112, 100:124].reshape(-1, 3).astype(float).mean(axis=0)

@@ -94,7 +94,7 @@ def test_twelve_turns_are_a_full_circle() -> None:
         (0.0, -0.1, False),
     ],
 )
-def test_the_pick_up_box(right: float, ahead: float, reached: bool) -> None:
+def test_pick_up_reaches_only_objects_inside_the_box(right: float, ahead: float, reached: bool) -> None:
     pose = Pose(3.0, -2.0, 90.0)  # facing +x: ahead is +x, to the right is -z
     assert (reachable(pose, [item(MUG, 3.0 + ahead, -2.0 - right)]) == 0) is reached
 
@@ -104,13 +104,13 @@ def test_the_nearest_of_several_objects_is_taken() -> None:
     assert reachable(Pose(0.0, 0.0, 0.0), street) == 1
 
 
-def test_pick_up_leads_to_the_room_with_the_object() -> None:
+def test_pick_up_starts_the_assembly_with_the_object() -> None:
     state, events = play([P])
     assert events == [PickedUp(0), PhaseEnded(1, Phase.NAVIGATION, forced=False)]
     assert (state.phase, state.carried, state.square, state.phase_step) == (Phase.ASSEMBLY, MUG, START, 0)
 
 
-def test_pick_up_with_nothing_in_reach_does_nothing_and_counts() -> None:
+def test_pick_up_with_nothing_in_reach_only_counts_a_step() -> None:
     state, events = play([R, R, R, P])
     assert events == []
     assert (state.phase, state.step) == (Phase.NAVIGATION, 4)
@@ -148,35 +148,35 @@ def test_place_puts_the_object_one_cell_ahead(actions: list[Action], placement: 
         [L, L, L, F, F, F],  # two cells to the left is the wall: the third step is blocked
     ],
 )
-def test_what_cannot_be_done_in_the_room_does_nothing_and_counts(actions: list[Action]) -> None:
+def test_impossible_actions_in_the_room_only_count_a_step(actions: list[Action]) -> None:
     before, _ = play([P, *actions[:-1]])
     after, _ = play([P, *actions])
     assert after == replace(before, step=before.step + 1, phase_step=before.phase_step + 1)
 
 
-def test_the_agent_walks_over_what_stands_in_the_room() -> None:
+def test_objects_in_the_room_do_not_block_the_agent() -> None:
     state, events = play([P, F, L, L, L, F])
     assert (state.square, events[-1]) == (Square(1, 1), Moved())
 
 
-def test_turn_two_goes_on_where_turn_one_ended() -> None:
+def test_turn_two_starts_where_turn_one_ended() -> None:
     state, _ = play([F, R, L, P, P])
     assert (state.turn, state.pose) == (2, Pose(0.0, 1.0, 0.0))
 
 
-def test_the_first_object_stays_and_the_second_can_go_on_top() -> None:
+def test_second_object_can_be_placed_on_the_first() -> None:
     state, _ = play([P, P, F, P, P])
     assert state.finished
     assert [o.placement for o in state.room[-2:]] == [Placement(2, 1, 1), Placement(2, 2, 1)]
 
 
-def test_no_step_after_the_end() -> None:
+def test_stepping_a_finished_episode_is_an_error() -> None:
     state, _ = play([P, P, F, P, P])
     with pytest.raises(ValueError, match="finished"):
         step(state, F, LAYOUT, Fence(), Limits())
 
 
-def test_at_the_limit_the_nearest_object_is_taken() -> None:
+def test_step_limit_forces_pick_up_of_the_nearest_object() -> None:
     state, events = play([R, R, R], limit=3)
     assert events == [PickedUp(0), PhaseEnded(1, Phase.NAVIGATION, forced=True)]
     assert (state.phase, state.phase_step) == (Phase.ASSEMBLY, 0)
@@ -196,12 +196,12 @@ def test_the_step_that_reaches_the_limit_still_acts() -> None:
         ([F, R], Placement(2, 1, 1)),
     ],
 )
-def test_at_the_limit_the_object_is_put_down(actions: list[Action], placement: Placement) -> None:
+def test_step_limit_forces_placement_of_the_object(actions: list[Action], placement: Placement) -> None:
     _, events = play([R, P, *actions], limit=2)
     assert events[-2:] == [Placed(placement), PhaseEnded(1, Phase.ASSEMBLY, forced=True)]
 
 
-def test_at_the_limit_towards_the_wall_the_object_is_put_at_the_feet() -> None:
+def test_forced_placement_facing_a_wall_uses_the_agents_cell() -> None:
     _, events = play([P, R, R, R, R, R, R], limit=6)
     assert Placed(Placement(2, 1, 0)) in events
 
@@ -219,7 +219,7 @@ LAYOUTS = st.builds(
 
 @settings(max_examples=60, deadline=None)
 @given(layout=LAYOUTS, actions=st.lists(st.sampled_from(Action), max_size=60), limit=st.integers(1, 12))
-def test_any_play_keeps_the_rules(layout: Layout, actions: list[Action], limit: int) -> None:
+def test_random_play_keeps_the_invariants(layout: Layout, actions: list[Action], limit: int) -> None:
     state = begin(layout)
     for action in actions:
         if state.finished:
@@ -238,7 +238,7 @@ def test_any_play_keeps_the_rules(layout: Layout, actions: list[Action], limit: 
 
 @settings(max_examples=20, deadline=None)
 @given(layout=LAYOUTS, seed=st.integers(0, 10_000))
-def test_four_phases_of_steps_always_finish(layout: Layout, seed: int) -> None:
+def test_step_limits_always_finish_an_episode(layout: Layout, seed: int) -> None:
     state = begin(layout)
     for number in range(4 * 5):
         if not state.finished:
@@ -246,7 +246,7 @@ def test_four_phases_of_steps_always_finish(layout: Layout, seed: int) -> None:
     assert state.finished
 
 
-def test_the_end_of_the_time_ends_all_phases_that_are_left() -> None:
+def test_timeout_ends_all_remaining_phases() -> None:
     state, events = time_out(play([F])[0], LAYOUT)
     assert events == (
         PickedUp(0),
@@ -264,7 +264,7 @@ def test_the_end_of_the_time_ends_all_phases_that_are_left() -> None:
         time_out(state, LAYOUT)
 
 
-def test_in_the_room_the_end_of_the_time_puts_down_what_is_carried() -> None:
+def test_timeout_in_the_room_places_the_carried_object() -> None:
     state, events = time_out(play([P, F, R])[0], LAYOUT)  # oblique: onto the agent's own cell
     assert events[:2] == (Placed(Placement(2, 1, 1)), PhaseEnded(1, Phase.ASSEMBLY, forced=True))
     assert [event.turn for event in events if isinstance(event, PhaseEnded)] == [1, 2, 2]
@@ -272,7 +272,7 @@ def test_in_the_room_the_end_of_the_time_puts_down_what_is_carried() -> None:
 
 
 @given(st.lists(st.sampled_from(Action), max_size=30))
-def test_the_end_of_the_time_finishes_any_episode_where_it_stands(actions: list[Action]) -> None:
+def test_timeout_finishes_any_episode_without_moving_the_agent(actions: list[Action]) -> None:
     state, ended = begin(LAYOUT), 0
     for action in actions:
         if not state.finished:

@@ -1,4 +1,4 @@
-"""A house with a site for each test that changes it; one for all the others, and a browser for all."""
+"""Fixtures of the web tests: a shared site, a new site for tests that change it, and a browser."""
 
 import shutil
 from collections.abc import Iterator

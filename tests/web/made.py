@@ -1,4 +1,4 @@
-"""A house with a web site: published runs on an open split and on a hidden one, some of which were really played."""
+"""A web site with published runs on an open and a hidden split, some of them really played."""
 
 from dataclasses import asdict, replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Reads a page as a machine that helps a reader would: headings, tables, labels, addresses."""
+"""Parses a page into what assistive technology uses: headings, tables, labels and links."""
 
 from dataclasses import dataclass, field
 from html.parser import HTMLParser

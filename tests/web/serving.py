@@ -1,4 +1,4 @@
-"""The pages on a free port of the loopback, in a thread of their own, and a client that hides nothing."""
+"""The pages on a free loopback port, in their own thread, and a plain HTTP client."""
 
 import asyncio
 import gzip

@@ -1,4 +1,4 @@
-"""The pages in Chromium: by keyboard alone, on a phone, in the dark, without scripts, and for all to read."""
+"""The pages in Chromium: keyboard, phone, dark mode, without scripts, and accessibility."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -163,7 +163,7 @@ def agents(page: Page) -> list[str]:
     return page.locator("#standings tbody:first-of-type th[scope=row] bdi").all_inner_texts()[::2]
 
 
-def test_sorting_by_keyboard_keeps_the_place(reader: Reader) -> None:
+def test_sorting_by_keyboard_keeps_the_focus(reader: Reader) -> None:
     page = reader.open(f"/en/{OPEN}")
     assert agents(page) == ["best", "middle", "worst", "seer"]
     reader.press_until('a[data-swap="agent"]')
@@ -179,7 +179,7 @@ def test_sorting_by_keyboard_keeps_the_place(reader: Reader) -> None:
     assert page.url.endswith("&sort=agent&order=asc")
 
 
-def test_filtering_by_keyboard(reader: Reader) -> None:
+def test_filtering_works_by_keyboard(reader: Reader) -> None:
     page = reader.open(f"/en/{OPEN}")
     reader.press_until('select[name="sensors"]')
     page.keyboard.type("priv")
@@ -191,7 +191,7 @@ def test_filtering_by_keyboard(reader: Reader) -> None:
     expect(page.locator("#said")).to_have_text("Runs on tiny, English: Both turns")
 
 
-def test_everything_works_without_scripts(plain_reader: Reader) -> None:
+def test_sorting_filtering_and_links_work_without_scripts(plain_reader: Reader) -> None:
     page = plain_reader.open("/en/")
     page.select_option('select[name="split"]', "tiny")
     page.click("form button")
@@ -205,7 +205,7 @@ def test_everything_works_without_scripts(plain_reader: Reader) -> None:
     assert page.locator("h1").inner_text() == "seer: tiny, English"
 
 
-def test_an_episode_is_found_from_its_run(reader: Reader) -> None:
+def test_episode_is_opened_by_the_search_on_its_run_page(reader: Reader) -> None:
     page = reader.open(f"/en/runs/{OPEN_RUN}")
     page.get_by_label("Another episode").fill("quokka-2")
     page.keyboard.press("Enter")
@@ -233,7 +233,7 @@ def test_the_language_is_switched_on_the_same_page(reader: Reader) -> None:
     assert page.url == f"{reader.site}/en/{OPEN}&sort=ndtw"
 
 
-def test_the_signature_is_copied(shown: WebHouse, reader: Reader) -> None:
+def test_copy_button_copies_the_signature(shown: WebHouse, reader: Reader) -> None:
     reader.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
     page = reader.open(f"/en/runs/{OPEN_RUN}")
     page.get_by_role("button", name="Copy").click()
@@ -252,7 +252,7 @@ def test_a_phone_never_scrolls_sideways(reader: Reader, address: str) -> None:
         assert all(right <= PHONE["width"] for right in boxes), font
 
 
-def test_a_phone_shows_rank_name_and_the_column_that_sorts(reader: Reader) -> None:
+def test_phone_shows_rank_name_and_the_sorted_column(reader: Reader) -> None:
     reader.page.set_viewport_size({"width": PHONE["width"], "height": PHONE["height"]})
     for page, font in reader.open_in_fonts(f"/hi/{OPEN}"):
         box = page.locator(".board").bounding_box()
@@ -272,7 +272,7 @@ COVERED = """() => {
 
 
 @pytest.mark.parametrize("size", [(360, 740), (720, 400), (1440, 800)])  # the second is a desktop at 200%
-def test_what_has_the_focus_is_not_covered(reader: Reader, size: tuple[int, int]) -> None:
+def test_focused_elements_are_not_covered(reader: Reader, size: tuple[int, int]) -> None:
     reader.page.set_viewport_size({"width": size[0], "height": size[1]})
     for page, font in reader.open_in_fonts(f"/en/{OPEN}"):
         page.locator('a[data-swap="published"]').focus()
@@ -282,7 +282,7 @@ def test_what_has_the_focus_is_not_covered(reader: Reader, size: tuple[int, int]
                 assert page.evaluate(COVERED) == "", font
 
 
-def test_wherever_the_table_was_scrolled_what_gets_the_focus_comes_out_from_under_its_columns(reader: Reader) -> None:
+def test_focused_headers_scroll_out_from_under_pinned_columns(reader: Reader) -> None:
     reader.page.set_viewport_size({"width": PHONE["width"], "height": PHONE["height"]})
     for page, font in reader.open_in_fonts(f"/en/{OPEN}"):
         for name in ("ctc-3", "rpod", "published"):
@@ -301,7 +301,7 @@ def test_wherever_the_table_was_scrolled_what_gets_the_focus_comes_out_from_unde
                 assert page.evaluate(COVERED) == "", (font, name, covered)
 
 
-def test_names_from_right_to_left_stand_where_others_do(web: WebHouse, browser: Browser) -> None:
+def test_right_to_left_names_are_aligned_like_others(web: WebHouse, browser: Browser) -> None:
     web.published(1, 0.5, "سامع", participant="مختبر")
     for reader in read_by(web, browser):
         names = reader.open(f"/en/{OPEN}").locator("#standings tbody th bdi")
@@ -322,7 +322,7 @@ def test_a_wide_screen_shows_all_columns_and_keeps_their_headings(reader: Reader
         assert heading["y"] == 0
 
 
-def test_a_printed_page_is_all_table(reader: Reader) -> None:
+def test_printed_page_shows_the_whole_table_without_forms(reader: Reader) -> None:
     reader.page.set_viewport_size({"width": 700, "height": 500})
     page = reader.open(f"/en/{OPEN}")
     page.emulate_media(media="print")
@@ -333,14 +333,14 @@ def test_a_printed_page_is_all_table(reader: Reader) -> None:
     assert page.locator("#standings th, #standings td, .stay").evaluate_all(positions) == ["static"]
 
 
-def test_a_map_stays_in_its_frame(reader: Reader) -> None:
+def test_maps_are_clipped_to_their_frame(reader: Reader) -> None:
     page = reader.open(f"/en/runs/{OPEN_RUN}/episodes/quokka-0")
     assert (
         page.locator(".map").evaluate_all("maps => maps.map(one => getComputedStyle(one).overflow)") == ["hidden"] * 2
     )
 
 
-def test_headings_are_named_by_their_columns_alone(reader: Reader) -> None:
+def test_column_headers_are_named_by_their_columns_only(reader: Reader) -> None:
     page = reader.open(f"/en/{OPEN}")
     names = ["Rank", "Agent", "nDTW", "CTC-0", "CTC-3", "CTC-5", "CTC-7", "rPOD", "PTC"]
     for name in [*names, "Sensors", "Coverage", "Published"]:
@@ -349,7 +349,7 @@ def test_headings_are_named_by_their_columns_alone(reader: Reader) -> None:
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("address", ADDRESSES)
-def test_all_text_can_be_read(reader: Reader, address: str, scheme: Any) -> None:
+def test_text_contrast_is_sufficient_in_both_colour_schemes(reader: Reader, address: str, scheme: Any) -> None:
     reader.page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
     page = reader.open(address)
     for details in page.locator("summary").all():
@@ -360,7 +360,7 @@ def test_all_text_can_be_read(reader: Reader, address: str, scheme: Any) -> None
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_the_focus_is_seen(reader: Reader, scheme: Any) -> None:
+def test_focus_outline_is_visible(reader: Reader, scheme: Any) -> None:
     reader.page.emulate_media(color_scheme=scheme)
     page = reader.open(f"/en/{OPEN}")
     for selector in ('a[data-swap="ptc"]', "div.scroll", 'select[name="split"]'):
@@ -372,7 +372,7 @@ def test_the_focus_is_seen(reader: Reader, scheme: Any) -> None:
 
 
 @pytest.mark.parametrize("address", ADDRESSES)
-def test_whatever_can_be_used_has_a_name(reader: Reader, address: str) -> None:
+def test_interactive_elements_have_accessible_names(reader: Reader, address: str) -> None:
     page = reader.open(address)
     tree = page.locator("body").aria_snapshot()
     for role in ("link", "button", "combobox", "textbox", "region", "table", "img"):

@@ -1,4 +1,4 @@
-"""Curves: the numbers that an SVG is drawn from."""
+"""Charts: the coordinates that their SVGs are drawn from."""
 
 import pytest
 
@@ -6,7 +6,7 @@ from server.scoring.aggregate import ROWS, Interval
 from server.web import curves
 
 
-def test_a_curve_of_ctc() -> None:
+def test_ctc_chart_has_points_and_bands_per_row() -> None:
     row = {"CTC-3": Interval(0.0, 0.0, 0.25), "CTC-5": Interval(0.5, 0.25, 0.75), "CTC-7": Interval(1.0, 1.0, 1.0)}
     chart = curves.ctc_chart(dict.fromkeys(ROWS, row))
     assert [(tick.at, tick.value) for tick in chart.across] == [(44, 3), (226, 5), (408, 7)]
@@ -22,7 +22,7 @@ def test_the_axis_ends_above_the_highest_interval(highest: float, top: float) ->
     assert curves.ctc_chart(rows).up[-1].value == pytest.approx(top)
 
 
-def test_the_share_of_episodes_not_ended() -> None:
+def test_open_chart_shows_the_share_of_unended_episodes() -> None:
     shares = curves.open_shares([10, 30, 10, 20])
     assert shares == [(0, 1.0), (10, 0.5), (20, 0.25), (30, 0.0)]
     chart = curves.open_chart(shares)
@@ -30,11 +30,11 @@ def test_the_share_of_episodes_not_ended() -> None:
     assert chart.lines[0].points == "44,12 165.3,12 165.3,106 286.7,106 286.7,153 408,153 408,200"
 
 
-def test_episodes_that_all_ended_at_once() -> None:
+def test_open_chart_drops_at_once_if_all_episodes_end_together() -> None:
     assert curves.open_shares([0, 0]) == [(0, 1.0), (0, 0.0)]
     assert curves.open_chart(curves.open_shares([0, 0])).lines[0].points == "44,12 44,12 44,200"
 
 
-def test_parts_of_a_whole() -> None:
+def test_bar_segments_add_up_to_100_percent() -> None:
     assert curves.bar_segments({"a": 1, "b": 3}) == [("a", 1, 0.0, 25.0), ("b", 3, 25.0, 75.0)]
     assert curves.bar_segments({}) == []

@@ -1,4 +1,4 @@
-"""What a reader chooses, and how it stands in an address."""
+"""A reader's choices: query parameters, sorting and filters."""
 
 from dataclasses import replace
 
@@ -27,7 +27,7 @@ USUAL = Choice("open", "hi")
         ({"page": "3", "utm_source": "x"}, Choice("open", "hi", page=3)),
     ],
 )
-def test_a_choice_is_read(query: dict[str, str], choice: Choice) -> None:
+def test_query_parameters_are_read_as_a_choice(query: dict[str, str], choice: Choice) -> None:
     assert read_choice(query, LANGUAGES, USUAL) == choice
 
 
@@ -48,19 +48,19 @@ def test_a_choice_is_read(query: dict[str, str], choice: Choice) -> None:
         {"page": ""},
     ],
 )
-def test_what_cannot_be_chosen_is_not_found(query: dict[str, str]) -> None:
+def test_invalid_query_parameters_are_not_found(query: dict[str, str]) -> None:
     with pytest.raises(NotFound, match="there is no"):
         read_choice(query, LANGUAGES, USUAL)
 
 
-def test_an_address_leaves_out_what_is_usual() -> None:
+def test_links_omit_default_parameters() -> None:
     choice = Choice("open", "hi", turns="1", page=4)
     assert choice.link() == "?split=open&language=hi&turns=1"
     assert choice.link(page=2, turns="total") == "?split=open&language=hi&page=2"
     assert Choice("a b&c", "en").link() == "?split=a+b%26c&language=en"
 
 
-def test_a_column_sorts_its_best_first_and_then_the_other_way_round() -> None:
+def test_column_links_sort_best_first_then_reversed() -> None:
     choice = Choice("open", "hi")
     assert choice.sorting("ndtw") == "?split=open&language=hi&sort=ndtw"
     assert choice.sorting("agent") == "?split=open&language=hi&sort=agent&order=asc"
@@ -90,14 +90,14 @@ def lines() -> list[Standing]:
         ("published", "asc", ["high", "Middle", "low", "apart"]),
     ],
 )
-def test_sorting(sort: str, order: str, agents: list[str]) -> None:
+def test_standings_are_sorted_by_the_chosen_column(sort: str, order: str, agents: list[str]) -> None:
     choice = Choice("open", "en", sort=sort, order=order)
     standings = lines()
     tests = family(standings, {one.agent: [one.rows["total"][choice.metric].mean] * 20 for one in standings})
     assert [one.agent for one in choice.sorted(ranked(standings, choice.metric, tests))] == agents
 
 
-def test_sorting_by_one_turn() -> None:
+def test_standings_can_be_sorted_by_one_turn() -> None:
     first = standing("first", {"PTC@CTC-3": interval(0.9)})
     second = standing("second", {"PTC@CTC-3": interval(0.1)})
     better = {**second.rows, "turn 2": {**second.rows["turn 2"], "PTC@CTC-3": interval(0.7)}}
@@ -108,7 +108,7 @@ def test_sorting_by_one_turn() -> None:
     assert [one.agent for one in Choice("open", "en", turns="2", order="asc").sorted(ordered)] == ["first", "second"]
 
 
-def test_filters() -> None:
+def test_coverage_and_sensor_filters_select_standings() -> None:
     plain, partial = lines()[0], lines()[3]
     assert [Choice("open", "en", coverage=c).fits(plain) for c in ("all", "whole", "partial")] == [True, True, False]
     assert [Choice("open", "en", coverage=c).fits(partial) for c in ("all", "whole", "partial")] == [True, False, True]

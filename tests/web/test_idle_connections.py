@@ -9,7 +9,7 @@ from server.web import idle_connections
 from server.web.idle_connections import IdleConnections
 
 
-def test_a_connection_without_a_complete_request_is_closed_and_one_that_awaits_a_response_is_not(
+def test_only_connections_without_a_complete_request_are_closed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(idle_connections, "IDLE_SECONDS", 1.0)

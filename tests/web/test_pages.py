@@ -1,4 +1,4 @@
-"""The pages as they come over the wire: what they say, to whom, and under which headers."""
+"""The pages over HTTP: content, languages, headers, and secrecy of hidden splits."""
 
 import csv
 import io
@@ -52,7 +52,7 @@ def test_the_first_page_is_in_the_browsers_language(web: WebHouse, accepted: str
     assert web.site.get("/?a=%0d%0aX:%20y").headers["location"] == "/en/?a=%0d%0aX:%20y"
 
 
-def test_every_page_is_sound(shown: WebHouse) -> None:
+def test_every_page_has_valid_headings_ids_and_labels(shown: WebHouse) -> None:
     for address in EVERYWHERE:
         got = shown.site.get(address)
         assert got.status == 200, address
@@ -92,13 +92,13 @@ def tamil(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     texts.all_texts.cache_clear()
 
 
-def test_a_third_language_is_a_further_file(tamil: None, web: WebHouse) -> None:
+def test_language_is_added_to_the_pages_by_one_file(tamil: None, web: WebHouse) -> None:
     assert web.site.get("/", {"Accept-Language": "ta-IN, hi;q=0.9"}).headers["location"] == "/ta/"
     assert Page(web.site.get("/ta/").text).all("html")[0]["lang"] == "ta"
     assert '<a href="/ta/" lang="ta" hreflang="ta">தமிழ்</a>' in web.site.get("/hi/").text
 
 
-def test_nothing_is_inline_and_nothing_comes_from_elsewhere(shown: WebHouse) -> None:
+def test_pages_have_no_inline_code_and_no_external_resources(shown: WebHouse) -> None:
     for address in EVERYWHERE:
         page = Page(shown.site.get(address).text)
         assert page.all("style") == []
@@ -110,7 +110,7 @@ def test_nothing_is_inline_and_nothing_comes_from_elsewhere(shown: WebHouse) -> 
             assert not link.startswith("//"), (address, link)
 
 
-def test_every_link_leads_somewhere(shown: WebHouse) -> None:
+def test_every_internal_link_resolves(shown: WebHouse) -> None:
     links = {link for address in EVERYWHERE for link in Page(shown.site.get(address).text).addresses()}
     paths = {link for link in links if link.startswith("/")} | {f"/en/{link}" for link in links if link.startswith("?")}
     assert len(paths) > 80
@@ -119,7 +119,7 @@ def test_every_link_leads_somewhere(shown: WebHouse) -> None:
 
 
 @pytest.mark.parametrize("address", ["/en/", "/", "/static/x", "/en/nothing", "/standings.csv"])
-def test_headers(shown: WebHouse, address: str) -> None:
+def test_responses_have_security_headers(shown: WebHouse, address: str) -> None:
     got = shown.site.get(address)
     policy = got.headers["content-security-policy"]
     assert "default-src 'none'" in policy
@@ -131,7 +131,7 @@ def test_headers(shown: WebHouse, address: str) -> None:
     assert "cache-control" in got.headers
 
 
-def test_a_page_that_the_browser_has_is_not_sent_again(shown: WebHouse) -> None:
+def test_unchanged_page_is_not_sent_again(shown: WebHouse) -> None:
     address = f"/en/runs/{OPEN_RUN}"
     first = shown.site.get(address)
     again = shown.site.get(address, {"If-None-Match": f'"other", {first.headers["etag"]}'})
@@ -143,7 +143,7 @@ def test_a_page_that_the_browser_has_is_not_sent_again(shown: WebHouse) -> None:
 @pytest.mark.parametrize(
     ("accepted", "coding"), [("gzip, br", "gzip"), ("br", None), ("gzip;q=0", None), ("", None), ("gzip;q=0.5", "gzip")]
 )
-def test_compression(shown: WebHouse, accepted: str, coding: str | None) -> None:
+def test_pages_are_compressed_if_accepted(shown: WebHouse, accepted: str, coding: str | None) -> None:
     got = shown.site.get("/en/", {"Accept-Encoding": accepted})
     assert got.headers.get("content-encoding") == coding
     assert got.text.startswith("<!DOCTYPE html>")
@@ -176,7 +176,7 @@ def test_languages_side_by_side(web: WebHouse) -> None:
     assert "Gap" not in web.site.get("/en/?split=open&language=en").text
 
 
-def test_static_files_are_named_by_their_content(shown: WebHouse) -> None:
+def test_static_files_are_cached_permanently(shown: WebHouse) -> None:
     links = [link for link in Page(shown.site.get("/en/").text).addresses() if link.startswith("/static/")]
     assert len(links) == 3
     for link in links:
@@ -214,19 +214,19 @@ def test_static_files_are_named_by_their_content(shown: WebHouse) -> None:
         "/standings.xml",
     ],
 )
-def test_all_that_is_not_there_is_missed_in_the_same_words(shown: WebHouse, path: str) -> None:
+def test_missing_and_hidden_pages_give_identical_404_responses(shown: WebHouse, path: str) -> None:
     got, nowhere = shown.site.get(path), shown.site.get("/en/nowhere")
     assert (got.status, got.body) == (404, nowhere.body)
     assert "There is no such page" in got.text
     assert set(got.headers) == set(nowhere.headers)
 
 
-def test_a_missing_page_is_in_the_readers_language(shown: WebHouse) -> None:
+def test_missing_page_is_in_the_readers_language(shown: WebHouse) -> None:
     assert "ऐसा कोई पृष्ठ नहीं है" in shown.site.get("/hi/runs/x").text
     assert "ऐसा कोई पृष्ठ नहीं है" in shown.site.get("/fr/", {"Accept-Language": "hi"}).text
 
 
-def test_nothing_of_a_hidden_split_is_on_any_page(shown: WebHouse) -> None:
+def test_pages_reveal_nothing_of_hidden_episodes(shown: WebHouse) -> None:
     hidden = [
         *(address for address in EVERYWHERE if "open" not in address and OPEN_RUN not in address),
         *(
@@ -248,7 +248,7 @@ def test_nothing_of_a_hidden_split_is_on_any_page(shown: WebHouse) -> None:
     assert {word for word in PECULIAR if word not in said} == {"रेतघड़ी"}
 
 
-def test_a_hidden_receipt_says_no_more_than_the_api(shown: WebHouse) -> None:
+def test_hidden_split_receipt_has_only_public_episode_fields(shown: WebHouse) -> None:
     """It chains actions by episode, whose ids every participant is given; nothing else of them is in it."""
     got = shown.site.get(f"/runs/{HIDDEN_RUN}/receipt.json")
     payload = json.loads(json.loads(got.text)["payload"])
@@ -256,7 +256,7 @@ def test_a_hidden_receipt_says_no_more_than_the_api(shown: WebHouse) -> None:
     assert [word for word in PECULIAR[1:] if word in got.text] == []
 
 
-def test_the_receipt_is_the_clients_own_kind_of_file(shown: WebHouse, tmp_path: Path) -> None:
+def test_downloaded_receipt_is_readable_by_the_client(shown: WebHouse, tmp_path: Path) -> None:
     got = shown.site.get(f"/runs/{OPEN_RUN}/receipt.json")
     file = tmp_path / "it.receipt.json"
     file.write_bytes(got.body)
@@ -266,20 +266,20 @@ def test_the_receipt_is_the_clients_own_kind_of_file(shown: WebHouse, tmp_path: 
     assert got.headers["content-disposition"] == f'attachment; filename="{OPEN_RUN}.receipt.json"'
 
 
-def test_names_are_shown_as_they_were_given(shown: WebHouse) -> None:
+def test_names_are_escaped_in_html(shown: WebHouse) -> None:
     text = shown.site.get("/en/?split=open&language=hi").text
     assert "&lt;i&gt;lab&lt;/i&gt;" in text
     assert "<i>" not in text
 
 
-def test_standings_of_both_languages_together(shown: WebHouse) -> None:
+def test_combined_standings_show_runs_of_both_languages(shown: WebHouse) -> None:
     text = shown.site.get("/en/?split=open&language=both").text
     assert "all languages together" in text
     assert ("0.750" in text, "<bdi>truth</bdi>" in text) == (True, False)
     assert [f"/en/runs/{number:032x}" in text for number in (1, 2)] == [True, True]
 
 
-def test_ranks_ties_and_marks(web: WebHouse) -> None:
+def test_standings_show_ranks_ties_and_marks(web: WebHouse) -> None:
     for number, (agent, score) in enumerate({"best": 1.0, "worse": 0.5}.items(), start=1):
         web.published(number, score, agent)
     web.publish(web.run(f"{9:032x}", agent="seer", sensors=("oracle",)))
@@ -302,7 +302,7 @@ def test_runs_with_other_clocks_are_marked_on_every_page(web: WebHouse) -> None:
             assert f'<span class="mark">{mark}</span>' in web.site.get(address).text, address
 
 
-def test_one_column_says_that_it_sorts(shown: WebHouse) -> None:
+def test_only_the_sorted_column_has_aria_sort(shown: WebHouse) -> None:
     for address, column, order in [
         ("/en/?split=open&language=en", "PTC", "descending"),
         ("/en/?split=open&language=en&sort=agent&order=asc", "Agent", "ascending"),
@@ -312,7 +312,7 @@ def test_one_column_says_that_it_sorts(shown: WebHouse) -> None:
         assert found == (order, column)
 
 
-def test_the_papers_lines_are_marked_as_other_data(web: WebHouse) -> None:
+def test_paper_results_are_marked_as_other_data(web: WebHouse) -> None:
     web.restart(val_seen=web.splits["tiny"])
     page = Page(web.site.get("/en/?split=val_seen&language=hi").text)
     said = " ".join(" ".join(page.words).split())
@@ -331,7 +331,7 @@ def test_an_empty_board_says_how_to_publish_a_run(web: WebHouse) -> None:
     assert not [link for link in page.addresses() if link.startswith("/standings")]
 
 
-def test_long_lists_come_in_pages(web: WebHouse, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_long_standings_are_split_into_pages(web: WebHouse, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("server.web.standings_page.PAGE_SIZE", 2)
     for number in range(1, 4):
         web.published(number, number / 10, f"agent-{number}")
@@ -341,7 +341,7 @@ def test_long_lists_come_in_pages(web: WebHouse, monkeypatch: pytest.MonkeyPatch
     assert 'aria-current="page">2<' in second
 
 
-def test_downloads(shown: WebHouse) -> None:
+def test_standings_can_be_downloaded_as_csv_and_json(shown: WebHouse) -> None:
     got = shown.site.get("/standings.csv?split=open&language=en&sort=ndtw")
     assert got.headers["content-type"] == "text/csv; charset=utf-8"
     assert got.headers["content-disposition"] == 'attachment; filename="arramon-open-en.csv"'
@@ -350,7 +350,7 @@ def test_downloads(shown: WebHouse) -> None:
     assert [line["agent"] for line in document["standings"]] == ["both-hands"]
 
 
-def test_a_run_that_was_played_by_the_ground_truth(shown: WebHouse) -> None:
+def test_run_page_shows_signature_arguments_and_data_hash(shown: WebHouse) -> None:
     text = shown.site.get(f"/en/runs/{OPEN_RUN}").text
     assert shown.board.entry(OPEN_RUN).signature in text
     assert shown.board.entry(OPEN_RUN).signature.endswith("|args:beam=4+checkpoint=my%20w.pt")
@@ -360,7 +360,7 @@ def test_a_run_that_was_played_by_the_ground_truth(shown: WebHouse) -> None:
     assert "The server never had to offer an episode anew." in text
 
 
-def test_the_path_played_is_drawn_where_the_ground_truth_is(shown: WebHouse) -> None:
+def test_perfectly_played_path_is_drawn_on_the_ground_truth(shown: WebHouse) -> None:
     page = Page(shown.site.get(f"/en/runs/{OPEN_RUN}/episodes/quokka-1").text)
     lines = {
         attributes["class"]: attributes["points"]
@@ -376,7 +376,7 @@ def drawn(web: WebHouse, run: str, episode: str) -> list[str]:
     return [str(line["points"]) for line in lines if line["class"] == "played" and "points" in line][1:]
 
 
-def test_what_a_clock_or_the_server_ended_is_drawn_as_it_was_scored(web: WebHouse) -> None:
+def test_timed_out_and_faulty_episodes_are_drawn_as_scored(web: WebHouse) -> None:
     run, first_turn = "e" * 32, tiny.ACTIONS[:3]
     actions = {f"quokka-{number}": first_turn for number in range(3)}
     ended = {"quokka-0": causes.TIME_LIMIT, "quokka-1": causes.FORFEITED}
@@ -391,7 +391,7 @@ def test_what_a_clock_or_the_server_ended_is_drawn_as_it_was_scored(web: WebHous
     assert drawn(web, run, "quokka-2") == ["26.44,26"]  # its steps are in the journal, and do not count
 
 
-def test_an_episode_is_found_by_its_number(shown: WebHouse) -> None:
+def test_episode_search_redirects_to_the_episode_page(shown: WebHouse) -> None:
     got = shown.site.get(f"/hi/runs/{OPEN_RUN}/episodes?episode=quokka-1")
     assert (got.status, got.headers["location"]) == (303, f"/hi/runs/{OPEN_RUN}/episodes/quokka-1")
     strange = shown.site.get(f"/hi/runs/{OPEN_RUN}/episodes?episode=//evil.example/%0d%0aX:%20y")
@@ -406,7 +406,7 @@ def test_paths_are_not_drawn_on_other_data(web: WebHouse) -> None:
     assert web.site.get(f"/en/runs/{OPEN_RUN}/episodes/quokka-1").status == 404
 
 
-def test_pages_are_light(web: WebHouse) -> None:
+def test_standings_page_stays_below_its_size_limit(web: WebHouse) -> None:
     for number in range(1, 31):
         web.published(number, number / 31, f"an-agent-with-a-long-name-{number}")
     page = web.site.get("/hi/?split=tiny&language=en", GZIP)
@@ -416,14 +416,14 @@ def test_pages_are_light(web: WebHouse) -> None:
     assert sum(got.size for got in loaded if "javascript" in got.headers["content-type"]) < 5_000
 
 
-def test_too_many_requests_at_once_are_put_off(shown: WebHouse, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_excess_concurrent_requests_get_status_503(shown: WebHouse, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pages, "MAX_WAITING", 0)
     got = shown.site.get("/hi/")
     assert (got.status, got.headers["retry-after"], got.headers["cache-control"]) == (503, "2", "no-store")
     assert "थोड़ी देर में" in got.text
 
 
-def test_a_database_that_is_gone_is_said_without_detail(web: WebHouse) -> None:
+def test_database_failure_shows_an_error_page_without_details(web: WebHouse) -> None:
     with web.database.write() as connection:
         connection.exec_driver_sql("ALTER TABLE leaderboard_entries RENAME TO away")
     got = web.site.get("/en/")
@@ -435,7 +435,7 @@ def test_a_database_that_is_gone_is_said_without_detail(web: WebHouse) -> None:
     assert Page(web.site.get("/hi/").text).all("html")[0]["lang"] == "hi"
 
 
-def test_a_slow_drawing_holds_up_no_other_page(shown: WebHouse, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_slow_drawing_does_not_block_other_pages(shown: WebHouse, monkeypatch: pytest.MonkeyPatch) -> None:
     begun, go_on = threading.Event(), threading.Event()
 
     def slow(*_: object) -> None:

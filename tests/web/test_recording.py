@@ -80,7 +80,7 @@ def open_episode(page: Page, index: Path) -> None:
     ("en", ["Step 1 of 7", "Step 2 of 7", "Step 7 of 7"], ["forward", "right", "pick up / place"]),
     ("hi", ["क़दम 1 / 7", "क़दम 2 / 7", "क़दम 7 / 7"], ["आगे", "दाएँ", "उठाना / रखना"]),
 ])  # fmt: skip
-def test_it_is_gone_through_by_keyboard(
+def test_recording_is_navigated_by_keyboard(
     page: Page, tmp_path: Path, language: str, where: list[str], action: list[str]
 ) -> None:
     open_episode(page, record(tmp_path, language))
@@ -95,7 +95,7 @@ def test_it_is_gone_through_by_keyboard(
     expect(page.locator("#where")).to_have_text(where[2])
 
 
-def test_the_slider_is_worked_by_its_own_keys_once(page: Page, tmp_path: Path) -> None:
+def test_keys_on_slider_and_buttons_move_exactly_one_step(page: Page, tmp_path: Path) -> None:
     open_episode(page, record(tmp_path, "en"))
     page.locator("#step").focus()
     page.keyboard.press("ArrowRight")
@@ -124,7 +124,7 @@ def test_each_step_has_its_own_pictures(page: Page, tmp_path: Path) -> None:
     (False, "reckoned from the actions, not measured", "reckoned from the actions, with the walls"),
     (True, "the poses which the agent was shown", "the poses which the agent was shown"),
 ])  # fmt: skip
-def test_the_map_says_where_it_comes_from(page: Page, tmp_path: Path, poses: bool, street: str, room: str) -> None:
+def test_map_names_the_source_of_its_poses(page: Page, tmp_path: Path, poses: bool, street: str, room: str) -> None:
     open_episode(page, record(tmp_path, "en", poses=poses))
     page.keyboard.press("ArrowRight")
     expect(page.locator("#map-text")).to_contain_text(street)
@@ -137,7 +137,7 @@ def test_the_map_says_where_it_comes_from(page: Page, tmp_path: Path, poses: boo
 
 @pytest.mark.parametrize("language", ["en", "hi"])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_it_can_be_read_on_a_phone(page: Page, tmp_path: Path, language: str, scheme: Any) -> None:
+def test_recording_is_readable_on_a_phone(page: Page, tmp_path: Path, language: str, scheme: Any) -> None:
     page.set_viewport_size(PHONE)  # type: ignore[arg-type]
     page.emulate_media(color_scheme=scheme)
     index = record(tmp_path, language)
@@ -150,7 +150,7 @@ def test_it_can_be_read_on_a_phone(page: Page, tmp_path: Path, language: str, sc
     assert min(box["height"] for box in (each.bounding_box() for each in page.get_by_role("button").all()) if box) >= 40
 
 
-def test_what_a_server_says_is_shown_as_text(page: Page, tmp_path: Path) -> None:
+def test_server_texts_are_shown_as_plain_text(page: Page, tmp_path: Path) -> None:
     open_episode(page, record(tmp_path, "en", instruction=HOSTILE))
     expect(page.locator("#instruction")).to_have_text(HOSTILE)
     expect(page.locator("h1")).to_have_text(f"Episode {HOSTILE}")
@@ -158,7 +158,7 @@ def test_what_a_server_says_is_shown_as_text(page: Page, tmp_path: Path) -> None
     assert page.locator("img").count() == 2
 
 
-def test_a_page_stands_alone(page: Page, tmp_path: Path) -> None:
+def test_recording_page_is_self_contained(page: Page, tmp_path: Path) -> None:
     index = record(tmp_path, "en")
     alone = tmp_path / "alone.html"
     next(index.parent.glob("*/index.html")).rename(alone)

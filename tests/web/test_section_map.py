@@ -1,4 +1,4 @@
-"""A section from above, and the paths on it."""
+"""Maps of sections from above, with the paths on them."""
 
 from server.scoring.trajectory import TurnRecord
 from server.sim.section import Building, Prop, Section
@@ -13,14 +13,14 @@ SECTION = Section(
 )
 
 
-def test_ground() -> None:
+def test_ground_map_has_scaled_roofs_and_props() -> None:
     seen = ground(SECTION)
     assert (seen.width, seen.height) == (32.0, 42.0)
     assert seen.roofs == ("15,24 15,28 17,28 17,24",)
     assert seen.props == ((17.0, 34.0),)
 
 
-def test_a_turn_that_was_played_and_one_that_was_not() -> None:
+def test_tracks_show_played_paths_only_for_played_turns() -> None:
     record = TurnRecord(((0.0, 0.0), (0.0, 1.0)), (0.0, 0.1, 2.5), (2, 1, 2), path=((0.0, 0.0), (0.5, 0.0)))
     played = track(SECTION, record)
     assert (played.truth, played.played) == ("16,36 16,35", "16,36 16.5,36")

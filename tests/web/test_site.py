@@ -1,4 +1,4 @@
-"""Probes and metrics over HTTP, where a host wants them, and what readiness looks at."""
+"""Probes, metrics and pages over HTTP: their addresses, and what readiness checks."""
 
 import asyncio
 import http.client
@@ -47,7 +47,7 @@ def get(address: str, path: str) -> tuple[int, str, str]:
         (("--web", "127.0.0.1:0"), {"pages", "metrics"}, {"aiohttp", "jinja2"}),
     ],
 )
-def test_what_makes_pages_is_loaded_where_they_are_served(
+def test_page_libraries_are_imported_only_where_pages_are_served(
     tmp_path: Path, flags: tuple[str, ...], served: set[str], loaded: set[str]
 ) -> None:
     tiny.write(tmp_path)
@@ -59,7 +59,7 @@ def test_what_makes_pages_is_loaded_where_they_are_served(
     assert imported & {"aiohttp", "jinja2", "grpc"} == {"grpc", *loaded}
 
 
-def test_probes_metrics_and_pages_on_one_address(tmp_path: Path) -> None:
+def test_probes_metrics_and_pages_share_one_address(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     server = Server(tmp_path, "127.0.0.1:0", "--web", "127.0.0.1:0")
     try:
@@ -76,7 +76,7 @@ def test_probes_metrics_and_pages_on_one_address(tmp_path: Path) -> None:
         assert server.stop() == 0
 
 
-def test_metrics_on_an_address_of_their_own(tmp_path: Path) -> None:
+def test_metrics_can_have_their_own_address(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     server = Server(tmp_path, "127.0.0.1:0", "--web", "127.0.0.1:0", "--metrics", "[::1]:0")
     try:
@@ -100,13 +100,11 @@ def test_metrics_on_an_address_of_their_own(tmp_path: Path) -> None:
         ("", "10.0.0.1:90", "10.0.0.1:90"),
     ],
 )
-def test_metrics_are_for_the_machine_itself_unless_the_host_says_otherwise(
-    web: str, metrics: str, expected: str
-) -> None:
+def test_metrics_are_public_only_if_configured(web: str, metrics: str, expected: str) -> None:
     assert Config(web=web, metrics=metrics).metrics_address == expected
 
 
-def test_a_web_address_in_use(tmp_path: Path) -> None:
+def test_web_address_in_use_is_reported(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
@@ -116,7 +114,7 @@ def test_a_web_address_in_use(tmp_path: Path) -> None:
             Server(tmp_path, "127.0.0.1:0", "--web", address)
 
 
-def test_the_certificate_is_for_the_pages_too(tmp_path: Path) -> None:
+def test_pages_use_the_servers_certificate(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     authority = Authority()
     certificate, key = authority.sign(tmp_path)
@@ -143,9 +141,7 @@ def get_over_tls(address: str, authority: Authority) -> str:
 
 
 @pytest.mark.slow
-def test_health_follows_a_database_that_goes_and_comes_back(
-    postgres_url: str, cluster: Cluster, tmp_path: Path
-) -> None:
+def test_health_follows_a_database_outage_and_recovery(postgres_url: str, cluster: Cluster, tmp_path: Path) -> None:
     tiny.write(tmp_path)
     server = Server(tmp_path, "127.0.0.1:0", "--web", "127.0.0.1:0", "--journal", postgres_url)
 
@@ -212,7 +208,7 @@ def test_readiness_follows_the_engine() -> None:
     assert fake.look() == ""
 
 
-def test_whoever_drains_is_not_ready_again() -> None:
+def test_draining_server_does_not_become_ready_again() -> None:
     fake = Fake()
     assert fake.look() == ""
     asyncio.run(fake.readiness.drain())

@@ -48,11 +48,11 @@ def test_every_language_has_the_same_keys_and_names(code: str) -> None:
 
 
 @pytest.mark.parametrize("key", ASKED_FOR_BY_NAME)
-def test_there_are_words_for_all_that_there_is(key: str) -> None:
+def test_every_requested_text_key_exists(key: str) -> None:
     assert key in EN.words
 
 
-def test_no_text_is_left_over() -> None:
+def test_every_text_key_is_used() -> None:
     source = "".join(path.read_text() for path in WEB.rglob("*") if path.suffix in (".py", ".html"))
     said = set(re.findall(r'"([a-z_]+\.[A-Za-z_0-9-]+)"', source)) | set(re.findall(r'"([a-z_]+)"', source))
     groups = ("languages", "sensors", "causes", "states", "turns", "choices", "marks", "references", "reference_notes")
@@ -61,7 +61,7 @@ def test_no_text_is_left_over() -> None:
         assert key in said or group in (*groups, "metrics") or (group == "run" and name in said), key
 
 
-def test_hindi_is_written_in_its_letters() -> None:
+def test_hindi_texts_are_in_devanagari() -> None:
     latin = ("page.site", "page.direction", "format.")
     for key, text in HI.words.items():
         if isinstance(text, str) and not key.startswith(latin) and re.sub(r"{\w+}|[^\w]|nDTW", "", text):
@@ -72,17 +72,17 @@ def test_hindi_is_written_in_its_letters() -> None:
     ("number", "english", "hindi"),
     [(0, "0", "0"), (999, "999", "999"), (1065, "1,065", "1,065"), (1234567, "1,234,567", "12,34,567")],
 )
-def test_whole_numbers(number: int, english: str, hindi: str) -> None:
+def test_whole_numbers_are_grouped_per_language(number: int, english: str, hindi: str) -> None:
     assert (EN.whole(number), HI.whole(number)) == (english, hindi)
 
 
-def test_other_numbers() -> None:
+def test_scores_decimals_and_percentages_are_formatted() -> None:
     assert [EN.score(value) for value in (0, 0.0444, 0.0445001, 1)] == ["0.000", "0.044", "0.045", "1.000"]
     assert [EN.decimal(value) for value in (3.0, 0.25, 0.6000001)] == ["3", "0.25", "0.6"]
     assert [EN.percent(value) for value in (0, 0.001, 0.5, 0.999, 1)] == ["0%", "1%", "50%", "99%", "100%"]
 
 
-def test_dates() -> None:
+def test_dates_are_formatted_per_language() -> None:
     time = datetime(2030, 1, 9, 7, 5, tzinfo=UTC)
     assert EN.date(time) == "9 January 2030"
     assert HI.moment(time) == "9 जनवरी 2030, 07:05 UTC"
@@ -103,11 +103,11 @@ def test_dates() -> None:
         (";;,,=", "en"),
     ],
 )
-def test_the_language_of_a_browser(accepted: str, language: str) -> None:
+def test_language_is_chosen_from_accept_language(accepted: str, language: str) -> None:
     assert texts.preferred(accepted) == language
 
 
-def test_a_further_language_is_a_further_file(tmp_path: Path) -> None:
+def test_language_is_added_by_one_texts_file(tmp_path: Path) -> None:
     file = tmp_path / "ta.toml"
     file.write_text((WEB / "texts" / "en.toml").read_text().replace('decimal_mark = "."', 'decimal_mark = ","'))
     tamil = texts.read(file)

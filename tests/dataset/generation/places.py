@@ -1,4 +1,4 @@
-"""A little section for these tests: four blocks about a crossing of two streets, 6 units wide, and writers of words."""
+"""A small test section: four blocks around a crossing of streets 6 units wide, and instruction writers."""
 
 from server.dataset.generation import Draft, Site, Writer
 from server.dataset.randomness import seeded

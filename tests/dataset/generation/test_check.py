@@ -23,12 +23,12 @@ def draft(site: Site) -> Draft:
     return site.sampler.draw("1", ("check", 3))
 
 
-def test_all_that_is_drawn_passes(site: Site) -> None:
+def test_sampled_drafts_have_no_problems(site: Site) -> None:
     for i in range(20):
         assert problems(site.sampler.draw(str(i), ("passes", i)), site.solids, site.world) == ()
 
 
-def test_the_same_names_draw_the_same(site: Site) -> None:
+def test_drafts_are_determined_by_their_seed_names(site: Site) -> None:
     assert (
         site.sampler.draw("1", ("a",)) == Site(site.section).sampler.draw("1", ("a",)) != site.sampler.draw("1", ("b",))
     )
@@ -85,7 +85,9 @@ CASES: list[tuple[Callable[[Draft, Site], Draft], str]] = [
 
 
 @pytest.mark.parametrize(("spoil", "expected"), CASES, ids=[expected for _, expected in CASES])
-def test_what_is_wrong_is_found(draft: Draft, site: Site, spoil: Callable[[Draft, Site], Draft], expected: str) -> None:
+def test_faulty_drafts_are_reported(
+    draft: Draft, site: Site, spoil: Callable[[Draft, Site], Draft], expected: str
+) -> None:
     assert problems(draft, site.solids, site.world) == ()
     found = "\n".join(problems(spoil(draft, site), site.solids, site.world))
 

@@ -27,7 +27,7 @@ def files_of(data: Path) -> dict[str, bytes]:
     return {str(path.relative_to(data)): path.read_bytes() for path in sorted(data.rglob("*")) if path.is_file()}
 
 
-def test_the_number_of_jobs_changes_no_byte(tmp_path: Path) -> None:
+def test_number_of_jobs_does_not_change_the_output(tmp_path: Path) -> None:
     make(tmp_path / "one", "val_unseen", count=8)
     make(tmp_path / "two", "val_unseen", count=8, jobs=2)
 
@@ -35,7 +35,7 @@ def test_the_number_of_jobs_changes_no_byte(tmp_path: Path) -> None:
     assert len(read_split(folder_of(tmp_path / "one", "val_unseen")).episodes) == 8
 
 
-def test_another_seed_gives_other_episodes_and_furniture(tmp_path: Path) -> None:
+def test_another_seed_changes_episodes_and_furniture(tmp_path: Path) -> None:
     ((one,), (two,)) = (make(tmp_path / str(seed), "val_unseen", count=1, seed=seed)[0] for seed in (1, 2))
 
     assert list(one.episodes) == list(two.episodes)
@@ -43,7 +43,7 @@ def test_another_seed_gives_other_episodes_and_furniture(tmp_path: Path) -> None
     assert one.sections["6"].props != two.sections["6"].props
 
 
-def test_what_the_writer_refuses_is_drawn_anew_and_counted(tmp_path: Path) -> None:
+def test_drafts_refused_by_the_writer_are_redrawn_and_counted(tmp_path: Path) -> None:
     (split,), told = make(tmp_path, "val_unseen", count=7, writer=make_fussy)
 
     assert all(episode.turns[0].target.type.kind in ("ball", "mug", "tv") for episode in split.episodes.values())
@@ -51,7 +51,7 @@ def test_what_the_writer_refuses_is_drawn_anew_and_counted(tmp_path: Path) -> No
     assert told[-1].drafts > 7
 
 
-def test_a_hidden_split_comes_from_the_secret_alone(tmp_path: Path) -> None:
+def test_hidden_split_depends_only_on_the_hosts_secret(tmp_path: Path) -> None:
     """The public seed gives neither its episodes nor its section, and changes nothing; only its owner reads it."""
     (hidden,), _ = make(tmp_path / "host", "test_unseen", seed=1)
     (again,), _ = make(tmp_path / "host", "test_unseen", seed=2)
@@ -80,7 +80,7 @@ def test_the_secret_is_in_no_other_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_what_fails_leaves_the_split_that_was_there(tmp_path: Path, jobs: int) -> None:
+def test_failed_generation_keeps_the_existing_split(tmp_path: Path, jobs: int) -> None:
     make(tmp_path, "val_unseen", count=1)
     before = files_of(tmp_path)
 
@@ -90,7 +90,7 @@ def test_what_fails_leaves_the_split_that_was_there(tmp_path: Path, jobs: int) -
     assert files_of(tmp_path) == before
 
 
-def test_orders_go_section_by_section() -> None:
+def test_batches_are_grouped_by_section() -> None:
     sections = {name: replace(CROSSING, id=name) for name in "12345"}
     batches = make_batches("1", "val_seen", SPLITS["val_seen"].episodes(40 / 1065), sections, make_plain)
 

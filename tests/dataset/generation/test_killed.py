@@ -1,4 +1,4 @@
-"""A run of the command that is killed leaves nothing behind: no half split, no process."""
+"""Killed generation: no partial split and no process remain."""
 
 import os
 import signal
@@ -25,7 +25,7 @@ def processes_in_group(group: int) -> list[str]:
 
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="counts processes in /proc, which this system lacks")
-def test_a_killed_run_leaves_nothing(tmp_path: Path) -> None:
+def test_killed_generation_leaves_no_split_and_no_process(tmp_path: Path) -> None:
     arguments = ["generate", "--data", str(tmp_path / "data"), "--split", "val_unseen", "--jobs", "2"]
     command = [sys.executable, "-m", "server", *arguments]
     run = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)

@@ -33,14 +33,14 @@ def way(walker: Walker, start: Pose, target: tuple[float, float]) -> str | None:
         (Pose(0.0, -10.0, 30.0), (0.0, 1.5), "L" + "F" * 10),
     ],
 )
-def test_a_straight_way_is_walked_straight(
+def test_straight_paths_are_walked_without_detours(
     walker: Walker, start: Pose, target: tuple[float, float], expected: str
 ) -> None:
     assert way(walker, start, target) == expected
 
 
 @pytest.mark.parametrize(("side", "turns"), [(1.0, "RRR"), (-1.0, "LLL")])
-def test_a_corner_is_turned_at_once(walker: Walker, side: float, turns: str) -> None:
+def test_corners_are_taken_in_one_quarter_turn(walker: Walker, side: float, turns: str) -> None:
     found = way(walker, Pose(0.0, -11.0, 0.0), (side * 11.5, -1.0))
 
     assert found is not None
@@ -49,7 +49,7 @@ def test_a_corner_is_turned_at_once(walker: Walker, side: float, turns: str) -> 
     assert 8 <= len(first) <= 13  # Within a unit and a half or so of the crossing's middle.
 
 
-def test_a_turn_back_is_one_half_turn(walker: Walker) -> None:
+def test_target_behind_the_start_takes_one_half_turn(walker: Walker) -> None:
     found = way(walker, Pose(0.0, 0.0, 0.0), (0.0, -9.0))
 
     assert found is not None
@@ -57,7 +57,7 @@ def test_a_turn_back_is_one_half_turn(walker: Walker) -> None:
     assert found[:6] in ("L" * 6, "R" * 6)
 
 
-def test_a_way_ends_with_the_target_in_reach_and_touches_nothing(walker: Walker) -> None:
+def test_paths_end_within_reach_and_touch_no_solids(walker: Walker) -> None:
     solids = Solids.of(CROSSING)
     for i, target in enumerate([(2.0, 11.0), (-11.0, 2.0), (11.0, -1.5), (1.5, 7.0), (-2.0, -9.0)]):
         start = Pose(0.5, 1.0, 30.0 * i)
@@ -72,7 +72,7 @@ def test_a_way_ends_with_the_target_in_reach_and_touches_nothing(walker: Walker)
         assert solids.distance(dense).min() > 0.26
 
 
-def test_what_is_walled_in_is_not_reached() -> None:
+def test_walled_in_targets_are_unreachable_from_outside() -> None:
     walls = tuple(
         Building(x, z, w, h, 0.0, 2.0, "brick")
         for x, z, w, h in ((0, 4, 3, 0.5), (0, -4, 3, 0.5), (3.5, 0, 0.5, 4.5), (-3.5, 0, 0.5, 4.5))
@@ -83,7 +83,7 @@ def test_what_is_walled_in_is_not_reached() -> None:
     assert way(walker, Pose(0.0, 2.0, 180.0), (0.0, -1.0)) == "FF"
 
 
-def test_streets_askew_are_followed_with_few_turns() -> None:
+def test_oblique_streets_are_followed_with_few_turns() -> None:
     angle = 17.0
     sin, cos = math.sin(math.radians(angle)), math.cos(math.radians(angle))
     blocks = tuple(Building(s * 6 * cos, -s * 6 * sin, 3.0, 20.0, angle, 2.0, "brick") for s in (-1, 1))
@@ -95,7 +95,7 @@ def test_streets_askew_are_followed_with_few_turns() -> None:
     assert sum(letter != "F" for letter in found) <= 4
 
 
-def test_furniture_is_walked_round() -> None:
+def test_paths_go_around_furniture() -> None:
     section = Section(
         "8",
         0.0,

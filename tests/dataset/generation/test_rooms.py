@@ -23,19 +23,21 @@ TARGETS = (ObjectType("striped", "red", "mug"), ObjectType("dotted", "white", "b
         ((2, 2), [(2, 1)], "RRRFLLLFFLLL", 4),
     ],
 )
-def test_the_shortest_way(target: tuple[int, int], blocked: list[tuple[int, int]], actions: str, cells: int) -> None:
+def test_room_path_is_the_shortest(
+    target: tuple[int, int], blocked: list[tuple[int, int]], actions: str, cells: int
+) -> None:
     path, found = walk_to(Square(*target), {Square(*cell) for cell in blocked})
 
     assert "".join("FLRP"[action] for action in found) == actions
     assert len(path) == cells
 
 
-def test_there_may_be_no_way() -> None:
+def test_unreachable_cell_is_an_error() -> None:
     with pytest.raises(ValueError, match="no way"):
         walk_to(Square(4, 3), {Square(1, 0), Square(2, 1), Square(3, 0)})
 
 
-def test_tasks_are_mixed_as_in_the_original() -> None:
+def test_task_frequencies_match_the_original_dataset() -> None:
     tasks = [draw_tasks(seeded("tasks", i)) for i in range(2000)]
     on_first = sum(one.cell.level == 1 and one.cell._replace(level=2) == two.cell for one, two in tasks)
     second = sum(two.cell.level == 2 for _, two in tasks) - on_first
@@ -49,7 +51,7 @@ def test_tasks_are_mixed_as_in_the_original() -> None:
     assert min(cells.values()) > 200
 
 
-def test_decoys_are_in_nobodys_way() -> None:
+def test_decoys_leave_both_paths_free() -> None:
     given_up = 0
     for i in range(300):
         tasks = draw_tasks(seeded("decoys", i))

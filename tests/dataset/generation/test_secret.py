@@ -7,7 +7,7 @@ from server.dataset.generation.secret import host_secret
 from server.errors import BadFile, StorageError
 
 
-def test_it_is_made_once_and_its_owners_alone(tmp_path: Path) -> None:
+def test_secret_is_created_once_with_private_permissions(tmp_path: Path) -> None:
     data = tmp_path / "new"
     secret = host_secret(data)
 
@@ -18,7 +18,7 @@ def test_it_is_made_once_and_its_owners_alone(tmp_path: Path) -> None:
     assert host_secret(tmp_path / "other") != secret
 
 
-def test_one_that_others_can_read_is_refused(tmp_path: Path) -> None:
+def test_secret_readable_by_others_is_refused(tmp_path: Path) -> None:
     host_secret(tmp_path)
     (tmp_path / "secret").chmod(0o640)
 
@@ -27,7 +27,7 @@ def test_one_that_others_can_read_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "swordfish", "0" * 63, "g" * 64])
-def test_what_is_no_secret_is_refused(tmp_path: Path, text: str) -> None:
+def test_malformed_secret_is_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / "secret").write_text(text)
     (tmp_path / "secret").chmod(0o600)
 
@@ -35,7 +35,7 @@ def test_what_is_no_secret_is_refused(tmp_path: Path, text: str) -> None:
         host_secret(tmp_path)
 
 
-def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
+def test_unusable_data_folder_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
 
     with pytest.raises(StorageError, match="file"):

@@ -4,7 +4,7 @@ from server.dataset.generation.sizes import SPLITS, select_plans
 from server.errors import BadInput
 
 
-def test_the_papers_sizes_and_sections() -> None:
+def test_splits_have_the_expected_sizes_and_sections() -> None:
     assert {name: (plan.count(1.0), "".join(plan.sections), plan.hidden) for name, plan in SPLITS.items()} == {
         "train": (4267, "12345", False),
         "val_seen": (1065, "12345", False),
@@ -13,7 +13,7 @@ def test_the_papers_sizes_and_sections() -> None:
     }
 
 
-def test_no_id_is_given_twice_and_each_tells_its_section() -> None:
+def test_episode_ids_are_unique_and_encode_their_section() -> None:
     given = [(episode_id, section) for plan in SPLITS.values() for episode_id, section in plan.episodes()]
 
     assert len({episode_id for episode_id, _ in given}) == len(given) == 7692
@@ -24,7 +24,7 @@ def test_no_id_is_given_twice_and_each_tells_its_section() -> None:
 @pytest.mark.parametrize(
     ("name", "scale", "count"), [("val_seen", 0.01, 11), ("train", 0.0001, 1), ("train", 0.5, 2134)]
 )
-def test_a_smaller_scale_is_the_first_of_the_whole(name: str, scale: float, count: int) -> None:
+def test_smaller_scale_takes_the_first_episodes(name: str, scale: float, count: int) -> None:
     assert list(SPLITS[name].episodes(scale)) == list(SPLITS[name].episodes())[:count]
 
 

@@ -21,11 +21,11 @@ LONG = Building(10.0, 0.0, 1.0, 4.0, 90.0, 3.0, "brick")
         ((3.0, -5.0), 5.0),
     ],
 )
-def test_distances_to_a_turned_building(place: tuple[float, float], distance: float) -> None:
+def test_distance_to_a_rotated_building_is_correct(place: tuple[float, float], distance: float) -> None:
     assert Solids.from_bodies([LONG]).distance(np.array([place]))[0] == pytest.approx(distance)
 
 
-def test_a_banner_is_not_solid_and_a_booth_is() -> None:
+def test_banners_are_not_solid_and_booths_are() -> None:
     props = [Prop("banner", 0.0, 0.0, 0.0, "red", "star", "white"), Prop("phone_booth", 5.0, 0.0, 0.0)]
     solids = Solids.from_bodies([], props)
 
@@ -45,5 +45,5 @@ def test_a_banner_is_not_solid_and_a_booth_is() -> None:
         ((50, 50), 0.0),
     ],
 )
-def test_clearance_of_the_crossing(place: tuple[float, float], clear: float) -> None:
+def test_clearance_of_the_crossing_matches_its_geometry(place: tuple[float, float], clear: float) -> None:
     assert Ground.of(CROSSING).clear_at(*place) == pytest.approx(min(clear, FAR / 1000), abs=0.1)

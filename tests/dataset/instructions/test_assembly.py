@@ -1,4 +1,4 @@
-"""Assembly plans: they lead to the target, mention only what is seen, and differ."""
+"""Assembly plans: they lead to the target, mention only visible objects, and vary."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -36,7 +36,7 @@ def mentioned(meaning: Assembly) -> list[Thing]:
     return found + [inner for thing in found for where in thing.where for inner in where.things]
 
 
-def test_who_follows_a_plan_puts_it_there() -> None:
+def test_following_a_plan_places_the_object_correctly() -> None:
     planned = 0
     for type_, place, room, number in tasks(60):
         meaning = plan_assembly(type_, place, room, seeded("plan", number))
@@ -46,7 +46,7 @@ def test_who_follows_a_plan_puts_it_there() -> None:
     assert planned >= 57
 
 
-def test_plans_say_what_people_say() -> None:
+def test_plan_wording_frequencies_are_within_human_ranges() -> None:
     counts: Counter[str] = Counter()
     landmarks: Counter[int] = Counter()
     for type_, place, room, number in tasks(150):
@@ -69,7 +69,7 @@ def test_plans_say_what_people_say() -> None:
     assert 0.4 < landmarks[3] / landmarks.total() < 0.8
 
 
-def test_what_is_hidden_is_not_mentioned() -> None:
+def test_objects_hidden_from_view_are_not_mentioned() -> None:
     room = things("striped blue tv 2 1 1", "dotted green bowl 2 1 3")
     hidden = set(whole_room(room).things) - set(seen_room(room).things)
     assert [thing.kind for thing in hidden] == ["bowl"]
@@ -88,7 +88,7 @@ def test_what_is_hidden_is_not_mentioned() -> None:
         ("dotted red mug", {("bowl", "", ""), ("bowl", "red", "dotted")}),
     ],
 )
-def test_names_are_as_short_as_is_unique(other: str, allowed: set[tuple[str, str, str]]) -> None:
+def test_landmark_names_are_minimal_or_complete_and_unique(other: str, allowed: set[tuple[str, str, str]]) -> None:
     room = things("dotted red bowl 2 1 2", f"{other} 4 1 3")
     names = set()
     for number in range(40):
@@ -98,13 +98,13 @@ def test_names_are_as_short_as_is_unique(other: str, allowed: set[tuple[str, str
     assert names == allowed
 
 
-def test_plans_differ_by_chance_alone() -> None:
+def test_plans_vary_with_the_seed_and_are_reproducible() -> None:
     room = things("dotted red bowl 2 1 2", "striped blue tv 4 1 3", "dotted white ball 4 1 1", "striped red mug 1 1 3")
     plans = [plan_assembly(MUG, Placement(3, 1, 3), room, seeded(number)) for number in range(30)]
     assert plans == [plan_assembly(MUG, Placement(3, 1, 3), room, seeded(number)) for number in range(30)]
     assert len(set(plans)) > 15
 
 
-def test_a_target_must_rest_on_something() -> None:
+def test_unsupported_placement_is_an_error() -> None:
     with pytest.raises(ValueError, match=r"level is 2 in column 3, row 3; expected one above the 0 objects"):
         plan_assembly(MUG, Placement(3, 2, 3), things("dotted red bowl 2 1 2"), seeded(0))

@@ -1,4 +1,4 @@
-"""The navigation planner."""
+"""Navigation plans: turns, names of landmarks, and the description of the target."""
 
 from dataclasses import replace
 
@@ -30,7 +30,7 @@ def plan(camera: RasterCamera, attempt: int) -> Navigation | None:
     return plan_navigation(PATH, poses, STREET[0], STREET, marks, seeded("plan", attempt))
 
 
-def test_it_turns_right_by_what_stands_at_the_crossing(camera: RasterCamera) -> None:
+def test_plan_turns_right_at_the_crossing(camera: RasterCamera) -> None:
     for attempt in range(10):
         made = plan(camera, attempt)
         assert made is not None
@@ -39,13 +39,13 @@ def test_it_turns_right_by_what_stands_at_the_crossing(camera: RasterCamera) -> 
         assert (made.target.kind, made.target.colour, made.target.look)[0] == "mug"
 
 
-def test_another_draw_says_it_in_another_way_and_the_same_in_the_same(camera: RasterCamera) -> None:
+def test_plans_vary_with_the_seed_and_are_reproducible(camera: RasterCamera) -> None:
     made = [plan(camera, attempt) for attempt in range(12)]
     assert len({repr(one) for one in made}) >= 4
     assert plan(camera, 3) == made[3]
 
 
-def test_a_target_that_is_not_seen_in_the_end_is_not_described(camera: RasterCamera) -> None:
+def test_target_unseen_at_the_end_gives_no_plan(camera: RasterCamera) -> None:
     hidden = thing("striped red mug", -20.0, 0.0)
     street = (hidden, *STREET[1:])
     poses = poses_along(START, PATH, ACTIONS)
@@ -72,12 +72,12 @@ VIEW = Pose(0.0, 0.0, 0.0)
         (mark("bench", 0.5, 8.0, 0), (Thing("bin"), True)),
     ],
 )
-def test_a_name_means_one_thing(rival: Landmark, named: tuple[Thing, bool] | None) -> None:
+def test_landmark_names_are_unambiguous(rival: Landmark, named: tuple[Thing, bool] | None) -> None:
     own = mark("bin", 1.0, 9.0, 0)
     assert name_of(own, [own, rival], VIEW, 10, seeded("name")) == named
 
 
-def test_a_colour_tells_two_of_a_kind_apart() -> None:
+def test_colour_distinguishes_landmarks_of_one_kind() -> None:
     own, rival = mark("cone", 0.0, 9.0, 0, colour="red"), mark("cone", 0.0, 8.0, 0, colour="blue")
     assert {name_of(own, [own, rival], VIEW, 10, seeded("cone", i)) for i in range(9)} == {(Thing("cone", "red"), True)}
     far = replace(rival, z=30.0)
@@ -85,7 +85,7 @@ def test_a_colour_tells_two_of_a_kind_apart() -> None:
     assert names == {(Thing("cone"), True), (Thing("cone", "red"), True)}
 
 
-def test_a_short_name_still_fits_the_target_alone() -> None:
+def test_short_target_names_remain_unique() -> None:
     target = STREET[0]
     poses = poses_along(START, PATH, ACTIONS)
     seen = Landmark(Label("mug", "red", "striped"), target.position.x, target.position.z, (len(poses) - 1,))

@@ -1,4 +1,4 @@
-"""Paths as legs."""
+"""Division of navigation paths into straight legs."""
 
 import pytest
 
@@ -10,20 +10,18 @@ from tests.dataset.instructions.town import PATH
     ("start", "end", "degrees"),
     [((0, 0), (0, 2), 0.0), ((0, 0), (2, 0), 90.0), ((1, 1), (1, 0), 180.0), ((0, 0), (-1, 1), 315.0)],
 )
-def test_a_bearing_is_clockwise_from_north(
-    start: tuple[float, float], end: tuple[float, float], degrees: float
-) -> None:
+def test_bearing_is_clockwise_from_north(start: tuple[float, float], end: tuple[float, float], degrees: float) -> None:
     assert bearing(start, end) == pytest.approx(degrees)
 
 
 @pytest.mark.parametrize(
     ("before", "after", "turn"), [(0, 90, 90), (90, 0, -90), (350, 20, 30), (20, 350, -30), (0, 180, -180)]
 )
-def test_a_turn_goes_the_short_way(before: float, after: float, turn: float) -> None:
+def test_turn_takes_the_shorter_direction(before: float, after: float, turn: float) -> None:
     assert turn_between(before, after) == pytest.approx(turn)
 
 
-def test_the_crossing_is_two_legs() -> None:
+def test_path_with_one_corner_has_two_legs() -> None:
     legs = legs_of(PATH)
     assert [(leg.start, leg.end, leg.heading, leg.length) for leg in legs] == [
         ((0.0, -15.0), (0.0, 0.0), 0.0, 15.0),
@@ -32,17 +30,17 @@ def test_the_crossing_is_two_legs() -> None:
     assert [(leg.first, leg.last) for leg in legs] == [(0, 15), (15, 27)]
 
 
-def test_wiggles_and_slight_bends_are_no_corners() -> None:
+def test_wiggles_and_slight_bends_are_not_corners() -> None:
     wiggle = [(0.5 * (i % 2), float(i)) for i in range(10)]
     bend = [(0.0, float(i)) for i in range(10)] + [(0.25 * i, 9.0 + i) for i in range(1, 10)]
     assert [len(legs_of(path)) for path in (wiggle, bend)] == [1, 1]
 
 
-def test_one_who_does_not_move_has_no_legs() -> None:
+def test_stationary_path_has_no_legs() -> None:
     assert legs_of([(1.0, 1.0)]) == []
 
 
-def test_straying_is_the_farthest_place_from_the_straight_way() -> None:
+def test_max_deviation_is_the_largest_distance_from_the_line() -> None:
     assert max_deviation(PATH, 0, 15, (0.0, -15.0), (0.0, 0.0)) == 0.0
     assert max_deviation(PATH, 0, 15, (2.0, -15.0), (2.0, 0.0)) == pytest.approx(2.0)
     assert max_deviation(PATH, 0, 27, (0.0, -15.0), (12.0, 0.0)) == pytest.approx(9.37, abs=0.01)

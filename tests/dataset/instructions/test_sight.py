@@ -1,4 +1,4 @@
-"""What is seen along a path."""
+"""Landmarks visible along a path."""
 
 import pytest
 
@@ -21,7 +21,7 @@ def test_poses_follow_path_and_turns() -> None:
 
 
 @pytest.mark.parametrize("actions", [(F, F), (F, L), (F, F, F)])
-def test_a_path_must_have_its_steps(actions: tuple[object, ...]) -> None:
+def test_path_and_actions_must_have_equal_steps(actions: tuple[object, ...]) -> None:
     path = [(0.0, 0.0), (0.0, 1.0), (0.0, 2.0)]
     if actions == (F, F):
         assert len(poses_along(Pose(0.0, 0.0, 0.0), path, (F, F))) == 3
@@ -30,7 +30,7 @@ def test_a_path_must_have_its_steps(actions: tuple[object, ...]) -> None:
             poses_along(Pose(0.0, 0.0, 0.0), path, actions)  # type: ignore[arg-type]
 
 
-def test_only_what_no_wall_hides_is_seen() -> None:
+def test_landmarks_behind_walls_are_not_seen() -> None:
     section = crossing(Prop("barrel", -15.0, 0.5, 0.0, colour="gold"))
     poses = poses_along(START, PATH, ACTIONS)
     marks = {
@@ -43,7 +43,7 @@ def test_only_what_no_wall_hides_is_seen() -> None:
     assert (marks["kiosk"].x, marks["kiosk"].z) == (9.0, -2.5)
 
 
-def test_a_look_round_shows_what_is_behind_the_start() -> None:
+def test_looking_around_reveals_landmarks_behind_the_start() -> None:
     section = crossing(Prop("bin", 0.5, -19.0, 0.0))
     marks = find_landmarks(
         poses_along(START, PATH, ACTIONS), STREET, section, RasterCamera(identified(city_scene(section)))

@@ -1,4 +1,4 @@
-"""What the pictures are put together from: places in units, words, and pictures above one another."""
+"""Drawing primitives of the pictures: coordinates, text and stacking."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ BOUNDS = (-2.0, 10.0, 6.0, 14.0)
 RED, BLUE = (200, 0, 0), (0, 0, 200)
 
 
-def test_a_canvas_has_the_size_of_its_bounds_and_one_colour() -> None:
+def test_canvas_has_the_size_of_its_bounds_and_one_colour() -> None:
     canvas = Canvas(BOUNDS, 10.0, PINK)
     assert canvas.image.size == (80, 40)
     assert canvas.image.getcolors() == [(80 * 40, PINK)]
@@ -19,7 +19,7 @@ def test_a_canvas_has_the_size_of_its_bounds_and_one_colour() -> None:
 @pytest.mark.parametrize(
     ("x", "z", "pixel"), [(-2.0, 14.0, (0, 0)), (6.0, 10.0, (80, 40)), (2.0, 12.0, (40, 20)), (0.0, 13.0, (20, 10))]
 )
-def test_z_points_up(x: float, z: float, pixel: tuple[float, float]) -> None:
+def test_z_axis_points_up_in_the_picture(x: float, z: float, pixel: tuple[float, float]) -> None:
     assert Canvas(BOUNDS, 10.0, WHITE).at(x, z) == pixel
 
 
@@ -31,7 +31,7 @@ def test_z_points_up(x: float, z: float, pixel: tuple[float, float]) -> None:
         (45.0, [(2.9, 12.9), (1.1, 11.1)], [(1.1, 12.9), (2.9, 11.1)]),  # clockwise: its length points to +x and +z
     ],
 )
-def test_a_rectangle_turns_clockwise(
+def test_rectangle_heading_turns_clockwise(
     heading: float, inside: list[tuple[float, float]], outside: list[tuple[float, float]]
 ) -> None:
     canvas = Canvas(BOUNDS, 10.0, WHITE)
@@ -46,7 +46,7 @@ def round_pixel(place: tuple[float, float]) -> tuple[int, int]:
     return round(place[0]), round(place[1])
 
 
-def test_a_line_and_a_dot_are_where_they_were_put() -> None:
+def test_lines_and_dots_are_drawn_at_their_positions() -> None:
     canvas = Canvas(BOUNDS, 10.0, WHITE)
     canvas.line([(-1.0, 11.0), (5.0, 11.0)], BLUE, width=3)
     canvas.dot(0.0, 13.0, 4, RED)
@@ -59,14 +59,14 @@ def test_a_line_and_a_dot_are_where_they_were_put() -> None:
     assert np.abs(red - [10, 20]).max() <= 4
 
 
-def test_a_ring_leaves_what_is_in_it() -> None:
+def test_ring_does_not_fill_its_inside() -> None:
     canvas = Canvas(BOUNDS, 10.0, WHITE)
     canvas.dot(2.0, 12.0, 8, None, BLACK, width=3)
     assert canvas.image.getpixel((40, 20)) == WHITE
     assert canvas.image.getpixel((47, 20)) == BLACK
 
 
-def test_a_label_stands_beside_its_place_and_is_readable_on_black() -> None:
+def test_label_is_beside_its_position_and_readable_on_black() -> None:
     canvas = Canvas(BOUNDS, 10.0, BLACK)
     canvas.label(0.0, 12.0, "mug")
     seen = np.argwhere((np.asarray(canvas.image) == WHITE).all(axis=-1))
@@ -90,7 +90,7 @@ def test_lines_are_wrapped_at_words(text: str, width: int, lines: list[str]) -> 
     assert wrap_text(text, width) == lines
 
 
-def test_a_title_stands_above_its_picture_and_leaves_it_as_it_is() -> None:
+def test_title_is_above_an_unchanged_picture() -> None:
     picture = Image.new("RGB", (120, 30), RED)
     whole = add_title(picture, ["one", "two"], size=14)
     assert whole.size == (120, 30 + 2 * 19 + 10)
@@ -108,6 +108,6 @@ def test_pictures_are_stacked_in_order_with_gaps() -> None:
     ]  # fmt: skip
 
 
-def test_nothing_to_stack_is_an_error() -> None:
+def test_stacking_no_pictures_is_an_error() -> None:
     with pytest.raises(ValueError, match="empty"):
         stack([])

@@ -1,4 +1,4 @@
-"""What `arramon-server show` writes of an episode, and what it says where it cannot."""
+"""`arramon-server show`: the pictures and instructions that it writes, and its errors."""
 
 from pathlib import Path
 
@@ -20,7 +20,7 @@ def data(tmp_path: Path) -> Path:
     return tmp_path / "data"
 
 
-def test_a_map_a_sheet_and_the_instructions_are_written(data: Path, tmp_path: Path) -> None:
+def test_show_writes_map_contact_sheet_and_instructions(data: Path, tmp_path: Path) -> None:
     output = tmp_path / "not" / "there"
     paths = show(data, "1", None, output)
     assert [path.name for path in paths] == [f"one-1-{name}" for name in NAMES]
@@ -43,7 +43,7 @@ def test_a_map_a_sheet_and_the_instructions_are_written(data: Path, tmp_path: Pa
     ]
 
 
-def test_the_same_episode_gives_the_same_bytes(data: Path, tmp_path: Path) -> None:
+def test_output_for_the_same_episode_is_identical(data: Path, tmp_path: Path) -> None:
     one, other = (show(data, "0", None, tmp_path / name) for name in ("a", "b"))
     assert [path.read_bytes() for path in one] == [path.read_bytes() for path in other]
 
@@ -51,7 +51,7 @@ def test_the_same_episode_gives_the_same_bytes(data: Path, tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("episode_id", "split", "found"), [("1", None, "one"), ("3", None, "two"), ("1", "two", "two")]
 )
-def test_the_first_split_with_the_episode_is_taken_unless_one_is_named(
+def test_episode_is_taken_from_the_named_or_first_matching_split(
     data: Path, tmp_path: Path, episode_id: str, split: str | None, found: str
 ) -> None:
     assert show(data, episode_id, split, tmp_path)[0].name == f"{found}-{episode_id}-map.png"
@@ -66,20 +66,22 @@ def test_the_first_split_with_the_episode_is_taken_unless_one_is_named(
         ("1", "three", "there is no split 'three'; there are one, two"),
     ],
 )
-def test_what_is_not_there(data: Path, tmp_path: Path, episode_id: str, split: str | None, said: str) -> None:
+def test_missing_episodes_and_splits_are_reported(
+    data: Path, tmp_path: Path, episode_id: str, split: str | None, said: str
+) -> None:
     with pytest.raises(NotFound) as error:
         show(data, episode_id, split, tmp_path / "output")
     assert str(error.value) == said
     assert not (tmp_path / "output").exists()
 
 
-def test_where_nothing_can_be_written(data: Path, tmp_path: Path) -> None:
+def test_unwritable_output_folder_is_reported(data: Path, tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(StorageError, match=r"cannot write .*/file"):
         show(data, "1", None, tmp_path / "file")
 
 
-def test_the_command_names_what_it_wrote_or_what_is_wrong(data: Path, tmp_path: Path) -> None:
+def test_show_command_prints_written_files_or_the_error(data: Path, tmp_path: Path) -> None:
     done = run("show", "1", "--data", data, "--split", "two", "--output", tmp_path / "out")
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.split() == [

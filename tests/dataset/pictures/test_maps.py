@@ -1,4 +1,4 @@
-"""Maps show what is there."""
+"""Maps of sections and rooms: streets, buildings, furniture, paths and objects."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ from tests import tiny
 PLAN = Plan("cross", "Cross", 0.0, (50.0, 20.0), (Street("Main", 6.0, ((0.0, -15.0), (0.0, 15.0))),))
 
 
-def test_the_ground_is_free_along_a_street_and_built_up_beside_it() -> None:
+def test_map_shows_a_street_and_buildings_beside_it() -> None:
     section = replace(build_section(PLAN, "test"), props=())
     # Half way up the street's far half: 8 units beyond its middle.
     drawn = np.asarray(ground_map(section, 10.0).image)
@@ -27,7 +27,7 @@ def test_the_ground_is_free_along_a_street_and_built_up_beside_it() -> None:
         assert np.mean([tuple(pixel) in roofs for pixel in column_of_pixels.tolist()]) > 0.4
 
 
-def test_furniture_is_drawn_where_it_stands() -> None:
+def test_furniture_is_drawn_at_its_position() -> None:
     section = replace(tiny.SECTION, props=(Prop("phone_booth", -10.0, 5.0, 0.0),))
     canvas = ground_map(section, 10.0)
     assert canvas.image.size == (520, 520)  # the section's 40 units, and six more on every side
@@ -42,7 +42,7 @@ def test_a_zebra_crossing_is_white() -> None:
     assert canvas.image.getpixel(pixel(canvas, -11.5, 5.5)) == WHITE
 
 
-def test_a_section_s_map_shows_both_ways_their_ends_and_the_objects() -> None:
+def test_section_map_shows_paths_their_ends_and_objects() -> None:
     episode = tiny.episode("quokka")
     drawn = section_map(tiny.SECTION, episode, 10.0)
     assert drawn.width == 520
@@ -65,7 +65,7 @@ def test_a_section_s_map_shows_both_ways_their_ends_and_the_objects() -> None:
     assert at(-6.9, -6.0) == STREET  # and none around a distracter
 
 
-def test_a_room_s_map_shows_the_start_the_decoys_and_both_places() -> None:
+def test_room_map_shows_start_decoys_and_both_paths() -> None:
     episode = tiny.episode("quokka")
     drawn = room_map(episode, 100.0)
     assert drawn.width == COLUMNS * 100

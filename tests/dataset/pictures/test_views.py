@@ -25,7 +25,7 @@ def worlds(tmp_path: Path) -> Iterator[Worlds]:
         yield worlds
 
 
-def test_a_sheet_has_four_phases_of_one_row_each(worlds: Worlds) -> None:
+def test_contact_sheet_has_one_row_per_phase(worlds: Worlds) -> None:
     sheet = contact_sheet(tiny.episode("0"), "tiny", worlds, SIZE)
     assert sheet.width == COLUMNS * (SIZE + 4)
     titles = 2 * 19 + 10  # a line with turn and phase, one with the instruction
@@ -52,13 +52,13 @@ def test_frames_are_what_an_agent_sees_along_the_ground_truth(worlds: Worlds) ->
     ("length", "shown"),
     [(0, []), (1, [0]), (16, [*range(16)]), (31, [*range(0, 31, 2)]), (150, [round(i * 149 / 15) for i in range(16)])],
 )
-def test_of_a_long_phase_some_frames_are_left_out_evenly_and_never_the_last(length: int, shown: list[int]) -> None:
+def test_long_phases_show_evenly_spaced_frames_with_the_last(length: int, shown: list[int]) -> None:
     assert views._some([*range(length)]) == shown  # type: ignore[comparison-overlap]
     assert len(shown) <= views.MAX_FRAMES
     assert not shown or (shown[0], shown[-1]) == (0, length - 1)
 
 
-def test_a_grid_fills_row_after_row() -> None:
+def test_grid_is_filled_row_by_row() -> None:
     frames = [Image.new("RGB", (SIZE, SIZE), (number, 0, 0)) for number in range(COLUMNS + 2)]
     sheet = views._grid(frames, SIZE)
     assert sheet.size == (COLUMNS * (SIZE + 4), 2 * (SIZE + 4))

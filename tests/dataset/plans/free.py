@@ -1,4 +1,4 @@
-"""Where the agent's disc can be in a section: one piece of ground, that it can walk over as a whole."""
+"""Free points of a section: one connected area that the agent's disc can reach."""
 
 import math
 from functools import cache

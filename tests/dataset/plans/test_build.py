@@ -1,4 +1,4 @@
-"""Sections built from plans: every street can be walked, nobody gets out, and landmarks are never far."""
+"""Sections built from plans: walkable streets, closed boundaries, and dense landmarks."""
 
 import hashlib
 from collections import Counter
@@ -35,7 +35,7 @@ def built(section_id: str) -> Section:
 
 
 @each_section
-def test_all_streets_are_one_piece_of_free_ground(section_id: str) -> None:
+def test_all_streets_are_connected_free_ground(section_id: str) -> None:
     free = free_points(built(section_id), 0.2)
     middles = sample_points(read_plan(section_id).lines(), 0.5)
     ends = np.concatenate([line[[0, -1]] for line in read_plan(section_id).lines()])
@@ -44,7 +44,7 @@ def test_all_streets_are_one_piece_of_free_ground(section_id: str) -> None:
 
 
 @each_section
-def test_nobody_gets_away_from_the_streets(section_id: str) -> None:
+def test_reachable_ground_stays_on_the_streets(section_id: str) -> None:
     section = built(section_id)
     x0, z0, x1, z1 = section.bounds
     start = free_points(section, 0.5)[0]
@@ -73,7 +73,7 @@ def reachable(section: Section, x: float, z: float) -> list[tuple[float, float]]
 
 
 @each_section
-def test_every_view_ends_at_a_wall(section_id: str) -> None:
+def test_views_from_the_streets_never_show_an_empty_horizon(section_id: str) -> None:
     camera = RasterCamera(city_scene(built(section_id)))
     for x, z in free_points(built(section_id), 1.0)[::12].tolist():
         for heading in range(0, 360, 60):
@@ -83,7 +83,7 @@ def test_every_view_ends_at_a_wall(section_id: str) -> None:
 
 
 @each_section
-def test_free_points_are_free_in_the_physics(section_id: str) -> None:
+def test_free_points_are_free_in_pybullet(section_id: str) -> None:
     points = free_points(built(section_id), 1.0)
     assert 600 < len(points) < 1100
     with World(city_scene(built(section_id))) as world:
@@ -92,7 +92,7 @@ def test_free_points_are_free_in_the_physics(section_id: str) -> None:
 
 
 @each_section
-def test_a_section_has_the_extent_of_the_original_ones(section_id: str) -> None:
+def test_section_extent_is_30_to_50_units(section_id: str) -> None:
     x0, z0, x1, z1 = built(section_id).bounds
     assert 30 < x1 - x0 < 50
     assert 30 < z1 - z0 < 50
@@ -105,7 +105,7 @@ def test_sections_are_far_from_each_other() -> None:
 
 
 @each_section
-def test_landmarks_are_everywhere_and_told_apart(section_id: str) -> None:
+def test_landmarks_are_dense_and_distinguishable(section_id: str) -> None:
     plan, section = read_plan(section_id), built(section_id)
     places = np.array([(prop.x, prop.z) for prop in section.props])
     labels = [label_of_prop(prop) for prop in section.props]
@@ -124,7 +124,7 @@ def test_landmarks_are_everywhere_and_told_apart(section_id: str) -> None:
 
 
 @each_section
-def test_neighbouring_buildings_differ(section_id: str) -> None:
+def test_nearest_buildings_have_different_facades(section_id: str) -> None:
     buildings = built(section_id).buildings
     assert {building.facade for building in buildings} == set(FACADES)
     assert min(building.height for building in buildings) < 2.6
@@ -145,7 +145,7 @@ def test_sections_are_the_same_on_every_machine(tmp_path: Path) -> None:
     assert digests == DIGESTS
 
 
-def test_a_section_follows_from_its_plan_and_the_seed() -> None:
+def test_seed_changes_looks_and_furniture_but_not_building_places() -> None:
     plan = read_plan("7")
     assert build_section(plan, "arramon") == built("7")
     other = build_section(plan, "another secret")

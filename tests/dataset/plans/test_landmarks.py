@@ -1,4 +1,4 @@
-"""Furniture along buildings of several headings: nothing stands in a wall, banners hang on one and face the street."""
+"""Furniture along buildings of several headings: outside walls, with banners that face the street."""
 
 import math
 from itertools import combinations
@@ -51,21 +51,21 @@ def footprint(prop: Prop) -> Points:
     return corners
 
 
-def test_the_streets_houses_have_three_headings() -> None:
+def test_slanted_section_has_buildings_of_three_headings() -> None:
     assert len({building.heading for building in SECTION.buildings}) == 3
 
 
 STANDING = [prop for prop in SECTION.props if prop.kind not in (*ON_WALLS, "zebra_crossing")]
 
 
-def test_nothing_stands_in_a_building() -> None:
+def test_furniture_does_not_overlap_buildings() -> None:
     assert len(STANDING) > 50
     for prop in STANDING:
         for building in SECTION.buildings:
             assert depth(building, footprint(prop)).max() < 0.002, (prop, building)
 
 
-def test_things_keep_apart() -> None:
+def test_furniture_pieces_keep_their_distance() -> None:
     standing = [(prop.x, prop.z) for prop in STANDING]
     assert min(math.dist(one, other) for one, other in combinations(standing, 2)) > 0.7
 
@@ -103,7 +103,7 @@ def test_zebra_crossings_lie_across_wide_streets_that_leave_a_junction() -> None
         assert any(along), zebra
 
 
-def test_streets_meet_where_their_lines_cross() -> None:
+def test_crossings_are_where_street_lines_meet() -> None:
     found = sorted((round(x), round(z)) for x, z in crossings(SLANTED).tolist())
     assert len(found) == 2
     middle = SLANTED.world(np.array([[0.0, -0.34]]))[0]
@@ -111,6 +111,6 @@ def test_streets_meet_where_their_lines_cross() -> None:
 
 
 @pytest.mark.parametrize("kind", COLOURS)
-def test_what_comes_in_colours_is_seen_in_all_of_them(kind: str) -> None:
+def test_furniture_kinds_appear_in_several_colours(kind: str) -> None:
     seen = {prop.colour for prop in SECTION.props if prop.kind == kind}
     assert seen == set(COLOURS[kind]) if COUNTS[kind] > 6 else len(seen) >= 2

@@ -1,4 +1,4 @@
-"""Street plans are read as a person wrote them, and a mistake is named."""
+"""Street plans: reading of plan files, and errors that name the mistake."""
 
 from pathlib import Path
 
@@ -31,7 +31,7 @@ def write(folder: Path, text: str) -> Path:
     return folder
 
 
-def test_a_plan_s_frame_is_turned_and_shifted(tmp_path: Path) -> None:
+def test_plan_coordinates_are_rotated_and_shifted_to_the_world(tmp_path: Path) -> None:
     plan = read_plan("cross", write(tmp_path, CROSS))
     assert (plan.name, plan.heading, plan.squares) == ("A crossing", 90.0, ())
     assert [street.width for street in plan.streets] == [6.0, 2.5]
@@ -54,12 +54,12 @@ def test_a_plan_s_frame_is_turned_and_shifted(tmp_path: Path) -> None:
         ("[[streets]]", "[[streets", "is not TOML"),
     ],
 )
-def test_a_mistake_is_named(tmp_path: Path, old: str, new: str, words: str) -> None:
+def test_invalid_plan_fields_are_named(tmp_path: Path, old: str, new: str, words: str) -> None:
     with pytest.raises(BadFile, match=words):
         read_plan("cross", write(tmp_path, CROSS.replace(old, new)))
 
 
-def test_what_is_not_there_is_named() -> None:
+def test_unknown_section_error_lists_the_known_ones() -> None:
     with pytest.raises(NotFound, match="no plan of section '99'; there are 1, 2, 3, 4, 5, 6, 7"):
         read_plan("99")
     assert plan_ids() == tuple("1234567")

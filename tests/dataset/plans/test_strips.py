@@ -26,7 +26,7 @@ def test_a_street_covers_its_width_and_its_bends(x: float, z: float, covered: bo
     assert surface(BENT).covers(np.array([[x, z]])).tolist() == [covered]
 
 
-def test_distance_to_the_streets_of_one_heading() -> None:
+def test_distance_is_measured_to_streets_of_one_heading() -> None:
     ground = surface(BENT)
     assert ground.headings == (0.0,)
     np.testing.assert_allclose(
@@ -34,7 +34,7 @@ def test_distance_to_the_streets_of_one_heading() -> None:
     )
 
 
-def test_squares_are_covered_and_houses_face_their_edges() -> None:
+def test_squares_are_covered_and_add_their_edges_headings() -> None:
     triangle = Square("Triangle", ((20.0, 0.0), (30.0, 0.0), (20.0, 17.32)))
     ground = surface(Plan("s", "S", 90.0, (100.0, 0.0), BENT.streets, (triangle,)))
     # Across is -z where the heading is 90 degrees, along is +x.
@@ -47,7 +47,7 @@ def test_streets_that_are_nearly_parallel_share_a_heading() -> None:
     assert surface(Plan("p", "P", 12.0, (0.0, 0.0), streets)).headings == (12.0,)
 
 
-def test_inside_a_polygon_with_a_notch() -> None:
+def test_inside_handles_concave_polygons() -> None:
     corners = np.array([(0, 0), (4, 0), (4, 4), (2, 1), (0, 4)], dtype=float)
     points = np.array([(1, 1), (3, 2), (2, 2), (2, 0.5), (5, 1)], dtype=float)
     assert inside(corners, points).tolist() == [True, True, False, True, False]

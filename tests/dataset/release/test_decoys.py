@@ -1,4 +1,4 @@
-"""Decoys that assembly instructions speak of: they stand where the instructions are true."""
+"""Decoys mentioned by assembly instructions: placed where the instructions are true."""
 
 import pytest
 
@@ -52,7 +52,7 @@ def room(
         ("Put it between the dotted green ball and the brick wall.", (3, 3), (3, 2)),
     ],
 )
-def test_a_landmark_stands_where_the_words_say_after_the_turns(
+def test_landmark_position_is_relative_to_the_view_after_the_turns(
     text: str, target: tuple[int, int], cell: tuple[int, int]
 ) -> None:
     column, row = target
@@ -60,7 +60,7 @@ def test_a_landmark_stands_where_the_words_say_after_the_turns(
     assert room((text, ""), (Placement(column, 1, row), ELSEWHERE))[Square(*cell)] == "dotted green ball"
 
 
-def test_a_landmark_may_stand_where_the_ground_truth_walks() -> None:
+def test_landmark_may_be_on_the_ground_truth_path() -> None:
     walk = [START, Square(2, 1), Square(2, 2)]
     found = room(("Put it behind the dotted green ball.", ""), (Placement(2, 1, 3), ELSEWHERE), (walk, walk))
 
@@ -68,7 +68,7 @@ def test_a_landmark_may_stand_where_the_ground_truth_walks() -> None:
     assert Square(2, 1) not in found
 
 
-def test_two_landmarks_stand_on_either_side() -> None:
+def test_landmarks_of_between_are_on_opposite_sides() -> None:
     text = "Put it between the dotted green ball and the striped blue book."
     found = room((text, ""), (Placement(3, 1, 2), ELSEWHERE))
 
@@ -77,7 +77,7 @@ def test_two_landmarks_stand_on_either_side() -> None:
     assert (ball.column + book.column, ball.row + book.row) == (6, 4)
 
 
-def test_an_incomplete_name_is_given_to_a_decoy_and_a_landmark_s_own_landmark_stands_by_it() -> None:
+def test_nested_landmarks_with_incomplete_names_are_placed() -> None:
     text = "Put it to the left of the purple bowl that is in front of the dotted green tv."
     for number in range(10):
         found = room((text, ""), (Placement(2, 1, 1), ELSEWHERE), episode_id=str(number))
@@ -86,21 +86,21 @@ def test_an_incomplete_name_is_given_to_a_decoy_and_a_landmark_s_own_landmark_st
         assert found[Square(3, 2)] == "dotted green tv"
 
 
-def test_the_first_object_is_the_second_one_s_landmark() -> None:
+def test_first_object_as_a_landmark_needs_no_decoy() -> None:
     text = f"Turn right and put it to the left of the {FIRST}."
     found = room(("", text), (Placement(3, 1, 1), Placement(3, 1, 2)))
 
     assert str(FIRST) not in found.values()
 
 
-def test_both_turns_can_speak_of_one_decoy() -> None:
+def test_both_turns_can_mention_one_decoy() -> None:
     texts = ("Put it behind the dotted green ball.", "Put it to the left of the dotted green ball.")
     found = room(texts, (Placement(3, 1, 3), Placement(2, 1, 2)))
 
     assert found[Square(3, 2)] == "dotted green ball"
 
 
-def test_rooms_follow_from_the_episode_s_id() -> None:
+def test_decoys_are_determined_by_the_episode_id() -> None:
     texts = ("Put it near the dotted mug.", "Put it diagonally to the purple bowl.")
     places = (Placement(2, 1, 2), Placement(3, 1, 1))
 
@@ -108,7 +108,7 @@ def test_rooms_follow_from_the_episode_s_id() -> None:
     assert room(texts, places, episode_id="1") != room(texts, places, episode_id="2")
 
 
-def test_what_cannot_be_true_does_no_harm() -> None:
+def test_unsatisfiable_instruction_still_gives_all_decoys() -> None:
     text = "Turn right and put it in front of the dotted green ball."  # which would stand beyond the wall
     places = (Placement(4, 1, 1), Placement(1, 1, 3))
     found = arrange_decoys("1", (FIRST, SECOND), places, ([START], [START]), ((), ()), (meaning_of(text), None))
@@ -118,7 +118,7 @@ def test_what_cannot_be_true_does_no_harm() -> None:
     assert not {(4, 1), (1, 3), START} & {cell for _, cell in found}
 
 
-def test_with_nothing_understood_of_where_it_goes_decoys_are_as_without_a_meaning() -> None:
+def test_meaning_without_a_place_does_not_change_the_decoys() -> None:
     arguments = "1", (FIRST, SECOND), (Placement(1, 1, 1), ELSEWHERE), ([START], [START]), ((), ())
     nothing = Assembly(("right",), Thing("mug"), ())
 

@@ -46,7 +46,7 @@ def room(
 
 @settings(max_examples=60)
 @given(st.text(max_size=8), st.lists(st.tuples(st.integers(0, 29), st.integers(0, 29)), min_size=1, max_size=9))
-def test_distracters_are_in_nobodys_way(episode_id: str, corners: list[tuple[int, int]]) -> None:
+def test_distracters_keep_away_from_path_target_and_each_other(episode_id: str, corners: list[tuple[int, int]]) -> None:
     path = np.array(corners, dtype=float)
     end = Pose(float(path[-1][0]), float(path[-1][1]), 0.0)
     dense = np.concatenate(
@@ -69,7 +69,7 @@ def test_distracters_are_in_nobodys_way(episode_id: str, corners: list[tuple[int
             assert math.dist(place, other) >= 1.0
 
 
-def test_there_are_five_to_seven_distracters_most_of_them_near_the_path() -> None:
+def test_five_to_seven_distracters_are_drawn_mostly_near_the_path() -> None:
     path = np.array([(15.0, z) for z in range(4, 12)])
     counts, shared, near = set(), set(), []
     for number in range(40):
@@ -84,7 +84,7 @@ def test_there_are_five_to_seven_distracters_most_of_them_near_the_path() -> Non
     assert 0.6 < sum(near) / len(near) < 1.0
 
 
-def test_distracters_follow_from_the_episodes_id_and_turn() -> None:
+def test_distracters_are_determined_by_episode_id_and_turn() -> None:
     path, end = np.array([(15.0, 10.0), (15.0, 11.0)]), Pose(15.0, 11.0, 0.0)
 
     def draw(episode_id: str, turn: int) -> tuple[tuple[ObjectType, Point], ...]:
@@ -99,7 +99,7 @@ def test_distracters_follow_from_the_episodes_id_and_turn() -> None:
     ("ground", "most"),
     [(np.zeros((0, 2)), 0), (np.array([[15.0, 10.5]]), 0), (np.array([[0.0, 0.0], [0.5, 0.0], [9.0, 9.0]]), 2)],
 )
-def test_where_there_is_no_room_there_are_fewer_distracters(ground: Points, most: int) -> None:
+def test_little_free_ground_gives_fewer_distracters(ground: Points, most: int) -> None:
     assert len(drawn("1", np.array([(15.0, 10.0), (15.0, 11.0)]), ground)) == most
 
 
@@ -109,7 +109,7 @@ walks = st.lists(st.builds(Square, st.integers(1, 4), st.integers(0, 2)), max_si
 
 
 @given(st.text(max_size=5), placements, placements, walks, walks)
-def test_decoys_stand_where_they_may(
+def test_decoys_avoid_the_start_the_paths_and_floor_targets(
     episode_id: str, first: Placement, second: Placement, walk: list[Square], other_walk: list[Square]
 ) -> None:
     places = (first, second)
@@ -134,7 +134,7 @@ def test_decoys_stand_where_they_may(
         ((3, 2, 3), (3, 2, 2), [(3, 3), (3, 2)]),
     ],
 )
-def test_only_what_goes_on_a_decoy_has_one_under_it(
+def test_decoys_are_only_under_targets_that_need_support(
     first: tuple[int, int, int], second: tuple[int, int, int], stands: list[tuple[int, int]]
 ) -> None:
     for number in range(20):
@@ -153,13 +153,13 @@ def test_only_what_goes_on_a_decoy_has_one_under_it(
         ("Put the striped red mug on top of the dotted purple hourglas.", "dotted purple hourglass"),
     ],
 )
-def test_a_target_goes_on_top_of_what_the_instruction_names(text: str, name: str) -> None:
+def test_decoy_under_a_target_is_the_named_object(text: str, name: str) -> None:
     found = room((Placement(3, 2, 3), Placement(1, 1, 1)), (text, ""))
 
     assert str(found[Square(3, 3)]) == name
 
 
-def test_an_incomplete_name_is_filled_in() -> None:
+def test_incomplete_decoy_name_is_completed_at_random() -> None:
     kinds = {
         room((Placement(3, 2, 3), Placement(1, 1, 1)), ("Put it on top of the blue mug.", ""), episode_id=str(i))[
             Square(3, 3)
@@ -180,13 +180,13 @@ def test_an_incomplete_name_is_filled_in() -> None:
         ("Put it in front of the dotted green ball.", (2, 3)),
     ],
 )
-def test_an_object_that_is_mentioned_stands_where_the_words_say(text: str, cell: tuple[int, int]) -> None:
+def test_mentioned_object_is_placed_as_the_instruction_says(text: str, cell: tuple[int, int]) -> None:
     found = room((Placement(2, 1, 2), Placement(4, 1, 0)), (text, ""))
 
     assert found[Square(*cell)] == ObjectType("dotted", "green", "ball")
 
 
-def test_a_mentioned_object_whose_place_is_taken_stands_near() -> None:
+def test_mentioned_object_moves_nearby_if_its_cell_is_taken() -> None:
     walk = [START, Square(2, 1)]
     found = room(
         (Placement(2, 1, 2), Placement(4, 1, 0)), ("Put it behind the dotted green ball.", ""), (walk, [START])
@@ -195,14 +195,14 @@ def test_a_mentioned_object_whose_place_is_taken_stands_near() -> None:
     assert {cell for cell, kind in found.items() if str(kind) == "dotted green ball"} <= {(1, 2), (3, 2), (2, 3)}
 
 
-def test_no_target_is_a_decoy() -> None:
+def test_targets_are_never_decoys() -> None:
     text = f"Put the {SECOND} to the left of the {FIRST}."
     found = room((Placement(2, 1, 2), Placement(1, 1, 2)), ("", text))
 
     assert not {FIRST, SECOND} & set(found.values())
 
 
-def test_decoys_follow_from_the_episodes_id() -> None:
+def test_decoys_are_determined_by_the_episode_id() -> None:
     places = (Placement(2, 1, 2), Placement(4, 1, 0))
 
     assert room(places, episode_id="1") == room(places, episode_id="1")

@@ -1,4 +1,4 @@
-"""Reading and importing the official release's format: what it says, what is recovered, and what is refused."""
+"""Reading and importing the official release's format: content, recovered data, and refusals."""
 
 import json
 import math
@@ -24,7 +24,7 @@ def write(path: Path, *records: Any) -> Path:
     return path
 
 
-def test_an_episode_is_read_as_it_is(tmp_path: Path) -> None:
+def test_release_episode_is_read_completely(tmp_path: Path) -> None:
     language, (episode,) = read_release(write(tmp_path / "x.json", record(15000)))
     assert (language, episode.episode_id, episode.section) == ("en", "15000", "2")
     assert episode.start.heading == pytest.approx(HEADING, abs=1e-3)
@@ -53,12 +53,12 @@ def test_an_episode_is_read_as_it_is(tmp_path: Path) -> None:
         (9**9, "7"),
     ],
 )
-def test_sections_are_ranges_of_map_ids(map_id: int, section: str) -> None:
+def test_map_ids_determine_the_section(map_id: int, section: str) -> None:
     assert section_of(map_id) == section
 
 
 @pytest.mark.parametrize("turns", range(12))
-def test_the_start_heading_is_recovered_whatever_it_is(tmp_path: Path, turns: int) -> None:
+def test_start_heading_is_recovered_from_path_and_actions(tmp_path: Path, turns: int) -> None:
     given = record(1)
     actions = given["gt_actionIDs"]["navi_actionIDs_gt"][0]
     actions[:0] = [2] * turns  # so many more turns to the right: the start faced that much more to the left
@@ -92,7 +92,9 @@ def test_the_start_heading_is_recovered_whatever_it_is(tmp_path: Path, turns: in
         (lambda r: r["instructions"].update(navi_inst_gt=["", "x"]), "the navigation instruction is empty"),
     ],
 )
-def test_what_is_wrong_is_named(tmp_path: Path, edit: Callable[[Any], Any], message: str) -> None:
+def test_invalid_records_are_reported_with_their_index(
+    tmp_path: Path, edit: Callable[[Any], Any], message: str
+) -> None:
     given = record(5)
     edit(given)
     file = write(tmp_path / "x.json", given)
@@ -102,12 +104,12 @@ def test_what_is_wrong_is_named(tmp_path: Path, edit: Callable[[Any], Any], mess
     assert message in str(caught.value)
 
 
-def test_a_map_id_that_is_there_twice(tmp_path: Path) -> None:
+def test_duplicate_map_ids_are_refused(tmp_path: Path) -> None:
     with pytest.raises(BadFile, match="mapId 5 occurs twice"):
         read_release(write(tmp_path / "x.json", record(5), record(6), record(5)))
 
 
-def test_texts_in_no_known_script_need_the_language_named(tmp_path: Path) -> None:
+def test_texts_in_an_unknown_script_require_the_lang_option(tmp_path: Path) -> None:
     given = record(5)
     given["instructions"] = {name: ["直走到黄球", "放在上面"] for name in given["instructions"]}
     with pytest.raises(BadFile, match="set it with --lang"):
@@ -115,11 +117,11 @@ def test_texts_in_no_known_script_need_the_language_named(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("name", ["val_seen", "val_seen_hindi", "val_seen_hi", "val_seen_english"])
-def test_the_split_s_name_comes_from_the_file_s(name: str) -> None:
+def test_split_name_comes_from_the_file_name(name: str) -> None:
     assert split_name(Path(f"/somewhere/{name}.json")) == "val_seen"
 
 
-def test_hindi_joins_english_in_one_import_or_in_two(tmp_path: Path) -> None:
+def test_languages_merge_in_one_import_or_in_two(tmp_path: Path) -> None:
     english = write(tmp_path / "s.json", record(1), record(2))
     hindi = write(tmp_path / "s_hindi.json", record(2, "hi"))
     (together,) = import_release([english, hindi], tmp_path / "a")
@@ -130,18 +132,18 @@ def test_hindi_joins_english_in_one_import_or_in_two(tmp_path: Path) -> None:
     assert list(together.episodes["2"].instructions) == ["en", "hi"]
 
 
-def test_importing_again_changes_nothing(tmp_path: Path) -> None:
+def test_repeated_import_changes_nothing(tmp_path: Path) -> None:
     file = write(tmp_path / "s.json", record(1), record(2))
     hashes = {import_release([file], tmp_path / "data")[0].data_hash for _ in range(2)}
     assert len(hashes) == 1
 
 
-def test_hindi_alone_is_an_episode_too(tmp_path: Path) -> None:
+def test_hindi_can_be_imported_without_english(tmp_path: Path) -> None:
     (split,) = import_release([write(tmp_path / "s_hindi.json", record(1, "hi"))], tmp_path)
     assert (split.name, split.languages) == ("s", {"hi": 1})
 
 
-def test_a_file_that_contradicts_what_is_there_is_refused_and_changes_nothing(tmp_path: Path) -> None:
+def test_contradicting_import_is_refused_and_changes_nothing(tmp_path: Path) -> None:
     (before,) = import_release([write(tmp_path / "s.json", record(1))], tmp_path)
     other_text, other_path = record(1), record(1, "hi", steps=9)
     other_text["instructions"]["navi_inst_gt"][0] = "Go back."
@@ -151,7 +153,7 @@ def test_a_file_that_contradicts_what_is_there_is_refused_and_changes_nothing(tm
     assert read_split(tmp_path / "splits" / "s").data_hash == before.data_hash
 
 
-def test_a_split_that_was_not_imported_is_left_alone(tmp_path: Path) -> None:
+def test_import_does_not_overwrite_a_split_from_another_source(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     with pytest.raises(BadInput, match="split 'tiny' exists and was not imported; choose another name with --split"):
         import_release([write(tmp_path / "tiny.json", record(1))], tmp_path)

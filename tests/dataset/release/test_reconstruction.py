@@ -89,29 +89,29 @@ def sees_the_void(section: Section, place: Points) -> bool:
         (0.0, 90.0, 0.0),
     ],
 )
-def test_the_heading_is_that_of_the_most_walking(heading: float, turned: float, expected: float) -> None:
+def test_street_heading_is_the_most_walked_direction(heading: float, turned: float, expected: float) -> None:
     paths = [walk((0, 0), (20, 0), (20, 10), (25, 15), heading=heading + turned), walk((0, 0), (0, 1), heading=heading)]
 
     assert street_heading(paths) % 180.0 == pytest.approx(expected % 180.0, abs=0.11)
 
 
-def test_where_nobody_walks_the_streets_run_north() -> None:
+def test_street_heading_without_movement_is_north() -> None:
     assert street_heading([np.array([[3.0, 4.0]])]) == 0.0
 
 
-def test_no_path_is_an_error_that_names_the_section() -> None:
+def test_reconstruction_without_paths_is_an_error() -> None:
     with pytest.raises(ValueError, match="section 7"):
         reconstruct("7", [], NO_PLACES)
 
 
-def test_a_single_point_is_walled_in() -> None:
+def test_single_point_is_enclosed_by_buildings() -> None:
     section = reconstruct("1", [np.array([[3.0, 4.0]])], NO_PLACES)
 
     assert len(section.buildings) >= 4
     assert not sees_the_void(section, np.array([[3.0, 4.0]]))
 
 
-def test_blocks_are_built_and_streets_are_free() -> None:
+def test_blocks_are_built_up_and_streets_are_free() -> None:
     paths, targets = town(), to_street_frame(np.array([[9.0, 3.0], [27.0, 15.0]]), -28.8)
     section = reconstruct("1", paths, targets)
 
@@ -124,7 +124,7 @@ def test_blocks_are_built_and_streets_are_free() -> None:
     assert {building.heading for building in section.buildings} == {section.heading}
 
 
-def test_buildings_are_lots_in_reasonable_sizes_that_do_not_overlap() -> None:
+def test_buildings_have_reasonable_sizes_and_do_not_overlap() -> None:
     section = reconstruct("1", town(), NO_PLACES)
     boxes = []
     for building in section.buildings:
@@ -145,7 +145,7 @@ def test_buildings_are_lots_in_reasonable_sizes_that_do_not_overlap() -> None:
             assert min(overlap) < 0.01
 
 
-def test_the_bounds_hold_all_paths() -> None:
+def test_section_bounds_contain_all_paths() -> None:
     paths = town()
     x0, z0, x1, z1 = reconstruct("1", paths, NO_PLACES).bounds
     points = np.concatenate(paths)
@@ -154,7 +154,7 @@ def test_the_bounds_hold_all_paths() -> None:
     assert (points.max(axis=0) < (x1, z1)).all()
 
 
-def test_the_same_input_gives_the_same_section_and_another_id_another() -> None:
+def test_section_is_determined_by_input_and_id() -> None:
     one, again, other = (reconstruct(name, town(), NO_PLACES) for name in ("1", "1", "2"))
 
     assert one == again
@@ -166,7 +166,7 @@ NOT_IN_THE_ORIGINAL = {"car", "kiosk", "planter", "awning", "shop_sign", "zebra_
 """Kinds that none of the original benchmark's instructions names."""
 
 
-def test_furniture_stands_apart_and_of_many_kinds() -> None:
+def test_furniture_is_spaced_apart_and_of_every_kind() -> None:
     section = reconstruct("1", town(), NO_PLACES)
     kinds = Counter(prop.kind for prop in section.props)
 
@@ -180,7 +180,7 @@ def test_furniture_stands_apart_and_of_many_kinds() -> None:
             assert apart > footprint_radius(prop.kind) + footprint_radius(other.kind)
 
 
-def test_furniture_reaches_into_no_building() -> None:
+def test_furniture_does_not_overlap_buildings() -> None:
     section = reconstruct("1", town(), NO_PLACES)
     for prop in standing(section):
         half_width, half_length = extents(prop.kind)
@@ -218,7 +218,7 @@ def test_every_path_can_be_followed(corners: list[tuple[int, int]], heading: flo
     check_free(section, paths, targets)
 
 
-def test_slivers_are_taken_away_and_squares_kept() -> None:
+def test_thin_slivers_are_removed_and_squares_kept() -> None:
     mask = np.zeros((60, 60), dtype=bool)
     mask[10:13, :] = True
     mask[30:50, 20:45] = True
@@ -230,7 +230,7 @@ def test_slivers_are_taken_away_and_squares_kept() -> None:
 
 
 @given(st.lists(st.tuples(st.integers(0, 20), st.integers(0, 20), st.integers(1, 9), st.integers(1, 9)), max_size=8))
-def test_rectangles_cover_what_they_should(boxes: list[tuple[int, int, int, int]]) -> None:
+def test_rectangles_cover_the_mask_exactly_once(boxes: list[tuple[int, int, int, int]]) -> None:
     mask = np.zeros((30, 30), dtype=bool)
     for top, left, height, width in boxes:
         mask[top : top + height, left : left + width] = True
@@ -243,7 +243,7 @@ def test_rectangles_cover_what_they_should(boxes: list[tuple[int, int, int, int]
 
 
 @given(st.integers(1, 80), st.integers(1, 80), st.integers())
-def test_a_rectangle_is_split_into_lots(height: int, width: int, seed: int) -> None:
+def test_rectangle_is_split_into_lots_of_allowed_sizes(height: int, width: int, seed: int) -> None:
     lots = split(Rectangle(0, 0, height, width), 8, 20, seeded(seed))
 
     assert sum(lot.shape[0] * lot.shape[1] for lot in lots) == height * width
@@ -253,7 +253,7 @@ def test_a_rectangle_is_split_into_lots(height: int, width: int, seed: int) -> N
 
 @needs_release
 @pytest.mark.parametrize(("section_id", "first", "last"), [("1", 1, 14999), ("5", 45000, 54999)])
-def test_the_releases_streets_are_free(section_id: str, first: int, last: int) -> None:
+def test_streets_of_the_official_release_are_free(section_id: str, first: int, last: int) -> None:
     episodes = json.loads(VAL_SEEN.read_text(encoding="utf-8"))
     episodes = [episode for episode in episodes if first <= episode["mapId"] <= last]
     paths = [np.array(path)[:, [0, 2]] for e in episodes for path in e["gt_paths"]["navi_path_gt"]]

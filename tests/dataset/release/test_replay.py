@@ -1,4 +1,4 @@
-"""The proof on the official release: every ground truth, played in the simulator, leads where the release says."""
+"""The official release, replayed in the simulator: every ground truth ends where the release says."""
 
 import math
 from pathlib import Path
@@ -48,7 +48,7 @@ def test_all_episodes_are_imported(split: Split) -> None:
 
 
 @pytest.mark.parametrize("section", ["1", "2", "3", "4", "5"])
-def test_every_ground_truth_replays(split: Split, section: str) -> None:
+def test_every_ground_truth_replays_exactly(split: Split, section: str) -> None:
     with World(city_scene(split.sections[section])) as world:
         for episode in split.episodes.values():
             if episode.section == section:
@@ -58,7 +58,7 @@ def test_every_ground_truth_replays(split: Split, section: str) -> None:
                     assert check(turn) <= 0.001, f"episode {episode.episode_id}"
 
 
-def test_distracters_and_decoys_are_as_promised(split: Split) -> None:
+def test_distracters_and_decoys_satisfy_their_constraints(split: Split) -> None:
     for episode in split.episodes.values():
         for turn in episode.turns:
             target, *others = turn.street

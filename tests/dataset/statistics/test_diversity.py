@@ -1,4 +1,4 @@
-"""The measures of diversity, against values worked out by hand and a plain self-BLEU."""
+"""Measures of diversity, compared with hand-computed values and a plain self-BLEU."""
 
 import json
 import math
@@ -24,7 +24,7 @@ from tests.release import VAL_SEEN, needs_release
         ("a a b c", 4.24),  # 4 forwards, 4.48 backwards.
     ],
 )
-def test_mtld(text: str, value: float) -> None:
+def test_mtld_matches_hand_computed_values(text: str, value: float) -> None:
     assert mtld(text.split()) == pytest.approx(value)
 
 
@@ -43,7 +43,7 @@ def test_distinct_counts_within_texts(n: int, value: float) -> None:
         (["a b c d e f", "a b c d"], 50 * ((4 / 6 * 3 / 5 * 2 / 4 * 1 / 3) ** (1 / 4) + math.exp(1 - 6 / 4))),
     ],
 )
-def test_self_bleu(texts: list[str], value: float) -> None:
+def test_self_bleu_matches_hand_computed_values(texts: list[str], value: float) -> None:
     assert self_bleu([text.split() for text in texts]) == pytest.approx(value)
 
 
@@ -64,7 +64,7 @@ def plain_self_bleu(texts: list[list[str]]) -> float:
     return 100 * sum(scores) / len(scores)
 
 
-def test_self_bleu_is_the_plain_one() -> None:
+def test_self_bleu_equals_a_plain_implementation() -> None:
     random = Random(1)
     for _ in range(20):
         texts = [random.choices("abcde", k=random.randint(1, 12)) for _ in range(random.randint(2, 12))]
@@ -78,7 +78,7 @@ def test_zlib_ratio_is_the_same_in_every_script() -> None:
     assert zlib_ratio([["abc"] * 1000]) > 100 > zlib_ratio(latin) > 2
 
 
-def test_a_sample_is_the_same_each_time_and_in_order() -> None:
+def test_samples_are_reproducible_and_depend_on_the_seed() -> None:
     texts = [Random(number).choices("abcdefgh", k=9) for number in range(40)]
     assert diversity(texts, sample=20) == diversity(texts, sample=20) != diversity(texts, sample=20, seed=1)
     whole = diversity(texts, sample=None)
@@ -89,7 +89,7 @@ def test_a_sample_is_the_same_each_time_and_in_order() -> None:
 
 
 @pytest.mark.parametrize("texts", [[], [["a"]], [["a"], []]])
-def test_too_little_text(texts: list[list[str]]) -> None:
+def test_fewer_than_two_nonempty_texts_is_an_error(texts: list[list[str]]) -> None:
     with pytest.raises(ValueError, match="at least two texts"):
         diversity(texts)
 
@@ -99,7 +99,9 @@ def test_too_little_text(texts: list[list[str]]) -> None:
     ("phase", "types", "tokens", "lexical", "bigrams", "trigrams"),
     [("navi_inst_gt", 882, 70452, 34.6, 0.086, 0.251), ("assem_inst_gt", 384, 32316, 22.8, 0.064, 0.173)],
 )
-def test_the_release(phase: str, types: int, tokens: int, lexical: float, bigrams: float, trigrams: float) -> None:
+def test_diversity_of_the_official_release_matches_known_values(
+    phase: str, types: int, tokens: int, lexical: float, bigrams: float, trigrams: float
+) -> None:
     """Known values, counted with words of a to z and apostrophes only; here numbers are words too."""
     records = json.loads(VAL_SEEN.read_text())
     texts = [words_of(load("en"), text) for record in records for text in record["instructions"][phase]]

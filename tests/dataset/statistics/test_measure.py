@@ -1,4 +1,4 @@
-"""What is measured of a split small enough to count by hand, and how it is told."""
+"""Statistics of a split small enough to count by hand, as text, JSON and plots."""
 
 import json
 from pathlib import Path
@@ -20,7 +20,7 @@ from tests import tiny
 from tests.release import VAL_SEEN, needs_release
 
 
-def test_lengths_of_turns_and_episodes(tmp_path: Path) -> None:
+def test_lengths_are_counted_per_turn_and_episode(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     english, hindi = figures_of(tmp_path)
     assert [(each.split, each.language, each.episodes) for each in (english, hindi)] == [
@@ -42,7 +42,7 @@ def test_lengths_of_turns_and_episodes(tmp_path: Path) -> None:
     assert english.phases["assembly"].lengths.turns["path"].counts == {2: 12}
 
 
-def test_words_and_properties(tmp_path: Path) -> None:
+def test_frequent_words_and_properties_are_counted(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     english, hindi = figures_of(tmp_path)
     assert english.phases["navigation"].frequent == (("go", 12),)  # Neither stop words nor "striped red mug".
@@ -52,7 +52,7 @@ def test_words_and_properties(tmp_path: Path) -> None:
     assert {name for name, share in shares.items() if share.episodes == 0} == set(shares) - {"directional"}
 
 
-def test_samples_are_of_equal_size(tmp_path: Path) -> None:
+def test_diversity_samples_have_equal_sizes(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     found = [phase.diversity for each in figures_of(tmp_path) for phase in each.phases.values()]
     assert [each and each.texts for each in found] == [8, 8, 8, 8]
@@ -75,13 +75,15 @@ def test_splits_and_languages_can_be_chosen(tmp_path: Path) -> None:
         ([], [], 1, "the sample size is 1; expected at least 2"),
     ],
 )
-def test_what_is_not_there(tmp_path: Path, splits: list[str], languages: list[str], sample: int, message: str) -> None:
+def test_invalid_selections_are_refused(
+    tmp_path: Path, splits: list[str], languages: list[str], sample: int, message: str
+) -> None:
     tiny.write(tmp_path)
     with pytest.raises((NotFound, BadInput), match=message):
         figures_of(tmp_path, splits, languages, sample=sample)
 
 
-def test_no_episodes(tmp_path: Path) -> None:
+def test_folder_without_episodes_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(NotFound, match="there are no episodes in"):
         figures_of(tmp_path)
 
@@ -94,11 +96,13 @@ def test_no_episodes(tmp_path: Path) -> None:
         ([10, 11, 400, 1], 5, 10, [0.25, 0, 0.75]),
     ],
 )
-def test_binned(lengths: list[int], width: int, stop: int, shares: list[float]) -> None:
+def test_lengths_are_binned_with_an_overflow_bin(
+    lengths: list[int], width: int, stop: int, shares: list[float]
+) -> None:
     assert bin_shares(Lengths.of(lengths), width, stop) == shares
 
 
-def test_the_table(tmp_path: Path) -> None:
+def test_text_table_shows_the_measured_figures(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     lines = list(as_text(figures_of(tmp_path)))
     for row in (
@@ -114,7 +118,9 @@ def test_the_table(tmp_path: Path) -> None:
         assert row in [line.split() for line in lines], row
 
 
-def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_stats_command_prints_json_writes_plots_and_reports_errors(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     tiny.write(tmp_path)
     assert main(["stats", "--data", str(tmp_path), "--lang", "en", "--json"]) == 0
     (found,) = json.loads(capsys.readouterr().out)
@@ -126,7 +132,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert "there is no split 'x'" in capsys.readouterr().err
 
 
-def test_the_pictures(tmp_path: Path) -> None:
+def test_plots_are_drawn_and_write_errors_reported(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     figures = figures_of(tmp_path) * 5  # More columns than colours.
     *pictures, drawing = write_plots(figures, tmp_path / "out")
@@ -141,7 +147,7 @@ def test_the_pictures(tmp_path: Path) -> None:
 
 
 @needs_release
-def test_the_release() -> None:
+def test_lengths_of_the_official_release_match_known_values() -> None:
     """The known means and maxima of val-seen's turns."""
     language, episodes = read_release(VAL_SEEN)
     found = measure("val_seen", episodes, language, sample=2)

@@ -1,4 +1,4 @@
-"""The linguistic properties: the paper's own examples, their like in Hindi, and files that are wrong."""
+"""Linguistic properties: the paper's examples, Hindi equivalents, and malformed files."""
 
 import json
 import re
@@ -31,7 +31,7 @@ from tests.release import VAL_SEEN, needs_release
         ("hi", "मग को बिंदीदार हरे टीवी के पीछे रखें।", "discrete_3d allocentric"),
     ],
 )
-def test_found(code: str, text: str, properties: str) -> None:
+def test_expected_properties_are_found(code: str, text: str, properties: str) -> None:
     assert load_patterns(code).find(words_of(load(code), text)) >= set(properties.split())
 
 
@@ -48,12 +48,12 @@ def test_found(code: str, text: str, properties: str) -> None:
         ("hi", "मग को दीवार से सटाकर रखें।", "allocentric"),
     ],
 )
-def test_nothing_else_found(code: str, text: str, properties: str) -> None:
+def test_no_other_properties_are_found(code: str, text: str, properties: str) -> None:
     assert load_patterns(code).find(words_of(load(code), text)) == set(properties.split())
 
 
 @pytest.mark.parametrize("code", available())
-def test_every_language_has_them(code: str) -> None:
+def test_every_language_has_patterns_for_all_properties(code: str) -> None:
     patterns = load_patterns(code)
     assert tuple(patterns.properties) == PROPERTIES
     assert patterns.stopwords
@@ -74,7 +74,7 @@ GOOD = 'stopwords = ["the"]\n[parts]\n[properties]\n' + "\n".join(f'{name} = ["x
         (GOOD.replace('temporal = ["x"]', "temporal = [1]"), "properties.temporal: is not a list of regular"),
     ],
 )
-def test_a_file_that_is_wrong(tmp_path: Path, content: str, message: str) -> None:
+def test_malformed_property_files_are_refused(tmp_path: Path, content: str, message: str) -> None:
     file = tmp_path / "xx" / "properties.toml"
     file.parent.mkdir()
     file.write_text(content)
@@ -82,7 +82,7 @@ def test_a_file_that_is_wrong(tmp_path: Path, content: str, message: str) -> Non
         load_patterns("xx", tmp_path)
 
 
-def test_no_file(tmp_path: Path) -> None:
+def test_missing_property_file_is_reported(tmp_path: Path) -> None:
     with pytest.raises(BadFile, match=re.escape("xx/properties.toml: cannot be read")):
         load_patterns("xx", tmp_path)
 
@@ -92,7 +92,7 @@ def test_no_file(tmp_path: Path) -> None:
     ("phase", "shares"),
     [("navi_inst_gt", (34, 86, 64, 96, 66, 72)), ("assem_inst_gt", (34, 98, 2, 68, 58, 34))],
 )
-def test_the_release_has_about_the_papers_shares(phase: str, shares: tuple[int, ...]) -> None:
+def test_property_shares_of_the_release_are_near_the_papers(phase: str, shares: tuple[int, ...]) -> None:
     """Per episode, as in the paper, whose fifty were read by people: near, but for sequencing."""
     patterns, english = load_patterns("en"), load("en")
     records = json.loads(VAL_SEEN.read_text())

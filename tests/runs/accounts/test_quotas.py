@@ -1,4 +1,4 @@
-"""Limits across processes with either kind of database: each has a connection of its own, like two hosts."""
+"""Quotas across processes, each with its own connection, with either kind of database."""
 
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, closing
@@ -37,7 +37,7 @@ def run_of(caller: Caller) -> Run:
 
 
 @pytest.mark.parametrize("account", ["ann", None])
-def test_runs_and_streams_of_several_processes(database_url: str, account: str | None) -> None:
+def test_run_and_stream_limits_hold_across_processes(database_url: str, account: str | None) -> None:
     caller = ANONYMOUS if account is None else Caller(Role.PARTICIPANT, account)
     default = Quota(runs_in_all=LIMIT, streams_at_once=LIMIT)
     with ExitStack() as stack:

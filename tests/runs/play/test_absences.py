@@ -249,7 +249,7 @@ def test_the_death_of_a_process_costs_nothing(house: House) -> None:
     assert house.causes() == {"AGENT_FINISHED": 4}
 
 
-def test_a_bank_that_is_spent_at_one_process_is_spent_at_the_other(house: House) -> None:
+def test_time_bank_is_shared_between_processes(house: House) -> None:
     run = house.run()
 
     async def body() -> None:

@@ -1,4 +1,4 @@
-"""Long work for one stream is done in portions, between which others are served."""
+"""Opening of many episodes for one stream, in portions between which others are served."""
 
 import asyncio
 from pathlib import Path
@@ -35,7 +35,7 @@ def observed(seat: Seat) -> list[Observed]:
 
 @pytest.mark.usefixtures("quick")
 @pytest.mark.parametrize("history", [False, True])
-def test_others_are_answered_while_long_episodes_are_opened(
+def test_other_streams_are_answered_while_long_episodes_are_opened(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, history: bool
 ) -> None:
     monkeypatch.setattr(engines, "OPENING_SECONDS", 0.0001)

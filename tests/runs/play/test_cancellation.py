@@ -1,4 +1,4 @@
-"""Cancellation of a run while its streams play: they are told of the end, and no warning is logged."""
+"""Cancellation of a run while its streams play: they are closed, and no warning is logged."""
 
 import asyncio
 import logging
@@ -30,7 +30,7 @@ def warned(caplog: pytest.LogCaptureFixture) -> list[str]:
 
 
 @pytest.mark.usefixtures("quick")
-def test_by_the_process_that_plays_it(house: House, caplog: pytest.LogCaptureFixture) -> None:
+def test_cancelling_in_the_playing_process_causes_no_warnings(house: House, caplog: pytest.LogCaptureFixture) -> None:
     """Cancellation takes many rounds, in each of which the streams act and their clocks are checked."""
 
     async def body() -> list[Seat]:
@@ -58,7 +58,7 @@ def test_by_the_process_that_plays_it(house: House, caplog: pytest.LogCaptureFix
 
 @pytest.mark.usefixtures("quick")
 @pytest.mark.parametrize("way", ["a step", "a clock"])
-def test_by_another_process(
+def test_cancelling_in_another_process_causes_no_warnings(
     house: House, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch, way: str
 ) -> None:
     """Between two looks for runs that others have ended, a write to the journal is what finds out."""

@@ -74,7 +74,7 @@ def test_an_overdue_step_is_out_of_time_when_the_bank_is_empty() -> None:
     assert desk.bank.left == 0.0
 
 
-def test_without_a_bank_there_is_only_the_time_of_the_step() -> None:
+def test_without_a_bank_only_the_step_time_is_available() -> None:
     desk = desk_with("a", bank=0.0)
     desk.show(("a", 0))
     assert desk.out_after(60.0) == []
@@ -106,7 +106,7 @@ def test_two_streams_of_a_run_share_its_bank() -> None:
     assert desk.bank.left == 80.0
 
 
-def test_with_an_empty_bank_others_go_on_as_long_as_they_are_in_time() -> None:
+def test_with_an_empty_bank_punctual_episodes_continue() -> None:
     desk = desk_with("slow", "quick", bank=5.0)
     desk.show(("slow", 0), ("quick", 0))
     desk.time.now += 50.0
@@ -145,7 +145,7 @@ def test_the_time_of_what_is_not_read_begins_when_it_could_be_read() -> None:
     assert desk.out_after(0.1) == ["b"]
 
 
-def test_the_same_observation_again_does_not_begin_the_time_again() -> None:
+def test_resent_observation_does_not_restart_the_step_time() -> None:
     desk = desk_with("a")
     desk.show(("a", 0))
     desk.time.now += 50.0
@@ -161,7 +161,7 @@ def test_an_observation_that_is_sent_after_its_action_begins_no_step() -> None:
     assert desk.bank.left == 100.0
 
 
-def test_an_episode_that_comes_back_goes_on_with_the_time_it_had() -> None:
+def test_resumed_episode_keeps_its_elapsed_step_time() -> None:
     desk = desk_with("a", "b")
     desk.show(("a", 0))
     desk.time.now += 45.0
@@ -177,7 +177,7 @@ def test_an_episode_that_comes_back_goes_on_with_the_time_it_had() -> None:
     assert desk.bank.left == 95.0
 
 
-def test_what_was_overdue_before_is_not_charged_again() -> None:
+def test_previously_overdue_time_is_not_charged_again() -> None:
     desk = desk_with()
     desk.clock.open("a", 7, 80.0)
     desk.time.now += 10.0
@@ -186,7 +186,7 @@ def test_what_was_overdue_before_is_not_charged_again() -> None:
     assert desk.clock.waits() == {"a": (8, None)}
 
 
-def test_an_episode_that_ended_is_charged_no_more() -> None:
+def test_ended_episode_is_not_charged() -> None:
     desk = desk_with("a")
     desk.show(("a", 0))
     assert desk.out_after(70.0) == []
@@ -211,7 +211,7 @@ def test_charges_never_exceed_the_elapsed_time_or_the_bank(moves: list[tuple[str
     assert desk.bank.left == pytest.approx(max(0.0, 100.0 - charged))
 
 
-def test_a_stopwatch_leaves_out_stalls_of_the_server() -> None:
+def test_stopwatch_excludes_stalls_of_the_server() -> None:
     time = Time()
     watch = Stopwatch(time)
     began = watch()
@@ -232,6 +232,6 @@ def test_a_stopwatch_leaves_out_stalls_of_the_server() -> None:
         (Clocks(0.25, 0.0), "0.25/0"),
     ],
 )
-def test_clocks_in_a_signature(clocks: Clocks, text: str) -> None:
+def test_clocks_are_formatted_for_signatures(clocks: Clocks, text: str) -> None:
     assert str(clocks) == text
     assert bool(clocks) is (text != "none")

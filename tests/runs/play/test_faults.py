@@ -39,7 +39,7 @@ class Break:
 )
 @pytest.mark.parametrize(("times", "cause", "reoffers"), [(1, "AGENT_FINISHED", 1), (2, "AGENT_FINISHED", 2),
                                                           (99, "SERVER_FAULT", 2)])  # fmt: skip
-def test_a_defect_ends_no_more_than_its_episode(
+def test_defect_affects_only_its_episode(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture,
     owner: type, name: str, sensors: tuple[str, ...], times: int, cause: str, reoffers: int,
 ) -> None:  # fmt: skip
@@ -67,7 +67,7 @@ def test_a_defect_ends_no_more_than_its_episode(
     assert all("episode 1 of run run" in record.getMessage() for record in faults)
 
 
-def test_what_was_played_before_a_fault_is_kept_and_scored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_steps_before_a_fault_are_kept_and_scored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     async def play() -> None:
         house = House(tmp_path, 1)
         run = house.run()

@@ -45,7 +45,7 @@ def test_every_observation_has_the_time_left(tmp_path: Path) -> None:
     asyncio.run(play())
 
 
-def test_a_run_without_clocks_never_ends_by_them(tmp_path: Path) -> None:
+def test_run_without_clocks_never_times_out(tmp_path: Path) -> None:
     async def play() -> None:
         house = House(tmp_path, 1)
         run = house.run(Clocks())
@@ -62,7 +62,7 @@ def test_a_run_without_clocks_never_ends_by_them(tmp_path: Path) -> None:
     asyncio.run(play())
 
 
-def test_out_of_time_is_the_end_of_all_phases_and_one_cause(tmp_path: Path) -> None:
+def test_running_out_of_time_ends_all_phases_with_one_cause(tmp_path: Path) -> None:
     async def play() -> None:
         house = House(tmp_path, 2)
         run = house.run()
@@ -92,7 +92,7 @@ def test_out_of_time_is_the_end_of_all_phases_and_one_cause(tmp_path: Path) -> N
     asyncio.run(play())
 
 
-def test_the_journal_tells_how_an_episode_out_of_time_is_played_again(tmp_path: Path) -> None:
+def test_timed_out_episode_replays_from_the_journal_to_its_scores(tmp_path: Path) -> None:
     async def play() -> None:
         house = House(tmp_path, 1)
         run = house.run()
@@ -116,7 +116,7 @@ def test_the_journal_tells_how_an_episode_out_of_time_is_played_again(tmp_path: 
     asyncio.run(play())
 
 
-def test_an_answer_that_came_in_time_counts_however_long_the_server_takes_for_it(tmp_path: Path) -> None:
+def test_answer_in_time_counts_despite_slow_processing(tmp_path: Path) -> None:
     async def play() -> None:
         house = House(tmp_path, 1)
         run = house.run(Clocks(60.0, 0.0))
@@ -198,7 +198,7 @@ def test_a_client_that_never_reads_runs_out_of_time_in_every_episode(tmp_path: P
     asyncio.run(asyncio.wait_for(play(), 20))
 
 
-def test_two_streams_drain_one_bank_each_for_itself(tmp_path: Path) -> None:
+def test_each_overdue_stream_drains_the_shared_bank(tmp_path: Path) -> None:
     async def play() -> None:
         house = House(tmp_path, 4)
         run = house.run(Clocks(60.0, 100.0))
@@ -237,7 +237,7 @@ def test_causes_add_up_to_the_episodes(tmp_path: Path) -> None:
     asyncio.run(play())
 
 
-def test_a_late_answer_is_passed_over_and_an_end_is_told_once(tmp_path: Path) -> None:
+def test_late_answer_is_ignored_and_the_end_reported_once(tmp_path: Path) -> None:
     async def play() -> None:
         house = House(tmp_path, 3)
         run = house.run()

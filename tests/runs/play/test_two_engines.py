@@ -54,7 +54,7 @@ def check_played_to_the_end(house: House) -> None:
 
 
 @pytest.mark.usefixtures("quick")
-def test_a_process_that_was_cut_off_learns_that_its_episode_is_played_elsewhere(house: House, line: Line) -> None:
+def test_disconnected_process_detects_that_its_episode_was_taken_over(house: House, line: Line) -> None:
     async def body() -> None:
         run = house.run()
         async with house.engine(database=line) as one, house.engine() as other:
@@ -125,9 +125,7 @@ def test_a_disconnected_process_does_not_answer_actions(house: House, line: Line
 
 @pytest.mark.usefixtures("quick")
 @pytest.mark.parametrize("seconds", [LEASE + 1.0, -3600.0, 86_400.0], ids=["waits", "jumps back", "jumps on"])
-def test_episodes_of_a_dead_process_are_free_after_a_lease_whatever_the_clock_does(
-    tmp_path: Path, seconds: float
-) -> None:
+def test_dead_process_frees_its_episodes_despite_clock_jumps(tmp_path: Path, seconds: float) -> None:
     house = House(tmp_path)
 
     async def body() -> None:
@@ -150,7 +148,7 @@ def test_episodes_of_a_dead_process_are_free_after_a_lease_whatever_the_clock_do
 
 @pytest.mark.usefixtures("quick")
 @pytest.mark.parametrize("seconds", [-3600.0, 3600.0])
-def test_a_clock_that_jumps_under_two_living_processes_costs_nothing(tmp_path: Path, seconds: float) -> None:
+def test_clock_jumps_do_not_affect_two_playing_processes(tmp_path: Path, seconds: float) -> None:
     house = House(tmp_path)
 
     async def body() -> None:
@@ -170,7 +168,7 @@ def test_a_clock_that_jumps_under_two_living_processes_costs_nothing(tmp_path: P
 
 
 @pytest.mark.usefixtures("quick")
-def test_a_client_that_connects_twice_at_once_takes_every_step_once(house: House, line: Line) -> None:
+def test_client_connected_to_two_processes_takes_every_step_once(house: House, line: Line) -> None:
     async def body() -> None:
         run = house.run()
         async with house.engine(database=line) as one, house.engine() as other:

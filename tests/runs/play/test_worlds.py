@@ -26,7 +26,7 @@ def test_splits_with_the_same_section_share_it() -> None:
         assert worlds.scene("one", "1") is worlds.scene("two", "1")
 
 
-def test_sections_of_one_name_that_differ_are_not_mixed_up() -> None:
+def test_different_sections_of_one_name_stay_separate() -> None:
     one, two = split("one", "1"), split("two", "1", "2")
     with closing(Worlds({"one": one, "two": two})) as worlds:
         assert worlds.scene("one", "1") is not worlds.scene("two", "1")

@@ -54,7 +54,7 @@ def field(text: str) -> bytes:
     return len(text.encode()).to_bytes(4, "big") + text.encode()
 
 
-def test_the_chain_is_what_the_documentation_says() -> None:
+def test_hash_chain_follows_the_documented_definition() -> None:
     head = hashlib.sha256(field("arramon.v1 episode") + field("r") + field("e") + field("ab12")).digest()
     assert episode_head("r", "e", "ab12", []) == head
     first = hashlib.sha256(head + b"\0\0\0\0" + b"\3").digest()
@@ -65,7 +65,7 @@ def test_the_chain_is_what_the_documentation_says() -> None:
     assert run_digest("r", [("e", second)]) == digest
 
 
-def test_the_chain_of_one_run_for_all_time() -> None:
+def test_hash_chain_of_a_fixed_run_never_changes() -> None:
     head = episode_head("run", "दो", "00" * 32, [0, 1, 2, 3])
     assert head.hex() == "48de4fff39a28136b0b965eadc980972fa6c502139e9dee860fa26200d5e2377"
     assert (
@@ -78,11 +78,11 @@ def test_the_chain_of_one_run_for_all_time() -> None:
     ("s", "e", "ab", [1, 2]), ("r", "f", "ab", [1, 2]), ("r", "e", "ac", [1, 2]), ("r", "e", "ab", [2, 1]),
     ("r", "e", "ab", [1]), ("r", "e", "ab", [1, 2, 0]), ("re", "", "ab", [1, 2]),
 ])  # fmt: skip
-def test_whatever_differs_gives_another_head(other: tuple[str, str, str, list[int]]) -> None:
+def test_any_difference_changes_the_chain_head(other: tuple[str, str, str, list[int]]) -> None:
     assert episode_head(*other) != episode_head("r", "e", "ab", [1, 2])
 
 
-def test_a_receipt_says_what_was_played(database: Database, split: Split, receipts: Receipts) -> None:
+def test_receipt_describes_the_played_run(database: Database, split: Split, receipts: Receipts) -> None:
     play(database, split, actions={"0": tiny.ACTIONS, "1": [0, 0], "2": []}, ended={"1": "FORFEITED", "2": "FORFEITED"})
     receipt = receipts.of(HOST, "r")
     Ed25519PublicKey.from_public_bytes(receipt.public_key).verify(receipt.signature, receipt.payload)
@@ -117,7 +117,7 @@ def test_a_receipt_says_what_was_played(database: Database, split: Split, receip
     assert content["digest"] == run_digest("r", heads).hex()
 
 
-def test_a_hidden_split_tells_no_scores_of_single_episodes(database: Database, tmp_path: Path) -> None:
+def test_hidden_split_receipt_has_no_episode_scores(database: Database, tmp_path: Path) -> None:
     split = tiny.write(tmp_path, "secret", 2, hidden=True)
     receipts = Receipts(database, {"secret": split}, SigningKey(tmp_path / "key.pem"))
     play(database, split)
@@ -129,14 +129,16 @@ def test_a_hidden_split_tells_no_scores_of_single_episodes(database: Database, t
     assert (content["intervals"], content["attempts"]) == ("wilson-within-sections", {"number": 1, "begun": 1})
 
 
-def test_it_stays_as_it_was_first_made(database: Database, split: Split, receipts: Receipts, tmp_path: Path) -> None:
+def test_receipt_never_changes_once_created(
+    database: Database, split: Split, receipts: Receipts, tmp_path: Path
+) -> None:
     play(database, split)
     first = receipts.of(HOST, "r")
     other = Receipts(database, {}, SigningKey(tmp_path / "new key.pem"))  # another key, and no data
     assert receipts.of(HOST, "r") == other.of(HOST, "r") == first
 
 
-def test_of_two_who_make_it_at_once_one_is_kept(database: Database, split: Split, tmp_path: Path) -> None:
+def test_concurrent_creation_keeps_one_receipt(database: Database, split: Split, tmp_path: Path) -> None:
     play(database, split)
     makers = [Receipts(database, {"tiny": split}, SigningKey(tmp_path / f"{number}.pem")) for number in range(4)]
     with ThreadPoolExecutor(4) as pool:
@@ -145,7 +147,7 @@ def test_of_two_who_make_it_at_once_one_is_kept(database: Database, split: Split
     assert len(database.read(sa.select(tables.receipts))) == 1
 
 
-def test_joining_an_ended_run_changes_nothing(database: Database, split: Split) -> None:
+def test_joining_an_ended_run_does_not_change_its_images(database: Database, split: Split) -> None:
     journal = Journal(database)
     play(database, split, actions={"0": tiny.ACTIONS}, over=False)
     journal.note_images("r", "lossless-224")
@@ -154,7 +156,7 @@ def test_joining_an_ended_run_changes_nothing(database: Database, split: Split) 
     assert journal.progress("r").images == ("lossless-224",)
 
 
-def test_no_receipt_of_a_run_that_is_played_or_unknown(database: Database, split: Split, receipts: Receipts) -> None:
+def test_unfinished_and_unknown_runs_have_no_receipt(database: Database, split: Split, receipts: Receipts) -> None:
     play(database, split, actions={"0": tiny.ACTIONS, "1": [0]}, over=False)
     with pytest.raises(Conflict, match="run 'r' is still being played: 1 of 2 episodes have ended"):
         receipts.of(HOST, "r")
@@ -190,7 +192,9 @@ def test_no_new_receipt_once_the_data_has_changed(database: Database, split: Spl
         Receipts(database, changed, SigningKey(tmp_path / "key.pem")).of(HOST, "r")
 
 
-def test_others_may_have_it_while_the_run_is_published(database: Database, split: Split, receipts: Receipts) -> None:
+def test_others_get_a_receipt_only_while_its_run_is_published(
+    database: Database, split: Split, receipts: Receipts
+) -> None:
     play(database, split, account="lab")
     made = receipts.of(OWNER, "r")
     assert receipts.of(HOST, "r") == made

@@ -61,7 +61,7 @@ def change(database: Database, statement: sa.Update | sa.Delete) -> None:
 
 
 @pytest.mark.usefixtures("played")
-def test_a_run_comes_out_as_it_was(database: Database, split: Split) -> None:
+def test_unchanged_run_is_rescored_identically(database: Database, split: Split) -> None:
     causes = database.read(sa.select(tables.episodes.c.cause).order_by(tables.episodes.c.ordinal))
     assert [row.cause for row in causes] == [
         "AGENT_FINISHED", "STEP_LIMIT", "TIME_LIMIT", "TIME_LIMIT", "FORFEITED", "SERVER_FAULT",
@@ -69,13 +69,13 @@ def test_a_run_comes_out_as_it_was(database: Database, split: Split) -> None:
     assert rescore(database, split) == Rescored("r", 6, 13 + 4 * STEPS + 3 + 2, True, ())
 
 
-def test_a_run_without_a_receipt(database: Database, split: Split) -> None:
+def test_run_without_a_receipt_is_rescored(database: Database, split: Split) -> None:
     play(database, split)
     assert rescore(database, split) == Rescored("r", 6, 6 * 13, False, ())
 
 
 @pytest.mark.usefixtures("played")
-def test_nothing_is_written(database: Database, split: Split, database_url: str) -> None:
+def test_rescoring_works_on_a_read_only_database(database: Database, split: Split, database_url: str) -> None:
     with closing(Database(database_url, read_only=True)) as reading:
         assert rescore(reading, split) == rescore(database, split)
 
@@ -85,7 +85,7 @@ def of(table: sa.Table, episode_id: str) -> sa.ColumnElement[bool]:
 
 
 @pytest.mark.usefixtures("played")
-def test_another_action_shows_in_the_scores_and_in_the_chain(database: Database, split: Split) -> None:
+def test_changed_action_is_found_in_scores_and_hash_chain(database: Database, split: Split) -> None:
     change(database, tables.steps.update().where(of(tables.steps, "0"), tables.steps.c.step == 1).values(action=1))
     found = rescore(database, split).differences
     assert any(each.startswith("episode 0: turn 1: nDTW was 1.0, and is 0.") for each in found)
@@ -94,14 +94,14 @@ def test_another_action_shows_in_the_scores_and_in_the_chain(database: Database,
 
 
 @pytest.mark.usefixtures("played")
-def test_an_action_that_changes_no_score_shows_in_the_chain(database: Database, split: Split) -> None:
+def test_changed_action_without_effect_is_found_in_the_hash_chain(database: Database, split: Split) -> None:
     change(database, tables.steps.update().where(of(tables.steps, "4"), tables.steps.c.step == 1).values(action=1))
     found = rescore(database, split).differences
     assert [each.split(" was ")[0] for each in found] == ["receipt: digest", "receipt: episodes 5: head"]
 
 
 @pytest.mark.usefixtures("played")
-def test_a_step_that_is_missing(database: Database, split: Split) -> None:
+def test_missing_step_is_found(database: Database, split: Split) -> None:
     change(database, tables.steps.delete().where(of(tables.steps, "0"), tables.steps.c.step == 12))
     found = rescore(database, split).differences
     assert found[:2] == (
@@ -111,7 +111,7 @@ def test_a_step_that_is_missing(database: Database, split: Split) -> None:
 
 
 @pytest.mark.usefixtures("played")
-def test_a_step_too_many(database: Database, split: Split) -> None:
+def test_additional_step_is_found(database: Database, split: Split) -> None:
     with database.write() as connection:
         row = {"run_id": "r", "episode_id": "0", "step": 13, "action": 0}
         connection.execute(tables.steps.insert(), [row])
@@ -120,7 +120,7 @@ def test_a_step_too_many(database: Database, split: Split) -> None:
 
 
 @pytest.mark.usefixtures("played")
-def test_a_score_that_was_raised(database: Database, split: Split) -> None:
+def test_raised_score_is_found(database: Database, split: Split) -> None:
     table = tables.episodes
     (row,) = database.read(sa.select(table.c.scores).where(of(table, "4")))
     raised = [{**row.scores[0], "PTC": 1.0}, row.scores[1]]
@@ -135,7 +135,7 @@ def test_a_score_that_was_raised(database: Database, split: Split) -> None:
     ("1", {"steps": 7}, "episode 1: steps was 7, and is 32"),
     ("5", {"state": "OPEN"}, "1 of 6 episodes have not ended"),
 ])  # fmt: skip
-def test_an_ending_that_was_changed(
+def test_changed_ending_is_found(
     database: Database, split: Split, episode: str, values: dict[str, object], found: str
 ) -> None:
     change(database, tables.episodes.update().where(of(tables.episodes, episode)).values(values))
@@ -143,7 +143,7 @@ def test_an_ending_that_was_changed(
 
 
 @pytest.mark.usefixtures("played")
-def test_a_receipt_that_was_forged(database: Database, split: Split) -> None:
+def test_forged_receipt_is_found(database: Database, split: Split) -> None:
     (row,) = database.read(sa.select(tables.receipts.c.payload))
     content = json.loads(row.payload)
     content["scores"]["total"]["PTC"]["mean"] = 1
@@ -172,7 +172,7 @@ def test_changed_data_is_an_error(database: Database, split: Split) -> None:
         rescore(database, replace(split, data_hash="f" * 64))
 
 
-def test_a_run_that_is_played_or_unknown(database: Database, split: Split) -> None:
+def test_unfinished_and_unknown_runs_are_refused(database: Database, split: Split) -> None:
     with closing(Rescorer(database, {"tiny": split})) as rescorer:
         with pytest.raises(NotFound, match="there is no run 'r'"):
             rescorer.rescore("r")

@@ -24,7 +24,7 @@ def database(database_url: str) -> Iterator[Database]:
         yield database
 
 
-def test_it_is_made_once_and_its_owners_alone(tmp_path: Path) -> None:
+def test_signing_key_is_created_once_with_private_permissions(tmp_path: Path) -> None:
     path = tmp_path / "new" / "key.pem"
     key = SigningKey(path)
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
@@ -34,7 +34,7 @@ def test_it_is_made_once_and_its_owners_alone(tmp_path: Path) -> None:
     Ed25519PublicKey.from_public_bytes(key.public).verify(key.sign(b"this"), b"this")
 
 
-def test_processes_that_start_at_once_end_with_one_key(tmp_path: Path) -> None:
+def test_concurrent_starts_create_one_signing_key(tmp_path: Path) -> None:
     program = (
         f"from pathlib import Path; from server.runs.results.signing import SigningKey; import sys; sys.stdin.read(); \
 print(SigningKey(Path({str(tmp_path / 'key.pem')!r})).public.hex())"
@@ -55,7 +55,7 @@ print(SigningKey(Path({str(tmp_path / 'key.pem')!r})).public.hex())"
     assert keys == {SigningKey(tmp_path / "key.pem").public.hex() + "\n"}
 
 
-def test_one_that_others_can_read_is_refused(tmp_path: Path) -> None:
+def test_signing_key_readable_by_others_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "key.pem"
     SigningKey(path)
     path.chmod(0o640)
@@ -75,13 +75,13 @@ def test_a_file_without_a_key_is_refused(tmp_path: Path, content: bytes) -> None
         SigningKey(path)
 
 
-def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
+def test_unusable_key_folder_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(StorageError, match=r"file/key\.pem"):
         SigningKey(tmp_path / "file" / "key.pem")
 
 
-def test_the_first_host_sets_the_journals_key_and_another_is_refused(database: Database) -> None:
+def test_journal_accepts_only_the_first_hosts_key(database: Database) -> None:
     keys = KnownKeys(database)
     keys.check(ONE)
     keys.check(ONE)
@@ -91,7 +91,7 @@ def test_the_first_host_sets_the_journals_key_and_another_is_refused(database: D
     assert [known.key for known in keys.all()] == [ONE]
 
 
-def test_another_key_is_adopted_and_the_old_ones_are_known(database: Database) -> None:
+def test_adopting_a_key_keeps_the_old_ones_known(database: Database) -> None:
     keys = KnownKeys(database)
     keys.check(ONE)
     assert keys.adopt(OTHER)
@@ -104,7 +104,7 @@ def test_another_key_is_adopted_and_the_old_ones_are_known(database: Database) -
         keys.check(OTHER)
 
 
-def test_of_hosts_that_start_at_once_one_sets_the_key(database: Database) -> None:
+def test_only_one_of_several_concurrent_hosts_sets_the_key(database: Database) -> None:
     hosts = [bytes([number]) * 32 for number in range(8)]
 
     def starts(public: bytes) -> bool:

@@ -113,14 +113,12 @@ def locks(postgres_url: str) -> Iterator[Locks]:
         yield locks
 
 
-def test_slow_work_is_not_a_wait_for_a_lock(locks: Locks) -> None:
+def test_lock_detection_ignores_slow_work(locks: Locks) -> None:
     with ThreadPoolExecutor() as pool:
         assert not locks.blocks(pool.submit(time.sleep, 1.0))
 
 
-def test_a_claim_waits_for_a_step_that_is_being_written_and_sees_it(
-    databases: tuple[Database, Database], locks: Locks
-) -> None:
+def test_claim_waits_for_a_concurrent_step_and_sees_it(databases: tuple[Database, Database], locks: Locks) -> None:
     one, other = databases
     claim = claimed(one)
     journal = Journal(other)
@@ -154,7 +152,7 @@ def test_a_claim_waits_for_a_commit_of_several_statements(databases: tuple[Datab
     assert journal.actions("r", "a") == [1]
 
 
-def test_of_many_steps_all_are_written_or_none(databases: tuple[Database, Database]) -> None:
+def test_batch_of_steps_is_written_completely_or_not_at_all(databases: tuple[Database, Database]) -> None:
     journal = Journal(databases[0])
     claims = journal.claim("r", journal.pending("r"), "p", "w")
     (again,) = journal.claim("r", [claims[1]], "q", "w2")
@@ -193,7 +191,7 @@ def test_a_write_during_a_claim_waits_and_is_refused(
     assert (journal.actions("r", "a"), journal.count_ended("r")) == ([], 0)
 
 
-def test_of_two_claims_at_the_same_moment_one_wins(databases: tuple[Database, Database], locks: Locks) -> None:
+def test_only_one_of_two_concurrent_claims_wins(databases: tuple[Database, Database], locks: Locks) -> None:
     one, other = databases
     first, second = Journal(one), Journal(other)
     pending = first.pending("r")
@@ -208,7 +206,7 @@ def test_of_two_claims_at_the_same_moment_one_wins(databases: tuple[Database, Da
     assert {claim.player for claim in first.open_claims("r")} == {"p"}
 
 
-def test_an_ending_is_waited_for_and_then_nothing_is_left_to_claim(
+def test_claim_waits_for_a_concurrent_ending_and_takes_nothing(
     databases: tuple[Database, Database], locks: Locks
 ) -> None:
     one, other = databases
@@ -226,7 +224,7 @@ def test_an_ending_is_waited_for_and_then_nothing_is_left_to_claim(
     assert journal.count_ended("r") == 1
 
 
-def test_episodes_of_a_transaction_that_failed_are_free_again(databases: tuple[Database, Database]) -> None:
+def test_failed_transaction_frees_its_episodes(databases: tuple[Database, Database]) -> None:
     one, other = databases
     claim = claimed(one)
     batch = step(claim.epoch)

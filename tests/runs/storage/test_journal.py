@@ -52,25 +52,25 @@ def steps(run_id: str, episode_id: str, *actions: int, first: int = 0) -> Batch:
     return batch
 
 
-def test_a_run_comes_back_as_it_was(journal: Journal) -> None:
+def test_created_run_is_read_back_unchanged(journal: Journal) -> None:
     journal.create(a_run(), ["b", "a"])
     assert journal.run("r") == a_run()
     assert [claim.episode_id for claim in journal.pending("r")] == ["b", "a"]
 
 
-def test_an_unknown_run(journal: Journal) -> None:
+def test_unknown_run_is_not_found(journal: Journal) -> None:
     with pytest.raises(NotFound, match="there is no run 'x'"):
         journal.run("x")
 
 
-def test_steps_come_back_in_order(journal: Journal) -> None:
+def test_steps_are_read_back_in_order(journal: Journal) -> None:
     journal.create(a_run(), ["a"])
     journal.commit(steps("r", "a", 0, 1, 2))
     journal.commit(steps("r", "a", 3, first=3))
     assert journal.actions("r", "a") == [0, 1, 2, 3]
 
 
-def test_a_step_is_written_once_and_a_batch_whole_or_not_at_all(journal: Journal) -> None:
+def test_duplicate_step_is_refused_with_its_whole_batch(journal: Journal) -> None:
     journal.create(a_run(), ["a", "b"])
     journal.commit(steps("r", "a", 0))
     batch = steps("r", "b", 0, 0)
@@ -85,7 +85,7 @@ def test_a_step_of_an_unknown_run_is_refused(journal: Journal) -> None:
         journal.commit(steps("nobody's", "a", 0))
 
 
-def test_claims_and_endings(journal: Journal) -> None:
+def test_claims_and_endings_update_the_progress(journal: Journal) -> None:
     journal.create(a_run(), ["a", "b", "c"])
     won = journal.claim("r", journal.pending("r", 2), "p", "w")
     assert [(claim.episode_id, claim.epoch) for claim in won] == [("a", 1), ("b", 1)]
@@ -101,7 +101,7 @@ def test_claims_and_endings(journal: Journal) -> None:
     assert journal.progress("r") == Progress(3, 1, 7 + 2, {"AGENT_FINISHED": 1})
 
 
-def test_the_forms_of_images_are_kept_once_each(journal: Journal) -> None:
+def test_image_encodings_are_recorded_once_each(journal: Journal) -> None:
     journal.create(a_run(), ["a"])
     journal.create(a_run("other"), ["a"])
     assert journal.progress("r").images == ()
@@ -111,7 +111,7 @@ def test_the_forms_of_images_are_kept_once_each(journal: Journal) -> None:
     assert journal.progress("other").images == ()
 
 
-def test_a_claim_is_won_once(journal: Journal) -> None:
+def test_episode_can_be_claimed_only_once(journal: Journal) -> None:
     journal.create(a_run(), ["a", "b"])
     pending = journal.pending("r")
     assert len(journal.claim("r", pending, "p", "w1")) == 2
@@ -134,14 +134,14 @@ def test_a_lost_claim_cannot_write(journal: Journal) -> None:
     assert journal.actions("r", "a") == [1]
 
 
-def test_no_step_after_the_end(journal: Journal) -> None:
+def test_step_after_an_ending_is_refused(journal: Journal) -> None:
     journal.create(a_run(), ["a"])
     journal.commit(Batch(endings=[Ending("r", "a", "FORFEITED", 0, [{}, {}])]))
     with pytest.raises(TakenOver, match="or it has ended"):
         journal.commit(steps("r", "a", 0))
 
 
-def test_claims_have_the_holder_and_the_idle_time(journal: Journal, database: Database) -> None:
+def test_open_claims_report_holder_and_idle_time(journal: Journal, database: Database) -> None:
     journal.create(a_run(), ["a"])
     journal.beat("w")
     (claim,) = journal.claim("r", journal.pending("r"), "p", "w")
@@ -176,7 +176,7 @@ def test_claims_have_the_holder_and_the_idle_time(journal: Journal, database: Da
     assert seen() == (None, 0)
 
 
-def test_workers_that_were_killed_are_forgotten_in_the_end(journal: Journal, database: Database) -> None:
+def test_killed_workers_are_eventually_removed(journal: Journal, database: Database) -> None:
     for worker in ("long gone", "killed"):
         journal.beat(worker)
         with database.write() as connection:
@@ -237,14 +237,14 @@ def test_progress_of_many_runs_takes_few_queries(
     }
 
 
-def test_another_process_reads_what_was_committed(journal: Journal, database_url: str) -> None:
+def test_another_connection_reads_committed_data(journal: Journal, database_url: str) -> None:
     journal.create(a_run(), ["a"])
     journal.set_state("r", COMPLETE)
     with closing(Database(database_url)) as other:
         assert Journal(other).run("r").state == COMPLETE
 
 
-def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
+def test_missing_journal_folder_is_reported(tmp_path: Path) -> None:
     with pytest.raises(
         StorageError, match=r"the journal .*/nowhere/journal\.db cannot be created: there is no folder .*/nowhere$"
     ):
@@ -265,7 +265,7 @@ def test_a_full_disk_is_a_storage_error_and_loses_nothing(tmp_path: Path) -> Non
         assert journal.actions("r", "a") == [0]
 
 
-def test_steps_survive_in_the_file_itself(tmp_path: Path) -> None:
+def test_committed_steps_are_in_the_sqlite_file(tmp_path: Path) -> None:
     with closing(Database(f"sqlite:///{tmp_path / 'journal.db'}")) as database:
         journal = Journal(database)
         journal.create(a_run(), ["a"])
@@ -277,13 +277,13 @@ def test_steps_survive_in_the_file_itself(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("url", ["mysql://lab:hunter2@host/db", "hunter2", "postgresql://lab:hunter2@host:port/db"])
-def test_a_url_of_another_kind_is_refused_and_its_password_not_shown(url: str) -> None:
+def test_unsupported_url_is_refused_without_showing_its_password(url: str) -> None:
     with pytest.raises(BadInput, match="expected sqlite:///PATH or postgresql://USER:PASSWORD@HOST/NAME") as refused:
         Database(url)
     assert "hunter2" not in str(refused.value)
 
 
-def test_the_note_of_a_forfeit_never_prevents_a_commit(journal: Journal) -> None:
+def test_null_characters_in_a_note_do_not_prevent_a_commit(journal: Journal) -> None:
     journal.create(a_run(), ["a"])
     journal.commit(Batch(endings=[Ending("r", "a", "FORFEITED", 0, [{}, {}], "no\0thing")]))
     assert journal.endings("r")[0].note == "nothing"
@@ -297,7 +297,7 @@ def test_values_that_a_database_cannot_store_are_bad_input(postgres_url: str) ->
             Journal(database).create(a_run("r" * 33), ["a"])
 
 
-def test_the_file_is_its_owners_alone(tmp_path: Path) -> None:
+def test_journal_file_is_private_to_its_owner(tmp_path: Path) -> None:
     with closing(Database(f"sqlite:///{tmp_path / 'new.db'}")) as database:
         Journal(database).create(a_run(), ["a"])
         assert {path.stat().st_mode & 0o777 for path in tmp_path.glob("new.db*")} == {0o600}

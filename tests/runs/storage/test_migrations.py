@@ -67,7 +67,7 @@ def insert(connection: sa.Connection, table: str, **values: object) -> None:
 
 
 @pytest.mark.usefixtures("first_schema")
-def test_a_database_of_the_first_schema_is_played_on(database_url: str, engine: sa.Engine) -> None:
+def test_database_of_the_first_schema_is_upgraded_with_its_data(database_url: str, engine: sa.Engine) -> None:
     with closing(Database(database_url)) as database:
         journal = Journal(database)
         old, new = journal.run("old"), journal.run("new")
@@ -144,14 +144,14 @@ def test_the_migrations_can_be_reverted(database_url: str, engine: sa.Engine) ->
     Database(database_url).close()
 
 
-def test_the_migrations_lead_to_the_tables(database_url: str, engine: sa.Engine) -> None:
+def test_migrations_produce_the_declared_tables(database_url: str, engine: sa.Engine) -> None:
     Database(database_url).close()
     with engine.connect() as connection:
         assert compare_metadata(MigrationContext.configure(connection), metadata) == []
 
 
 @pytest.mark.parametrize("age", ["empty", "first schema"])
-def test_processes_that_start_at_once_migrate_once(database_url: str, age: str, request: pytest.FixtureRequest) -> None:
+def test_concurrent_processes_migrate_once(database_url: str, age: str, request: pytest.FixtureRequest) -> None:
     if age == "first schema":
         request.getfixturevalue("first_schema")
     program = "import sys; from server.runs.storage.database import Database; Database(sys.argv[1]).close()"
@@ -163,7 +163,7 @@ def test_processes_that_start_at_once_migrate_once(database_url: str, age: str, 
         assert len(Journal(database).runs(9)) == (2 if age == "first schema" else 0)
 
 
-def test_a_database_of_a_newer_server_is_left_alone(database_url: str, engine: sa.Engine) -> None:
+def test_database_of_a_newer_server_is_refused(database_url: str, engine: sa.Engine) -> None:
     Database(database_url).close()
     with engine.begin() as connection:
         connection.execute(sa.text("UPDATE alembic_version SET version_num = '9999'"))

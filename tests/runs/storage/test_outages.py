@@ -34,7 +34,7 @@ def away(cluster: Cluster) -> Iterator[None]:
         cluster.start()
 
 
-def test_a_database_is_used_again_after_an_outage_with_all_commits(cluster: Cluster, database: Database) -> None:
+def test_database_is_usable_after_an_outage_with_all_commits(cluster: Cluster, database: Database) -> None:
     journal = Journal(database)
     journal.commit(steps("r", "a", 0, 1))
     with away(cluster):
@@ -72,7 +72,7 @@ def test_a_connection_lost_within_a_transaction_leaves_nothing_behind(cluster: C
     assert Journal(database).actions("r", "a") == []
 
 
-def test_a_database_that_never_answers_times_out_and_is_then_not_used_for_a_while(
+def test_unresponsive_database_times_out_and_is_paused(
     cluster: Cluster, database: Database, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     journal = Journal(database)
@@ -123,7 +123,7 @@ def test_a_stalled_transaction_does_not_block_others_for_long(database: Database
         stand_still(stuck)
 
 
-def test_a_server_sets_its_own_limits(database: Database) -> None:
+def test_database_sessions_have_the_servers_timeouts(database: Database) -> None:
     with database.write() as connection:
         found = {
             name: connection.exec_driver_sql(f"SHOW {name}").scalar_one()

@@ -29,7 +29,7 @@ def new_run(database: Database, run_id: str = "r", *, bank: float = 100.0) -> Jo
     return journal
 
 
-def test_a_bank_loses_what_is_charged_and_never_more_than_it_holds(database: Database) -> None:
+def test_charges_reduce_the_bank_down_to_zero(database: Database) -> None:
     journal, activity = new_run(database), RunActivity(database)
     for charge, left in ((30.0, 70.0), (20.5, 49.5), (49.5, 0.0), (5.0, 0.0)):
         batch = Batch()
@@ -49,7 +49,7 @@ def test_charges_of_several_streams_add_up_in_one_commit(database: Database) -> 
     assert [journal.run(run_id).bank_left for run_id in ("r", "s")] == [96.0, 8.0]
 
 
-def test_faults_are_counted_under_the_claim_that_is_held(database: Database) -> None:
+def test_faults_are_counted_only_for_the_current_claim(database: Database) -> None:
     journal, activity = new_run(database), RunActivity(database)
     for times in (1, 2, 3):
         wanted = journal.open_claims("r") or journal.pending("r", 1)

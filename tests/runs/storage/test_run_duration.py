@@ -32,7 +32,7 @@ def duration(house: House) -> timedelta:
 
 @pytest.mark.parametrize("jump", [3 * HOUR, -3 * HOUR, 0.0])
 @pytest.mark.usefixtures("quick")
-def test_a_run_of_27_seconds_ends_27_seconds_after_it_began(house: House, jump: float) -> None:
+def test_run_duration_ignores_wall_clock_jumps(house: House, jump: float) -> None:
     async def body(run: Run) -> None:
         async with house.engine() as engine:
             seat = Seat(engine, run)
@@ -48,7 +48,7 @@ def test_a_run_of_27_seconds_ends_27_seconds_after_it_began(house: House, jump: 
 
 
 @pytest.mark.usefixtures("quick")
-def test_a_run_that_another_process_ends_never_ends_before_it_began(house: House) -> None:
+def test_run_ended_by_another_process_never_ends_before_its_start(house: House) -> None:
     """A process that has not seen the start of the run has only the wall clock."""
 
     async def body(run: Run) -> None:

@@ -167,7 +167,7 @@ def test_a_second_import_changes_nothing(file: Path, make: Callable[[str], Datab
     assert import_(database, file) == ImportCounts(0, rows)
 
 
-def test_a_database_with_runs_takes_more_only_when_told_to(file: Path, other: Database, split: Split) -> None:
+def test_import_into_a_database_with_runs_requires_merge(file: Path, other: Database, split: Split) -> None:
     play(other, split, "own")
     message = "the journal has runs already, but not participants lab of the file; add missing rows with `--merge`"
     with pytest.raises(Conflict, match=message):
@@ -178,7 +178,7 @@ def test_a_database_with_runs_takes_more_only_when_told_to(file: Path, other: Da
 
 
 @pytest.mark.parametrize("merge", [True, False])
-def test_rows_that_differ_are_named(file: Path, other: Database, merge: bool) -> None:
+def test_differing_rows_are_refused_and_named(file: Path, other: Database, merge: bool) -> None:
     import_(other, file)
     with other.write() as connection:
         connection.execute(tables.steps.delete().where(tables.steps.c.run_id == "cut", tables.steps.c.step > 5))
@@ -194,7 +194,7 @@ def test_rows_that_differ_are_named(file: Path, other: Database, merge: bool) ->
 
 
 @pytest.mark.parametrize("keep", [0, 1, 40, 0.5, 0.9, -1])
-def test_a_file_that_was_cut_is_refused(file: Path, other: Database, tmp_path: Path, keep: float) -> None:
+def test_truncated_file_is_refused(file: Path, other: Database, tmp_path: Path, keep: float) -> None:
     whole = file.read_bytes()
     cut = tmp_path / "cut"
     cut.write_bytes(whole[: int(keep * len(whole)) if isinstance(keep, float) else keep])
@@ -228,7 +228,7 @@ def shortened(content: list[bytes]) -> list[bytes]:
     (lambda _: [b"hello\n"], "is not JSON"),
     (lambda _: [b'{"format":"arramon-export","version":2}\n'], "version: is 2, expected 1"),
 ])  # fmt: skip
-def test_a_file_that_is_not_right_is_refused(
+def test_damaged_file_is_refused(
     file: Path, other: Database, tmp_path: Path, damage: Callable[[Any], Any], problem: str
 ) -> None:
     bad = tmp_path / "bad"
@@ -244,7 +244,7 @@ def test_a_file_that_is_not_right_is_refused(
     (b'"COMPLETE","2026', b'"COMPLETE","xx26', "is not a row of runs: Invalid isoformat string"),
     (b'["half","lossless', b'["half",7,"lossless', "is not a row of run_images: "),
 ])  # fmt: skip
-def test_a_whole_file_that_does_not_fit_is_refused(
+def test_intact_file_with_incompatible_content_is_refused(
     file: Path, other: Database, tmp_path: Path, old: bytes, new: bytes, problem: str
 ) -> None:
     content = b"".join(lines(file))
@@ -255,9 +255,7 @@ def test_a_whole_file_that_does_not_fit_is_refused(
     assert is_empty(other)
 
 
-def test_columns_that_an_older_server_did_not_have_take_their_defaults(
-    file: Path, other: Database, tmp_path: Path
-) -> None:
+def test_columns_missing_from_older_exports_take_their_defaults(file: Path, other: Database, tmp_path: Path) -> None:
     content = lines(file)
     start = next(n for n, line in enumerate(content) if b'"table":"leaderboard_entries"' in line)
     head = json.loads(content[start])
@@ -272,7 +270,7 @@ def test_columns_that_an_older_server_did_not_have_take_their_defaults(
     import_(other, older)
 
 
-def test_an_export_shows_one_moment_of_a_running_server(database_url: str, split: Split, tmp_path: Path) -> None:
+def test_snapshot_for_an_export_ignores_later_writes(database_url: str, split: Split, tmp_path: Path) -> None:
     with closing(Database(database_url)) as database:
         play(database, split, "first", actions={"0": tiny.ACTIONS})
         with database.snapshot() as connection:
@@ -284,7 +282,7 @@ def test_an_export_shows_one_moment_of_a_running_server(database_url: str, split
     assert any(line.startswith(b'["later",') for line in lines(tmp_path / "file"))
 
 
-def test_places_that_cannot_be_written_or_read(other: Database, tmp_path: Path) -> None:
+def test_unwritable_and_unreadable_paths_are_reported(other: Database, tmp_path: Path) -> None:
     with pytest.raises(StorageError, match=r"cannot write .*/none/file: No such file or directory"):
         export(other, tmp_path / "none" / "file")
     (tmp_path / "folder").mkdir()

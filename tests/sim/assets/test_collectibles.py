@@ -1,4 +1,4 @@
-"""The 98 collectibles have their size, and all look different where it counts: in a frame, three units away."""
+"""The 98 collectibles: their size, and distinct looks in a frame at three units."""
 
 from collections.abc import Iterator
 from itertools import combinations
@@ -20,7 +20,7 @@ types apart. The closest pair measures 14; a brown bucket is 15 from a red one."
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_size(kind: str) -> None:
+def test_collectibles_stay_within_their_size(kind: str) -> None:
     mesh = mesh_of(kind)
     assert np.hypot(mesh.vertices[:, 0], mesh.vertices[:, 1]).max() <= EXTENT + 1e-6
     assert mesh.vertices[:, 2].min() == pytest.approx(0.0, abs=1e-6)
@@ -28,7 +28,7 @@ def test_size(kind: str) -> None:
     assert len(mesh.triangles) < 500
 
 
-def test_an_unknown_kind_is_named() -> None:
+def test_unknown_kind_is_refused() -> None:
     with pytest.raises(ValueError, match="'teapot' is not one of ball, hourglass"):
         mesh_of("teapot")
 
@@ -68,7 +68,7 @@ def seen(world: World, kind: ObjectType, heading: float) -> tuple[npt.NDArray[np
 
 
 @pytest.mark.parametrize("heading", [180.0, 215.0, 20.0])
-def test_all_98_look_different_at_three_units(world: World, heading: float) -> None:
+def test_all_98_collectibles_look_different_at_three_units(world: World, heading: float) -> None:
     views = {kind: seen(world, kind, heading) for kind in ALL_TYPES}
     for kind, (_, mask) in views.items():
         height, width = (np.ptp(np.flatnonzero(mask.any(axis=axis))) + 1 for axis in (1, 0))

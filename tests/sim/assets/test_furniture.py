@@ -1,4 +1,4 @@
-"""Street furniture is in scale with the agent, and its colliders fit what is seen."""
+"""Street furniture: heights relative to the agent, and colliders that fit the meshes."""
 
 import numpy as np
 import pytest
@@ -38,7 +38,7 @@ def test_a_zebra_crossing_is_flat() -> None:
 
 
 @pytest.mark.parametrize(("kind", "colour"), [(k, c) for k in HEIGHTS for c in COLOURS.get(k, ("",))])
-def test_a_piece_is_as_tall_as_it_should_be_and_its_collider_holds_it(kind: str, colour: str) -> None:
+def test_pieces_have_the_expected_height_and_a_fitting_collider(kind: str, colour: str) -> None:
     piece = piece_of(kind, colour)
     assert piece.collider is not None
     low, high = piece.mesh.vertices.min(axis=0), piece.mesh.vertices.max(axis=0)
@@ -58,11 +58,11 @@ def test_a_piece_is_as_tall_as_it_should_be_and_its_collider_holds_it(kind: str,
 @pytest.mark.parametrize(
     ("kind", "radius"), [("cone", 0.226), ("phone_booth", 0.382), ("barrier", 0.604), ("tree", 0.113), ("banner", 0.0)]
 )
-def test_footprints(kind: str, radius: float) -> None:
+def test_footprint_radii_match_known_values(kind: str, radius: float) -> None:
     assert footprint_radius(kind) == pytest.approx(radius, abs=1e-3)
 
 
-def test_an_empty_colour_is_the_first() -> None:
+def test_empty_colour_means_the_first_colour() -> None:
     assert (piece_of("cone").mesh.uvs == piece_of("cone", "orange").mesh.uvs).all()
     assert (piece_of("cone", "blue").mesh.uvs != piece_of("cone", "orange").mesh.uvs).any()
 
@@ -70,6 +70,6 @@ def test_an_empty_colour_is_the_first() -> None:
 @pytest.mark.parametrize(("kind", "colour", "words"), [
     ("fountain", "", "'fountain' is not one of"), ("cone", "pink", "a cone comes in orange, red, blue, not in 'pink'"),
 ])  # fmt: skip
-def test_what_is_unknown_is_named(kind: str, colour: str, words: str) -> None:
+def test_unknown_kinds_and_colours_are_refused(kind: str, colour: str, words: str) -> None:
     with pytest.raises(ValueError, match=words):
         piece_of(kind, colour)

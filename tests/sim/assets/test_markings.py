@@ -1,4 +1,4 @@
-"""Dashes run along the middle of roads, and nowhere else."""
+"""Road markings: dashes along the middle of roads, and nowhere else."""
 
 from dataclasses import replace
 from itertools import combinations, pairwise
@@ -18,7 +18,7 @@ def street(width: float, heading: float = 0.0, length: float = 20.0) -> Section:
     return Section("street", heading, (-10.0, -10.0, 10.0, 10.0), tuple(sides), ())
 
 
-def test_a_street_has_a_line_in_its_middle() -> None:
+def test_streets_have_dashes_along_their_middle() -> None:
     found = dashes(street(6.0), pavement=0.8)
     assert len(found) == 10
     assert {round(abs(dash.x) / 0.26) for dash in found} <= {0, 1}
@@ -29,20 +29,20 @@ def test_a_street_has_a_line_in_its_middle() -> None:
     assert ahead[-1] <= 10.8
 
 
-def test_a_street_across_the_section_s_heading_has_one_too() -> None:
+def test_streets_across_the_section_have_dashes_along_themselves() -> None:
     assert {dash.heading for dash in dashes(street(6.0, heading=90.0), pavement=0.8)} == {180.0}
 
 
 @pytest.mark.parametrize("width", [2.5, 4.0, 14.0])
-def test_alleys_and_squares_have_none(width: float) -> None:
+def test_alleys_and_squares_have_no_dashes(width: float) -> None:
     assert dashes(street(width), pavement=0.8) == []
 
 
-def test_short_stretches_have_none() -> None:
+def test_short_streets_have_no_dashes() -> None:
     assert dashes(street(6.0, length=SHORTEST - 2.5), pavement=0.8) == []
 
 
-def test_a_section_without_buildings_has_none() -> None:
+def test_section_without_buildings_has_no_dashes() -> None:
     assert dashes(Section("bare", 0.0, (0, 0, 20, 20), (), ()), pavement=0.8) == []
 
 
@@ -63,7 +63,7 @@ def test_dashes_turn_with_the_section() -> None:
     assert all(abs(dash.z) <= 0.5 for dash in turned)
 
 
-def test_streets_at_a_slant_have_lines_along_themselves_that_cross_no_others() -> None:
+def test_oblique_streets_have_dashes_that_cross_no_others() -> None:
     straight = street(6.0)
     turned = replace(straight.buildings[0], x=30.0 - 8.0 * COS, z=8.0 * SIN, heading=30.0)
     across = replace(turned, x=30.0 + 8.0 * COS, z=-8.0 * SIN)

@@ -1,4 +1,4 @@
-"""Shapes are closed where they should be, wind outwards, and carry usable texture coordinates."""
+"""Meshes: closed shapes, outward winding, and valid texture coordinates."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def faces(mesh: Mesh) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", MESHES)
-def test_arrays_are_sound(name: str) -> None:
+def test_mesh_arrays_have_valid_shapes_types_and_values(name: str) -> None:
     mesh = MESHES[name]
     n = len(mesh.vertices)
     assert [mesh.vertices.shape, mesh.uvs.shape, mesh.normals.shape] == [(n, 3), (n, 2), (n, 3)]
@@ -45,7 +45,7 @@ def test_arrays_are_sound(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", MESHES)
-def test_triangles_wind_as_their_normals_point(name: str) -> None:
+def test_triangle_winding_matches_the_normals(name: str) -> None:
     mesh = MESHES[name]
     assert (np.einsum("ij,ikj->ik", faces(mesh), mesh.normals[mesh.triangles]) > 0).all()
 
@@ -79,7 +79,7 @@ def test_a_plate_faces_ahead_and_reads_from_left_to_right() -> None:
     assert front.uvs[np.argmax(front.vertices[:, 0]), 0] == 0.0
 
 
-def test_painted_and_mapped_put_texture_coordinates_in_their_place() -> None:
+def test_painted_and_mapped_set_texture_coordinates() -> None:
     assert np.unique(painted(box(1, 1, 1), (0.25, 0.75)).uvs, axis=0).tolist() == [[0.25, 0.75]]
     uvs = mapped(quad([(0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1)]), (0.5, 1.0), (0.0, 0.25)).uvs
     assert uvs.tolist() == [[0.5, 0.0], [1.0, 0.0], [1.0, 0.25], [0.5, 0.25]]

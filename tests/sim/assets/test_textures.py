@@ -1,4 +1,4 @@
-"""Textures: sizes, determinism, and that the looks which have names can be told from each other."""
+"""Textures: sizes, determinism, and distinguishable looks."""
 
 from itertools import combinations
 
@@ -27,7 +27,7 @@ NAMES = (
 
 
 @pytest.mark.parametrize("image", [*(texture(n) for n in NAMES), *(facade(f) for f in FACADES), palette()])
-def test_textures_are_small_rgb_images_that_nobody_can_change(image: np.ndarray) -> None:
+def test_textures_are_small_read_only_rgb_images(image: np.ndarray) -> None:
     assert image.dtype == np.uint8
     assert image.ndim == 3
     assert image.shape[2] == 3
@@ -35,14 +35,14 @@ def test_textures_are_small_rgb_images_that_nobody_can_change(image: np.ndarray)
     assert not image.flags.writeable
 
 
-def test_textures_are_the_same_every_time() -> None:
+def test_textures_are_reproducible() -> None:
     for name in NAMES:
         first = texture(name)
         texture.cache_clear()
         assert (texture(name) == first).all()
 
 
-def test_facades_have_a_ground_floor_of_their_own_and_look_different() -> None:
+def test_facades_differ_and_have_their_own_ground_floor() -> None:
     for name in FACADES:
         image = facade(name).astype(int)
         storey = image.shape[0] // STOREYS
@@ -52,7 +52,7 @@ def test_facades_have_a_ground_floor_of_their_own_and_look_different() -> None:
         assert np.abs(facade(a).astype(int) - facade(b).astype(int)).mean() > 20, (a, b)
 
 
-def test_bricks_meet_where_the_texture_repeats() -> None:
+def test_brick_texture_repeats_without_a_seam() -> None:
     image = bricks(32, 64, (200, 0, 0), (0, 0, 0), seed=1, course=8, length=16, vary=0)
     joints = (image[..., 0] == 0).sum(axis=1)
     assert joints.tolist() == [4, 4, 4, 4, 4, 4, 4, 64] * 4
@@ -66,20 +66,20 @@ def test_speckles_stay_within_their_amount() -> None:
 @pytest.mark.parametrize(("shape", "share"), [
     ("circle", 0.34), ("dot", 0.08), ("diamond", 0.20), ("triangle", 0.17), ("hexagon", 0.31), ("star", 0.16),
 ])  # fmt: skip
-def test_banners_carry_their_shape(shape: str, share: float) -> None:
+def test_banners_show_their_shape(shape: str, share: float) -> None:
     image = banner_texture("blue", shape, "yellow")
     inner = (image[10:-6, 6:-6] == COLOURS["yellow"]).all(axis=-1)
     assert inner.mean() * inner.size / (88 * 72) == pytest.approx(share, abs=0.05)
     assert (inner == inner[:, ::-1]).mean() > 0.98
 
 
-def test_every_shape_differs_from_every_other() -> None:
+def test_banner_shapes_look_different() -> None:
     for a, b in combinations(SHAPES, 2):
         assert (banner_texture("white", a, "red") != banner_texture("white", b, "red")).mean() > 0.02, (a, b)
 
 
 @pytest.mark.parametrize("words", [("pink", "star", "red"), ("red", "moon", "blue"), ("red", "star", "pink")])
-def test_an_unknown_banner_is_named(words: tuple[str, str, str]) -> None:
+def test_unknown_banner_colours_and_shapes_are_refused(words: tuple[str, str, str]) -> None:
     with pytest.raises(ValueError, match=r"'(pink|moon)' is not one of"):
         banner_texture(*words)
 

@@ -1,4 +1,4 @@
-"""The fast camera: it agrees with the reference, and draws the same bytes whenever and wherever it draws."""
+"""The fast camera: agreement with the reference camera, and identical bytes in every process."""
 
 import hashlib
 import math
@@ -74,7 +74,7 @@ def both(
     )
 
 
-def test_a_street_looks_as_the_reference_draws_it(reference: World) -> None:
+def test_street_rendering_matches_the_reference(reference: World) -> None:
     plain = RasterCamera(STREET, mipmaps=False)
     found = [both(reference, plain, view, STREET_ACTORS) for view in viewpoints((-9, 5), (9, 9), 25)]
     assert min(depth for depth, _, _ in found) > 0.997
@@ -82,7 +82,7 @@ def test_a_street_looks_as_the_reference_draws_it(reference: World) -> None:
     assert np.mean([colour for _, _, colour in found]) < 0.3
 
 
-def test_mipmaps_change_colours_alone_and_not_by_much(reference: World, camera: RasterCamera) -> None:
+def test_mipmaps_change_only_colours_and_only_slightly(reference: World, camera: RasterCamera) -> None:
     plain = RasterCamera(STREET, mipmaps=False)
     for view in viewpoints((-9, 5), (9, 9), 5):
         ours, without = (c.render(view, STREET_ACTORS, 224, segmentation=True) for c in (camera, plain))
@@ -90,7 +90,7 @@ def test_mipmaps_change_colours_alone_and_not_by_much(reference: World, camera: 
         assert both(reference, camera, view, STREET_ACTORS)[2] < 8.0
 
 
-def test_the_room_looks_as_the_reference_draws_it() -> None:
+def test_room_rendering_matches_the_reference() -> None:
     plain = RasterCamera(room_scene(), mipmaps=False)
     with World(room_scene()) as world:
         for view in viewpoints((0, 0), (6, 4.5), 15):
@@ -102,7 +102,7 @@ def test_the_room_looks_as_the_reference_draws_it() -> None:
 
 
 @pytest.mark.parametrize("size", [17, 30, 64, 128])
-def test_any_size_of_picture(reference: World, camera: RasterCamera, size: int) -> None:
+def test_pictures_of_any_size_match_the_reference(reference: World, camera: RasterCamera, size: int) -> None:
     depth, labels, _ = both(reference, camera, Viewpoint(0, 6, 60), STREET_ACTORS, size)
     assert depth > 0.99
     assert labels > 0.99
@@ -114,7 +114,7 @@ def test_any_size_of_picture(reference: World, camera: RasterCamera, size: int) 
 
 
 @pytest.mark.parametrize("heading", [0.0, 45.0, 90.0, 117.0, 290.0])
-def test_close_to_walls_and_through_them(heading: float) -> None:
+def test_views_near_and_inside_walls_match_the_reference(heading: float) -> None:
     """Walls that the near plane cuts: a narrow lane seen from its middle, and from within one of its walls."""
     walls = merge(moved(box(0.4, 30.0, 3.0), (0.4, 0.0, 0.0)), moved(box(0.4, 30.0, 3.0), (-0.4, 0.0, 0.0)))
     floor = quad([(-20, -20, 0), (20, -20, 0), (20, 20, 0), (-20, 20, 0)])
@@ -129,14 +129,14 @@ def test_close_to_walls_and_through_them(heading: float) -> None:
             assert labels > 0.99
 
 
-def test_depth_of_the_ground_row_by_row(camera: RasterCamera) -> None:
+def test_ground_depth_is_correct_in_every_row(camera: RasterCamera) -> None:
     depth = camera.render(Viewpoint(0, -30, 180), [], 224).depth[:, 112] / 1000.0
     rows = np.arange(116, 224)
     slope = ((rows + 0.5) / 224 * 2 - 1) * math.tan(math.radians(30.0))
     np.testing.assert_allclose(depth[rows], EYE_HEIGHT / slope, atol=0.0006)
 
 
-def test_what_is_behind_shows_where_what_is_in_front_ends() -> None:
+def test_object_behind_a_wall_is_drawn_where_visible() -> None:
     """A ball behind a wall is left out only when none of it can be seen."""
     stone = np.full((4, 4, 3), 90, np.uint8)
     scene = Scene("wall", (Body("wall", "wall", "stone", (0, 4, 0)),), {"wall": box(4.0, 0.2, 1.0)}, {"stone": stone})
@@ -151,14 +151,14 @@ def test_what_is_behind_shows_where_what_is_in_front_ends() -> None:
     assert 0 < shown[6] < shown[7] < shown[-1]
 
 
-def test_labels_are_the_references(reference: World, camera: RasterCamera) -> None:
+def test_labels_equal_the_references(reference: World, camera: RasterCamera) -> None:
     assert camera.labels == reference.labels == labels_of(STREET)
     assert camera.labels[0] == "nothing"
     assert label_of(Body("cone/3", "m", "t", (0, 0, 0))) == "cone"
     assert label_of(Body("cone/3", "m", "t", (0, 0, 0), label="orange cone")) == "orange cone"
 
 
-def test_segmentation_comes_when_it_is_asked_for(camera: RasterCamera) -> None:
+def test_segmentation_is_rendered_only_on_request(camera: RasterCamera) -> None:
     assert camera.render(Viewpoint(0, 6, 0), [], 64).segmentation is None
     frame = camera.render(Viewpoint(0, 6, 0), [Actor(MUG, (0.0, 6.8, 0.4))], 64, segmentation=True)
     assert frame.segmentation is not None
@@ -167,7 +167,7 @@ def test_segmentation_comes_when_it_is_asked_for(camera: RasterCamera) -> None:
     assert ((frame.segmentation == 0) == (frame.depth == 0)).all()
 
 
-def test_a_frame_is_kept_and_does_not_depend_on_the_one_before(camera: RasterCamera) -> None:
+def test_frames_are_not_overwritten_and_independent_of_others(camera: RasterCamera) -> None:
     view = Viewpoint(1.0, 6.0, 200.0)
     first = camera.render(view, STREET_ACTORS, 128, segmentation=True)
     assert first.segmentation is not None
@@ -180,7 +180,7 @@ def test_a_frame_is_kept_and_does_not_depend_on_the_one_before(camera: RasterCam
         np.testing.assert_array_equal(new, copy)
 
 
-def test_the_order_of_the_scene_decides_between_what_is_equally_near() -> None:
+def test_scene_order_decides_between_equal_depths() -> None:
     flat = quad([(-2, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0)])
     covers = {"dark": np.full((2, 2, 3), 20, np.uint8), "light": np.full((2, 2, 3), 200, np.uint8)}
     one, two = (Body(cover, "flat", cover, (0, 2 + i, 0)) for i, cover in enumerate(covers))
@@ -191,7 +191,7 @@ def test_the_order_of_the_scene_decides_between_what_is_equally_near() -> None:
         assert camera.labels[frame.segmentation[55, 32]] == seen
 
 
-def test_mipmaps_calm_what_is_far_away() -> None:
+def test_mipmaps_reduce_noise_in_distant_textures() -> None:
     """A fine chequerboard 40 units away is noise to nearest sampling, and nearly grey with mipmaps."""
     board = (np.indices((64, 64)).sum(axis=0) % 2 * 255).astype(np.uint8)[..., None].repeat(3, axis=2)
     wall = quad([(-30, 0, 0), (30, 0, 0), (30, 0, 60), (-30, 0, 60)], (0, 60), (0, 60))
@@ -236,19 +236,19 @@ def run(code: str) -> list[str]:
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
 
 
-def test_another_process_draws_the_same_bytes_with_the_code_kept_on_disk(camera: RasterCamera) -> None:
+def test_cached_kernels_draw_identical_images_in_another_process(camera: RasterCamera) -> None:
     compile_kernels()
     assert is_compiled()
     assert run(DRAW) == ["True", digest(camera)]
 
 
 @pytest.mark.slow
-def test_code_compiled_anew_and_not_kept_draws_the_same_bytes(camera: RasterCamera) -> None:
+def test_uncached_kernels_draw_identical_images(camera: RasterCamera) -> None:
     """As on a machine where no folder can be written."""
     assert run(NOWHERE_TO_KEEP_IT + DRAW) == ["False", digest(camera)]
 
 
-def test_a_body_turned_and_scaled_is_drawn_as_the_reference_does(reference: World, camera: RasterCamera) -> None:
+def test_rotated_and_scaled_actors_match_the_reference(reference: World, camera: RasterCamera) -> None:
     actor = Actor(MUG, (0.2, 7.4, 0.1), 70.0, 2.5)
     for view in (Viewpoint(0, 6, 0), replace(Viewpoint(0, 6, 10), z=1.4), Viewpoint(1.2, 8.2, 230)):
         depth, labels, _ = both(reference, camera, view, [actor])

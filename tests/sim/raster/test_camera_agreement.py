@@ -1,4 +1,4 @@
-"""The proof that anyone can run, on a few poses: the sample's sections, two of the project's own, the room."""
+"""The camera comparison script on a few poses: sample sections, own sections, and the room."""
 
 import json
 import subprocess
@@ -10,7 +10,7 @@ from tests import ROOT
 SCRIPT = ROOT / "benchmarks" / "camera_agreement.py"
 
 
-def test_the_cameras_agree_in_the_samples_sections_in_own_ones_and_in_the_room(tmp_path: Path) -> None:
+def test_cameras_agree_in_sample_and_own_sections_and_the_room(tmp_path: Path) -> None:
     command = [sys.executable, str(SCRIPT), "--poses", "50", "--own", "3", "7", "--json", str(tmp_path / "rows.json")]
     done = subprocess.run([*command, "--pictures", str(tmp_path)], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1].startswith("all")

@@ -1,4 +1,4 @@
-"""Joining triangles: nothing is lost, everything is convex, and the functions say what the corners said."""
+"""Joining of triangles to convex polygons, without loss of area or corner attributes."""
 
 import numpy as np
 import pytest
@@ -36,12 +36,12 @@ MESHES = {kind: mesh_of(kind) for kind in KINDS} | {kind: piece_of(kind).mesh fo
         ),  # a disc: its halves do not close around the middle
     ],
 )
-def test_what_is_joined(mesh: Mesh, sides: list[int]) -> None:
+def test_coplanar_triangles_with_one_texture_mapping_are_joined(mesh: Mesh, sides: list[int]) -> None:
     assert sorted(len(polygon.corners) for polygon in polygons(mesh)) == sorted(sides)
 
 
 @pytest.mark.parametrize("name", MESHES)
-def test_nothing_is_lost_and_all_is_convex(name: str) -> None:
+def test_polygons_are_convex_and_preserve_the_area(name: str) -> None:
     mesh = MESHES[name]
     points = mesh.vertices.astype(np.float64)
     a, b, c = (points[mesh.triangles[:, i]] for i in range(3))
@@ -58,7 +58,7 @@ def test_nothing_is_lost_and_all_is_convex(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", MESHES)
-def test_functions_say_what_the_corners_said(name: str) -> None:
+def test_plane_functions_reproduce_corner_attributes(name: str) -> None:
     mesh = MESHES[name]
     for polygon in polygons(mesh):
         for corner in polygon.corners:
@@ -73,13 +73,13 @@ def test_functions_say_what_the_corners_said(name: str) -> None:
             assert apart.min() < 1e-3
 
 
-def test_a_flat_look_is_told_from_a_curved_one() -> None:
+def test_flat_and_smooth_polygons_are_distinguished() -> None:
     assert {polygon.smooth for polygon in polygons(box(1, 1, 1))} == {False}
     assert {polygon.smooth for polygon in polygons(lathe([(1.0, 0.0), (1.0, 1.0)], 8))} == {True}
     assert {polygon.plane[12] for polygon in polygons(painted(box(1, 1, 1), (0.2, 0.7)))} == {0.0}
     assert polygons(box(1, 1, 1, per_texture=0.5))[0].plane[12] == pytest.approx(4.0)
 
 
-def test_triangles_without_an_area_are_left_out() -> None:
+def test_triangles_without_area_are_dropped() -> None:
     thin = Mesh(SQUARE.vertices, SQUARE.uvs, SQUARE.normals, np.array([(0, 1, 1), (0, 1, 2)], np.int32))
     assert [len(polygon.corners) for polygon in polygons(thin)] == [3]

@@ -1,4 +1,4 @@
-"""The flattened scene: every polygon in one cluster, every cluster in its sphere, every mipmap in its place."""
+"""The flattened scene: clusters of polygons, bounding spheres, and mipmaps."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ TILES = merge(
 )
 
 
-def test_meshes_follow_one_another() -> None:
+def test_meshes_are_stored_contiguously() -> None:
     flat = geometry([box(1, 1, 1), TILES, moved(box(1, 2, 3), (5, 0, 0))])
     assert flat.meshes[0].tolist() == [0, 1]
     assert flat.meshes[2].tolist() == [len(flat.clusters) - 1, len(flat.clusters)]
@@ -22,7 +22,7 @@ def test_meshes_follow_one_another() -> None:
     assert flat.shapes[:, 0].tolist() == [0, *np.cumsum(flat.shapes[:-1, 1])]
 
 
-def test_large_meshes_are_culled_in_parts_and_spheres_hold_them() -> None:
+def test_large_meshes_are_split_into_clusters_within_spheres() -> None:
     wide = merge(*(moved(TILES, (0, 18 * i, 0)) for i in range(4)))
     flat = geometry([wide])
     assert len(flat.clusters) > 3
@@ -35,7 +35,7 @@ def test_large_meshes_are_culled_in_parts_and_spheres_hold_them() -> None:
 
 
 @pytest.mark.parametrize(("height", "width", "levels"), [(4, 4, 3), (256, 192, 9), (88, 72, 8), (1, 1, 1), (5, 3, 4)])
-def test_mipmaps_lie_below_one_another(height: int, width: int, levels: int) -> None:
+def test_mipmaps_are_stored_below_one_another(height: int, width: int, levels: int) -> None:
     image = np.random.default_rng(3).integers(0, 256, (height, width, 3)).astype(np.uint8)
     packed = textures([np.zeros((2, 2, 3), np.uint8), image])
     first, wide, high, rows, count = packed.places[1].tolist()
@@ -52,12 +52,12 @@ def test_mipmaps_lie_below_one_another(height: int, width: int, levels: int) -> 
         assert mean == pytest.approx(image.mean(), abs=25)
 
 
-def test_a_level_is_the_mean_of_four() -> None:
+def test_mipmap_level_averages_four_texels() -> None:
     image = np.array([[[0, 10, 20], [40, 10, 60]], [[0, 30, 20], [40, 30, 60]]], np.uint8)
     packed = textures([image])
     assert packed.texels[packed.places[0, 3] // 2 * 2] == 20 | 20 << 8 | 40 << 16
 
 
-def test_numbers_are_places() -> None:
+def test_indices_follow_the_order_of_names() -> None:
     assert indices_of({"b": 1, "a": 2}) == {"b": 0, "a": 1}
     assert indices_of(("x", "y")) == {"x": 0, "y": 1}
