@@ -146,6 +146,9 @@ def _server(config: Config, accounts: Accounts, metrics: Metrics) -> grpc.aio.Se
             ("grpc.max_receive_message_length", config.max_message_bytes),
             ("grpc.server_handshake_timeout_ms", 20_000),  # for silent connections; gRPC's default is 120 s
             ("grpc.max_concurrent_streams", CALLS_PER_CONNECTION),
+            # gRPC cancels waiting calls at random from 1,000 on; `max_calls` refuses them by a status of its own.
+            ("grpc.server.max_pending_requests", 2 * config.max_calls),
+            ("grpc.server.max_pending_requests_hard_limit", 4 * config.max_calls),
             ("grpc.so_reuseport", int(config.shared_port)),
             ("grpc.keepalive_time_ms", int(1000 * config.keepalive_seconds)),
             ("grpc.keepalive_timeout_ms", int(500 * config.keepalive_seconds)),
