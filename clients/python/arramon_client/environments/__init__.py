@@ -1,0 +1,24 @@
+"""Environments: the benchmark as Gymnasium and PettingZoo know it, in this process or on a host.
+
+Importing this package registers `arramon/ArraMon-v0` and `arramon/ArraMonRoom-v0` with Gymnasium. It needs the extra
+`arramon-client[environments]`, and the server package unless `server` names a host: see `docs/environments.md`.
+"""
+
+from arramon_client.environments.backend import REWARDS
+from arramon_client.environments.errors import BadArgument, NoBackend
+from arramon_client.environments.registration import register
+from arramon_client.environments.single import ArraMonEnv
+from arramon_client.environments.tokens import ByteTokenizer, Tokenizer, WordTokenizer
+
+__all__ = [
+    "REWARDS",
+    "ArraMonEnv",
+    "BadArgument",
+    "ByteTokenizer",
+    "NoBackend",
+    "Tokenizer",
+    "WordTokenizer",
+    "register",
+]
+
+register()
