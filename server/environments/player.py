@@ -4,7 +4,6 @@ What `Delivery` and `PlayHandler` do for a stream, this does for a caller: no jo
 """
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from arramon.v1.chain import episode_head
 from arramon_client.agent import Label, Observation
 from arramon_client.environments.backend import NAVIGATION, Ending, Images, Scores, Settings, SplitInfo, Step
 from arramon_client.errors import UsageError
-from arramon_client.transport.images import THOUSANDTHS
+from server.environments.depths import write_units
 from server.environments.experts import Expert, expert_of
 from server.environments.library import Library
 from server.environments.maps import phase_map
@@ -24,7 +23,7 @@ from server.runs.play.session import Session
 from server.scoring.episode import EpisodeScores
 from server.sim.cameras import Frame
 from server.sim.labels import LABELS
-from server.sim.rules import Action, Limits, Phase, PhaseEnded
+from server.sim.rules import Action, Limits, Phase, PhaseEnded, State
 from server.sim.view import visible_pose
 
 IMAGES = ("rgb", "depth", "segmentation")
@@ -56,10 +55,10 @@ class LocalPlayer:
         self._limits = Limits(info.steps_per_phase)
         self._draws = any(name in settings.sensors for name in IMAGES)
         self._session: Session | None = None
+        self._seen: State  # The latest state that was observed.
+        self._depth, self._places = (np.empty((settings.image_size, settings.image_size), np.uint16) for _ in range(2))
         self._reward: Reward = NoReward()
         self._expert: Expert | None = None
-        self._seen: Observation | None = None
-        self._frame: Frame | None = None
 
     @property
     def split(self) -> SplitInfo:
@@ -141,9 +140,7 @@ class LocalPlayer:
         Raises:
             UsageError: if no episode has begun.
         """
-        if self._seen is None:
-            raise UsageError("no episode has begun")
-        return self._with_images(self._seen, into or {})
+        return self._observe(self._played, into)
 
     def expert_action(self) -> int:
         """Return the expert's action in the present state.
@@ -196,40 +193,46 @@ class LocalPlayer:
                 )
 
     def _observe(self, session: Session, into: Images | None) -> Observation:
-        state, settings = session.state, self._settings
-        pose = visible_pose(state) if "pose" in settings.sensors else None
-        self._seen = Observation(
+        """Draw the latest state that takes an action, and return its observation."""
+        if not session.state.finished:
+            self._seen = session.state
+        frame = self._drawn(session, into or {}) if self._draws else None
+        return self._observation(session, self._seen, frame, into or {})
+
+    def _drawn(self, session: Session, into: Images) -> Frame:
+        """Return the frame of the latest state; its RGB is new, or in `into`, everything else is overwritten next time."""
+        size, rgb = self._settings.image_size, into.get("rgb")
+        frame = Frame(np.empty((size, size, 3), np.uint8) if rgb is None else rgb, self._depth, self._places)
+        return self._worlds.render(
+            self._name,
+            session.episode,
+            self._seen,
+            size,
+            segmentation="segmentation" in self._settings.sensors,
+            into=frame,
+        )
+
+    def _observation(self, session: Session, state: State, frame: Frame | None, into: Images) -> Observation:
+        """Return the observation of a state, with the images of its frame in new arrays or those of `into`."""
+        sensors, language = self._settings.sensors, self._settings.language
+        pose = visible_pose(state) if "pose" in sensors else None
+        return Observation(
             episode_id=session.episode.episode_id,
             turn=state.turn,
             phase=state.phase.value,
             step=state.step,
-            instruction=session.episode.instruction(settings.language, state.turn, state.phase.value),
+            instruction=session.episode.instruction(language, state.turn, state.phase.value),
             phase_step=state.phase_step,
             steps_left=session.steps_left(state),
+            rgb=None if frame is None or "rgb" not in sensors else frame.rgb,
+            depth=None if frame is None or "depth" not in sensors else _in_units(frame.depth, into.get("depth")),
             pose=None if pose is None else (pose.x, pose.z, pose.heading),
+            segmentation=(
+                None
+                if frame is None or frame.segmentation is None
+                else _written(frame.segmentation, into.get("segmentation"))
+            ),
         )
-        if self._draws:
-            self._frame = self._worlds.render(
-                self._name,
-                session.episode,
-                state,
-                settings.image_size,
-                segmentation="segmentation" in settings.sensors,
-            )
-        return self._with_images(self._seen, into or {})
-
-    def _with_images(self, seen: Observation, into: Images) -> Observation:
-        """Return the observation with the images of the present frame, in new arrays or those of `into`."""
-        frame, sensors = self._frame, self._settings.sensors
-        if frame is None:
-            return seen
-        images: dict[str, Any] = {}
-        if "depth" in sensors:
-            images["depth"] = np.multiply(frame.depth, THOUSANDTHS, out=into.get("depth"), dtype=np.float32)
-        for name in ("rgb", "segmentation"):
-            if name in sensors:
-                images[name] = _written(getattr(frame, name), into.get(name))
-        return replace(seen, **images)
 
 
 def scores_of(scores: EpisodeScores) -> Scores:
@@ -248,3 +251,10 @@ def _written(pixels: npt.NDArray[Any], into: npt.NDArray[Any] | None) -> npt.NDA
         return pixels.copy()
     into[...] = pixels
     return into
+
+
+def _in_units(depth: npt.NDArray[np.uint16], into: npt.NDArray[Any] | None) -> npt.NDArray[np.float32]:
+    """Return depth in units, in a new array or in `into`."""
+    units = np.empty(depth.shape, np.float32) if into is None else into
+    write_units(depth, units)
+    return units
