@@ -200,7 +200,7 @@ class LocalPlayer:
         return self._observation(session, self._seen, frame, into or {})
 
     def _drawn(self, session: Session, into: Images) -> Frame:
-        """Return the frame of the latest state; its RGB is new, or in `into`, everything else is overwritten next time."""
+        """Return the frame of the latest state. Its RGB is new, or in `into`; all else is overwritten the next time."""
         size, rgb = self._settings.image_size, into.get("rgb")
         frame = Frame(np.empty((size, size, 3), np.uint8) if rgb is None else rgb, self._depth, self._places)
         return self._worlds.render(

@@ -13,8 +13,8 @@ from urllib.request import urlopen
 import pytest
 
 from tests import ROOT
-from tests.environments import Environment
 from tests.programs import free_port
+from tests.virtual_environments import Environment
 
 SAMPLE = ROOT / "examples" / "sample"
 PACKAGES = {"server": ".", "agents": ".", "lang": ".", "arramon": "proto", "arramon_client": "clients/python"}

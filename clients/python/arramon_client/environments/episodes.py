@@ -1,5 +1,6 @@
 """One episode after another as Gymnasium has them: what the single environment, the vector and the two agents share."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import gymnasium
@@ -33,7 +34,7 @@ class Episodes:
         self._settings, self._tokenizer = opened.settings, opened.tokenizer.name
 
     def begin(
-        self, random: np.random.Generator, options: dict[str, Any] | None, into: Images | None = None
+        self, random: np.random.Generator, options: Mapping[str, Any] | None, into: Images | None = None
     ) -> tuple[Observation, dict[str, Any]]:
         """Begin an episode, and return its first observation and its info.
 

@@ -1,6 +1,7 @@
 """The vector environment: many episodes in this process, or in several with images in shared memory."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -163,10 +164,8 @@ class ArraMonVectorEnv(VectorEnv[Dict, npt.NDArray[np.int64], npt.NDArray[Any]])
         answers: list[Told] = []
         errors: list[gymnasium.error.Error] = []
         # All have to answer before an error is raised, so that none answers the next question.
-        for answer in (
-            lambda: getattr(self._group, method)(written, *arguments[0]),
-            *(w.answer for w in self._workers),
-        ):
+        own = partial(getattr(self._group, method), written, *arguments[0])
+        for answer in (own, *(worker.answer for worker in self._workers)):
             try:
                 answers.append(answer())
             except gymnasium.error.Error as error:

@@ -2,6 +2,7 @@
 
 import multiprocessing
 from collections.abc import Sequence
+from contextlib import suppress
 from multiprocessing.connection import Connection
 from multiprocessing.context import BaseContext
 from typing import Any
@@ -78,10 +79,8 @@ class Worker:
 
     def close(self) -> None:
         """End the process."""
-        try:
+        with suppress(OSError):  # It has ended before.
             self._pipe.send(None)
-        except OSError:
-            pass  # It has ended before.
         self._process.join(JOIN_SECONDS)
         if self._process.is_alive():
             self._process.kill()
