@@ -4,7 +4,7 @@ import math
 import threading
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from itertools import pairwise
 from typing import Protocol
 
@@ -29,6 +29,9 @@ two walks differ by."""
 OFFSET = 0.00714
 """Offset of these squares, so that positions of few decimals do not lie on their edges."""
 
+HEADINGS, QUARTER = 12, 3
+"""Headings of the agent, and how many of them make a quarter turn."""
+
 Key = tuple[int, int]
 PhaseKey = tuple[int, Phase]
 
@@ -43,7 +46,8 @@ class Expert(Protocol):
 class ShortestExpert:
     """The shortest way to each target, and to a cell from which it can be placed.
 
-    A plan takes milliseconds and is kept as long as it is followed.
+    In the city a plan takes milliseconds and is kept as long as it is followed. It is the shortest one by the agent
+    `agents.shortest_path`: with a little distance from walls, and with few turns.
 
     Args:
         episode: that is played.
@@ -54,10 +58,13 @@ class ShortestExpert:
         self._agent = _shortest_path_agent(threading.get_ident())
         self._episode = client.Episode(episode.episode_id, "", "", oracle=oracle_message(episode, scene))
         self._step, self._advised = -1, Action.FORWARD
+        self._rooms = [room_advice(Square(turn.target_cell.column, turn.target_cell.row)) for turn in episode.turns]
 
     def action(self, session: Session) -> Action:
         """Return the right action in the present state of the episode."""
         state = session.state
+        if state.phase is Phase.ASSEMBLY:
+            return self._rooms[state.turn - 1][state.square, round(state.room_heading / TURN) % HEADINGS]
         followed = state.step == self._step + 1 and session.actions[-1:] == [self._advised]
         if state.step == self._step:
             return self._advised
@@ -116,6 +123,36 @@ class ReferenceExpert:
         if self._shortest is None:
             self._shortest = ShortestExpert(self._episode, self._scene)
         return self._shortest.action(session)
+
+
+@cache
+def room_advice(target: Square) -> Mapping[tuple[Square, int], Action]:
+    """Return the first action of the shortest way to place an object, by cell and heading in turns of 30 degrees.
+
+    Args:
+        target: the cell in which it is to be placed. Objects stop nobody in the room.
+    """
+    squares = [Square(column, row) for column in range(COLUMNS) for row in range(ROWS)]
+    before: dict[tuple[Square, int], list[tuple[Square, int, Action]]] = {}
+    advice: dict[tuple[Square, int], Action] = {}
+    for square in squares:
+        for heading in range(HEADINGS):
+            for action, turned in ((Action.RIGHT, 1), (Action.LEFT, -1)):
+                after = square, (heading + turned) % HEADINGS
+                before.setdefault(after, []).append((square, heading, action))
+            if heading % QUARTER == 0:
+                ahead = square.ahead(heading * TURN)
+                if ahead == target:
+                    advice[square, heading] = Action.INTERACT
+                elif ahead.is_inside():
+                    before.setdefault((ahead, heading), []).append((square, heading, Action.FORWARD))
+    queue = deque(advice)
+    while queue:
+        for square, heading, action in before[queue.popleft()]:
+            if (square, heading) not in advice:
+                advice[square, heading] = action
+                queue.append((square, heading))
+    return advice
 
 
 def expert_of(name: str, episode: Episode, scene: Scene, ground: Ground) -> Expert:

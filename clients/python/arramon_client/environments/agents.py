@@ -97,6 +97,8 @@ class TwoAgents:
         """
         agent = self.active
         other = ASSEMBLER if agent == NAVIGATOR else NAVIGATOR
+        if self.is_over:
+            raise gymnasium.error.ResetNeeded("the episode has ended; call reset() before step()")
         taken, message = self._parted(action)
         step, info = self._episodes.step(taken)
         self._last_actions[agent] = taken

@@ -125,6 +125,10 @@ class Group:
         """Return what plays an episode of the group."""
         return self._episodes[here].player
 
+    def heads(self, run_id: str) -> list[bytes]:
+        """Return the heads of the hash chains over the actions of the present episodes, 32 bytes each."""
+        return [episodes.player.chain_head(run_id) for episodes in self._episodes]
+
     def close(self) -> None:
         """Close all players."""
         for episodes in self._episodes:

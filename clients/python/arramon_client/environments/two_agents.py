@@ -1,6 +1,7 @@
 """The PettingZoo environments: `navigator` and `assembler` by turns (AEC), or in parallel.
 
-`env()`, `raw_env()` and `parallel_env()` make them, as PettingZoo's own modules do.
+Importing this module registers them: `pettingzoo.make("aec", "arramon/ArraMon-v0")`, or "parallel". `env()`,
+`raw_env()` and `parallel_env()` make them too.
 """
 
 from typing import Any
@@ -8,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
-from pettingzoo import AECEnv, ParallelEnv
+from pettingzoo import AECEnv, ParallelEnv, aec_registry, register
 from pettingzoo.utils.wrappers import OrderEnforcingWrapper
 
 from arramon_client.environments.agents import AGENTS, TwoAgents
@@ -209,7 +210,7 @@ class ArraMonParallel(ParallelEnv[str, Dict, Any]):  # type: ignore[misc]
             KeyError: if there is no action for the agent whose phase it is.
         """
         acting = self._episode.active
-        reward, info = self._episode.step(actions.get(acting) if self._episode.is_over else actions[acting])
+        reward, info = self._episode.step(None if self._episode.is_over else actions[acting])
         over = self._episode.is_over
         rewards = {agent: reward if agent == acting else 0.0 for agent in AGENTS}
         infos = {agent: dict(info) if over or agent == acting else {} for agent in AGENTS}
@@ -248,3 +249,8 @@ def env(**arguments: Any) -> "OrderEnforcingWrapper[str, Dict, Any]":
 def parallel_env(**arguments: Any) -> ArraMonParallel:
     """Return the parallel environment."""
     return ArraMonParallel(**arguments)
+
+
+if "arramon/ArraMon-v0" not in aec_registry:
+    register("aec", "arramon/ArraMon-v0", entry_point=f"{__name__}:env")
+    register("parallel", "arramon/ArraMon-v0", entry_point=f"{__name__}:parallel_env")

@@ -1,6 +1,6 @@
 """The vector environment: many episodes in this process, or in several with images in shared memory."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
 from typing import Any
@@ -91,6 +91,12 @@ class ArraMonVectorEnv(VectorEnv[Dict, npt.NDArray[np.int64], npt.NDArray[Any]])
             self._scratch = self._layout.over(self._leases.blocks[-1])
         self._shares = shares
         self._texts = [""] * num_envs
+        self._has_begun = False
+
+    @property
+    def process_ids(self) -> list[int]:
+        """Ids of the processes that were started, in the order of the episodes that they play."""
+        return [worker.process_id for worker in self._workers]
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -106,14 +112,11 @@ class ArraMonVectorEnv(VectorEnv[Dict, npt.NDArray[np.int64], npt.NDArray[Any]])
         Raises:
             BadArgument: if there is no such episode, or seeds, ids or mask are not as many as the episodes.
         """
-        seeds = self._seeds(seed)
-        mask = self._mask(options)
-        named = self._named(options)
+        seeds, mask, named = self._seeds(seed), self._mask(options), self._named(options)
+        self._has_begun = self._has_begun and not all(mask)  # If it fails halfway, nothing may go on by itself.
         batch, told = self._all("begin", self._cut(seeds, named, mask))
-        infos: dict[str, Any] = {}
-        for number in sorted(told.infos):
-            infos = self._add_info(infos, told.infos[number], number)
-        return self._observation(batch), infos
+        self._has_begun = True
+        return self._observation(batch), self._infos(told)
 
     def step(self, actions: npt.NDArray[np.int64]) -> VectorStep:
         """Apply one action for each episode, and return observations, rewards, terminated, False and infos.
@@ -122,16 +125,22 @@ class ArraMonVectorEnv(VectorEnv[Dict, npt.NDArray[np.int64], npt.NDArray[Any]])
             gymnasium.error.ResetNeeded: if an episode has ended, in the mode DISABLED, or none has begun.
             gymnasium.error.InvalidAction: if an action is none of the four, or they are not as many as the episodes.
         """
+        if not self._has_begun:
+            raise gymnasium.error.ResetNeeded("no episodes have begun; call reset() before step()")
         if len(actions) != self.num_envs:
             raise gymnasium.error.InvalidAction(f"there are {len(actions)} actions, expected {self.num_envs}")
         numbers = [checked(action) for action in actions]
         batch, told = self._all("step", self._cut(numbers))
-        infos: dict[str, Any] = {}
-        for number in sorted(told.infos):
-            infos = self._add_info(infos, told.infos[number], number)
         terminated = np.array(told.terminated, np.bool_)
         truncated = np.zeros(self.num_envs, np.bool_)
-        return self._observation(batch), np.array(told.rewards, np.float64), terminated, truncated, infos
+        rewards = np.array(told.rewards, np.float64)
+        return self._observation(batch), rewards, terminated, truncated, self._infos(told)
+
+    def heads(self, run_id: str) -> list[bytes]:
+        """Return the head of the hash chain over the actions of each present episode, 32 bytes (`arramon.v1.chain`)."""
+        for worker in self._workers:
+            worker.ask("heads", run_id)
+        return [head for heads in (self._group.heads(run_id), *(w.answer() for w in self._workers)) for head in heads]
 
     def render(self) -> tuple[npt.NDArray[np.uint8], ...] | None:
         """Return a picture of each episode that this process plays; None unless the mode is "rgb_array"."""
@@ -159,12 +168,12 @@ class ArraMonVectorEnv(VectorEnv[Dict, npt.NDArray[np.int64], npt.NDArray[Any]])
             return batch, told
         block, leased = self._leases.take()
         for worker, share in zip(self._workers, arguments[1:], strict=True):
-            worker.ask(method, block, *share)
+            worker.write(method, block, *share)
         written = self._scratch if leased is None else leased
         answers: list[Told] = []
         errors: list[gymnasium.error.Error] = []
         # All have to answer before an error is raised, so that none answers the next question.
-        own = partial(getattr(self._group, method), written, *arguments[0])
+        own: Callable[[], Told] = partial(getattr(self._group, method), written, *arguments[0])
         for answer in (own, *(worker.answer for worker in self._workers)):
             try:
                 answers.append(answer())
@@ -182,6 +191,12 @@ class ArraMonVectorEnv(VectorEnv[Dict, npt.NDArray[np.int64], npt.NDArray[Any]])
         if leased is None:
             return {name: array.copy() for name, array in written.items()}, told
         return leased, told
+
+    def _infos(self, told: Told) -> dict[str, Any]:
+        infos: dict[str, Any] = {}
+        for number in sorted(told.infos):
+            infos = self._add_info(infos, told.infos[number], number)
+        return infos
 
     def _update(self, told: Told) -> None:
         for number, text in told.texts.items():

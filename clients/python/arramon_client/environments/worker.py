@@ -11,7 +11,7 @@ import gymnasium
 from gymnasium.vector import AutoresetMode
 
 from arramon_client.environments.batches import Layout
-from arramon_client.environments.group import Group, Told
+from arramon_client.environments.group import Group
 from arramon_client.environments.options import Options
 from arramon_client.errors import ArramonClientError
 
@@ -54,27 +54,40 @@ class Worker:
         self._process.start()
         other.close()
 
-    def ask(self, method: str, block: int, *arguments: object) -> None:
-        """Call a method of the group, `begin` or `step`, with the arrays over a block as its first argument."""
-        try:
-            self._pipe.send((method, block, arguments))
-        except OSError as error:
-            raise self._death() from error
+    @property
+    def process_id(self) -> int:
+        """Id of the process."""
+        return int(self._process.pid)
 
-    def answer(self) -> Told:
-        """Wait for the answer.
+    def write(self, method: str, block: int, *arguments: object) -> None:
+        """Call a method of the group, `begin` or `step`, with the arrays over a block as its first argument.
 
         Raises:
             WorkerDied: if the process has ended.
-            Exception: the error that the method raised there, if it is one of the ecosystem's.
+        """
+        self._send((method, block, arguments))
+
+    def ask(self, method: str, *arguments: object) -> None:
+        """Call any other method of the group.
+
+        Raises:
+            WorkerDied: if the process has ended.
+        """
+        self._send((method, None, arguments))
+
+    def answer(self) -> Any:
+        """Wait for the answer to the latest call.
+
+        Raises:
+            WorkerDied: if the process has ended.
+            gymnasium.error.Error, ArramonClientError: as the method raised it there.
         """
         try:
             answer = self._pipe.recv()
         except (EOFError, OSError) as error:
             raise self._death() from error
-        if isinstance(answer, BaseException):
+        if isinstance(answer, Exception):
             raise answer
-        assert isinstance(answer, Told)
         return answer
 
     def close(self) -> None:
@@ -86,6 +99,12 @@ class Worker:
             self._process.kill()
             self._process.join()
         self._pipe.close()
+
+    def _send(self, call: tuple[str, int | None, tuple[object, ...]]) -> None:
+        try:
+            self._pipe.send(call)
+        except OSError as error:
+            raise self._death() from error
 
     def _death(self) -> WorkerDied:
         self._process.join(JOIN_SECONDS)
@@ -109,7 +128,8 @@ def _play(
         while (asked := pipe.recv()) is not None:
             method, block, arguments = asked
             try:
-                pipe.send(getattr(group, method)(batches[block], *arguments))
+                written = () if block is None else (batches[block],)
+                pipe.send(getattr(group, method)(*written, *arguments))
             except (gymnasium.error.Error, ArramonClientError) as error:
                 pipe.send(error)
     except (EOFError, KeyboardInterrupt):
