@@ -3,7 +3,7 @@
 import math
 import threading
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, lru_cache
 from itertools import pairwise
 from typing import Protocol
@@ -15,7 +15,7 @@ from server.episodes.episode import Episode
 from server.runs.play.session import Session
 from server.sim.geometry import TURN, Pose
 from server.sim.room import COLUMNS, ROWS, Square
-from server.sim.rules import Action, Ground, Limits, Phase
+from server.sim.rules import Action, Ground, Limits, Phase, reachable
 from server.sim.scene import Scene
 from server.sim.view import visible_pose
 
@@ -47,14 +47,17 @@ class ShortestExpert:
     """The shortest way to each target, and to a cell from which it can be placed.
 
     In the city a plan takes milliseconds and is kept as long as it is followed. It is the shortest one by the agent
-    `agents.shortest_path`: with a little distance from walls, and with few turns.
+    `agents.shortest_path`: with a little distance from walls, and with few turns. Where that agent finds no way, as it
+    stands nearer to a wall than its plans may come, it goes back the way it came first.
 
     Args:
         episode: that is played.
         scene: of its section.
+        way_back: returns the action that leads back the way that the agent came; None if there is none.
     """
 
-    def __init__(self, episode: Episode, scene: Scene) -> None:
+    def __init__(self, episode: Episode, scene: Scene, way_back: Callable[[Session], Action | None]) -> None:
+        self._way_back = way_back
         self._agent = _shortest_path_agent(threading.get_ident())
         self._episode = client.Episode(episode.episode_id, "", "", oracle=oracle_message(episode, scene))
         self._step, self._advised = -1, Action.FORWARD
@@ -82,8 +85,15 @@ class ShortestExpert:
             pose=(pose.x, pose.z, pose.heading),
         )
         (action,) = self._agent.act([observation])
-        self._step, self._advised = state.step, Action(action)
-        return self._advised
+        advised = Action(action)
+        if advised is Action.INTERACT and reachable(pose, session.episode.turns[state.turn - 1].street) != 0:
+            back = self._way_back(session)
+            advised = Action.INTERACT if back is None else back
+            self._step = -1  # Planned anew from where this leads.
+        else:
+            self._step = state.step
+        self._advised = advised
+        return advised
 
 
 class ReferenceExpert:
@@ -106,6 +116,15 @@ class ReferenceExpert:
 
     def action(self, session: Session) -> Action:
         """Return the right action in the present state of the episode."""
+        found = self.way(session)
+        if found is not None:
+            return found
+        if self._shortest is None:
+            self._shortest = ShortestExpert(self._episode, self._scene, lambda _: None)
+        return self._shortest.action(session)
+
+    def way(self, session: Session) -> Action | None:
+        """Return the action back to the path or on along it; None where no way of the agent links it to the path."""
         state = session.state
         pose = visible_pose(state)
         reference = self._references[state.turn, state.phase]
@@ -118,11 +137,7 @@ class ReferenceExpert:
             return _towards(pose, following)
         links = _ROOM if state.phase is Phase.ASSEMBLY else _links(session.record().turns[state.turn - 1].path)
         back = _first_step(here, links, reference.next)
-        if back is not None:
-            return _towards(pose, back)
-        if self._shortest is None:
-            self._shortest = ShortestExpert(self._episode, self._scene)
-        return self._shortest.action(session)
+        return None if back is None else _towards(pose, back)
 
 
 @cache
@@ -157,7 +172,8 @@ def room_advice(target: Square) -> Mapping[tuple[Square, int], Action]:
 
 def expert_of(name: str, episode: Episode, scene: Scene, ground: Ground) -> Expert:
     """Return the expert of an episode by name: "reference" or "shortest"."""
-    return ShortestExpert(episode, scene) if name == "shortest" else ReferenceExpert(episode, scene, ground)
+    reference = ReferenceExpert(episode, scene, ground)
+    return ShortestExpert(episode, scene, reference.way) if name == "shortest" else reference
 
 
 class _Reference:
