@@ -1,8 +1,10 @@
-"""Memory of batched observations: new arrays for one process, leased blocks of shared memory for several."""
+"""Memory of batched observations: blocks, shared between processes if there are several, that are leased to a learner.
+
+Memory that is used again is in the processor's caches; fresh memory costs a page fault for every 4 kB.
+"""
 
 import ctypes
 import weakref
-from collections import deque
 from multiprocessing.context import BaseContext
 from typing import Any
 
@@ -15,7 +17,7 @@ Arrays = dict[str, npt.NDArray[Any]]
 """A batch: by name an array of (episodes, ...). Texts are not part of it."""
 
 BLOCKS = 4
-"""Batches of shared memory that may be in use at once: what is written, and what a learner still holds."""
+"""Batches that may be in use at once without being copied: what is written, and what a learner still holds."""
 
 ALIGNMENT = 64
 """Arrays in a block begin at multiples of this, in bytes."""
@@ -42,10 +44,6 @@ class Layout:
                 nbytes = int(np.prod(shape)) * kind.itemsize
                 self.size += -(-nbytes // ALIGNMENT) * ALIGNMENT
 
-    def new(self) -> Arrays:
-        """Return new arrays."""
-        return {name: np.empty(shape, kind) for name, (shape, kind, _) in self._fields.items()}
-
     def over(self, block: Any) -> Arrays:
         """Return arrays over a block of memory, which lives as long as one of them does."""
         return {
@@ -55,17 +53,21 @@ class Layout:
 
 
 class Leases:
-    """Blocks of shared memory: each is handed out again when no array over it is left.
+    """Blocks of memory: each is handed out again when no array over it is left, the last one that became free first.
 
     Args:
         layout: of a batch.
-        context: of the processes that share the blocks.
+        context: of the processes that share the blocks; None for memory of this process.
     """
 
-    def __init__(self, layout: Layout, context: BaseContext) -> None:
+    def __init__(self, layout: Layout, context: BaseContext | None) -> None:
         self._layout = layout
-        self.blocks = [context.RawArray(ctypes.c_ubyte, layout.size) for _ in range(BLOCKS + 1)]
-        self._free = deque(range(BLOCKS))
+        count = range(BLOCKS + 1)
+        if context is None:
+            self.blocks: list[Any] = [(ctypes.c_ubyte * layout.size)() for _ in count]
+        else:
+            self.blocks = [context.RawArray(ctypes.c_ubyte, layout.size) for _ in count]
+        self._free = list(range(BLOCKS))
 
     def take(self) -> tuple[int, Arrays | None]:
         """Return the number of a block, and arrays over it that may be handed to a learner.
@@ -74,7 +76,7 @@ class Leases:
         """
         if not self._free:
             return BLOCKS, None
-        number = self._free.popleft()
+        number = self._free.pop()
         # An object of its own, so that the end of all arrays over it is noticed: they hold it, not the block.
         lease = (ctypes.c_ubyte * self._layout.size).from_buffer(self.blocks[number])
         weakref.finalize(lease, self._free.append, number)

@@ -29,8 +29,7 @@ class ArraMonVectorEnv(VectorEnv[Dict, npt.NDArray[np.int64], npt.NDArray[Any]])
     """The benchmark as a vector environment; `gymnasium.make_vec("arramon/ArraMon-v0", num_envs=16)` makes one.
 
     Observations are those of `ArraMonEnv` in arrays of (num_envs, ...); `instruction` is a tuple of whole texts. Arrays
-    that were returned are never written again, with several processes either: a block of shared memory is used again
-    when no array over it is left.
+    that were returned are never written again: a block of memory is used again when no array over it is left.
 
     Args:
         num_envs: number of episodes that are played at once.
@@ -79,16 +78,13 @@ class ArraMonVectorEnv(VectorEnv[Dict, npt.NDArray[np.int64], npt.NDArray[Any]])
         self.single_observation_space = single
         self.observation_space = batch_space(single, num_envs)
         self._layout = Layout(single, num_envs)
-        self._workers: list[Worker] = []
-        self._leases: Leases | None = None
-        if processes > 1:
-            started = context_of(context)
-            self._leases = Leases(self._layout, started)
-            self._workers = [
-                Worker(started, checked_options, numbers, self._autoreset, self._layout, self._leases.blocks)
-                for numbers in shares[1:]
-            ]
-            self._scratch = self._layout.over(self._leases.blocks[-1])
+        started = context_of(context)
+        self._leases = Leases(self._layout, started if processes > 1 else None)
+        self._workers = [
+            Worker(started, checked_options, numbers, self._autoreset, self._layout, self._leases.blocks)
+            for numbers in shares[1:]
+        ]
+        self._scratch = self._layout.over(self._leases.blocks[-1])
         self._shares = shares
         self._texts = [""] * num_envs
         self._has_begun = False
@@ -161,11 +157,6 @@ class ArraMonVectorEnv(VectorEnv[Dict, npt.NDArray[np.int64], npt.NDArray[Any]])
 
     def _all(self, method: str, arguments: Sequence[tuple[Any, ...]]) -> tuple[Arrays, Told]:
         """Call a method of all shares, each with its arguments; return the batch and what all of them tell."""
-        if self._leases is None:
-            batch: Arrays = self._layout.new()
-            told: Told = getattr(self._group, method)(batch, *arguments[0])
-            self._update(told)
-            return batch, told
         block, leased = self._leases.take()
         for worker, share in zip(self._workers, arguments[1:], strict=True):
             worker.write(method, block, *share)
