@@ -82,6 +82,11 @@ def test_an_agents_author_plays_with_the_client_alone(author: Environment, host:
     assert finished(tmp_path / "results") == 1
 
 
+def test_without_gymnasium_the_environments_say_what_they_need(author: Environment, tmp_path: Path) -> None:
+    imported = author.run("python -c 'import arramon_client.environments'", tmp_path)
+    assert "the environments need Gymnasium: pip install 'arramon-client[environments]'" in imported.stderr
+
+
 def test_a_host_plays_embedded_and_shows_pages(host: Environment, tmp_path: Path) -> None:
     assert host.ours == {"arramon-client", "arramon-proto", "arramon-server"}
     imported(host, tmp_path)

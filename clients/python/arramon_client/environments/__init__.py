@@ -4,6 +4,12 @@ Importing this package registers `arramon/ArraMon-v0` and `arramon/ArraMonRoom-v
 `arramon-client[environments]`, and the server package unless `server` names a host: see `docs/environments.md`.
 """
 
+from importlib.util import find_spec
+
+if find_spec("gymnasium") is None:
+    raise ImportError("the environments need Gymnasium: pip install 'arramon-client[environments]'")
+
+
 from arramon_client.environments.backend import REWARDS
 from arramon_client.environments.errors import BadArgument, NoBackend
 from arramon_client.environments.registration import register
