@@ -1,5 +1,7 @@
 """Environments on a host: runs, what is forfeited, and what a host does not tell."""
 
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,7 +13,7 @@ import pytest
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
-from arramon_client.environments import BadArgument
+from arramon_client.environments import BadArgument, remote
 from arramon_client.errors import ServerUnreachableError
 from tests import tiny
 from tests.serving import METADATA, Server
@@ -134,3 +136,23 @@ def test_bad_input(server: Server, given: dict[str, Any], message: str) -> None:
 def test_a_host_that_does_not_answer() -> None:
     with pytest.raises(ServerUnreachableError, match=r"no server answers at 127\.0\.0\.1:1"):
         gymnasium.make("arramon/ArraMon-v0", server="127.0.0.1:1", split="tiny")
+
+
+def test_a_program_that_forgets_to_close_ends(server: Server) -> None:
+    code = (
+        "import sys, gymnasium, arramon_client.environments; "
+        "env = gymnasium.make('ArraMon-v0', server=sys.argv[1], split='tiny', sensors=()); env.reset(); env.step(0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code, server.address], timeout=120, check=False)
+    assert done.returncode == 0
+
+
+def test_a_host_that_goes_away_is_an_error(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(remote, "PATIENCE", 1.0)
+    host = Server(data, "127.0.0.1:0")
+    env = made(host)
+    env.reset()
+    host.kill()
+    with pytest.raises(ServerUnreachableError):
+        env.step(0)
+    env.close()

@@ -1,8 +1,9 @@
 """The backend of environments on a host: the client's own play loop in a thread, whose agent is the environment."""
 
+import threading
 from collections.abc import Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
+from dataclasses import dataclass
 from queue import SimpleQueue
 
 import numpy as np
@@ -13,11 +14,12 @@ from arramon.v1.chain import episode_head
 from arramon_client.agent import Episode, Label, Observation
 from arramon_client.environments.backend import Ending, Images, Scores, Settings, SplitInfo, Step, Texts
 from arramon_client.errors import ArramonClientError, UsageError
-from arramon_client.play import Outcome, play
 from arramon_client.play import Settings as PlaySettings
+from arramon_client.play import play
 from arramon_client.run_settings import choose_encoding, choose_image_size, choose_split
 from arramon_client.transport.access import Access
 from arramon_client.transport.connection import Server, call, connect
+from arramon_client.transport.retry import PATIENCE
 
 AGENT = "environment"
 """Name of the agent on the leaderboard."""
@@ -86,8 +88,8 @@ class RemotePlayer:
             encoding=choose_encoding(server.info, None, server.address),
             image_size=choose_image_size(server.info, settings.image_size),
             keep_going=True,
+            patience=PATIENCE,
         )
-        self._pool = ThreadPoolExecutor(1, "arramon-environment")
         self._relay: _Relay | None = None
         self._actions: list[int] = []
         self._labels: tuple[Label, ...] = ()
@@ -128,8 +130,8 @@ class RemotePlayer:
             self._end_run()
         if self._relay is None:
             self._start_run(episode_id)
+        item = self._next()
         assert self._relay is not None
-        item = self._relay.get()
         assert isinstance(item, Observation)
         self._episode_id, self._actions, self._in_episode = item.episode_id, [], True
         self._labels, self._seen = self._relay.labels, item
@@ -145,7 +147,7 @@ class RemotePlayer:
         assert self._seen is not None
         self._actions.append(action)
         self._relay.answer(action)
-        item = self._relay.get()
+        item = self._next()
         here = (self._seen.turn, self._seen.phase)
         if isinstance(item, Observation):
             self._seen = item
@@ -177,7 +179,6 @@ class RemotePlayer:
         """End the run, whose remaining episodes are forfeited, and close the connection. A second call does nothing."""
         if self._relay is not None:
             self._end_run()
-        self._pool.shutdown()
         self._stack.close()
 
     def _start_run(self, episode_id: str | None) -> None:
@@ -190,22 +191,34 @@ class RemotePlayer:
         )
         run = call(self._server.stub.CreateRun, request, self._server.address)
         self.run, self._relay = run, _Relay(run)
-        future = self._pool.submit(
-            play,
-            self._server.stub,
-            run,
-            self._relay,
-            self._play_settings,
-            address=self._server.address,
-            recording=self._relay,
-        )
-        future.add_done_callback(self._relay.finish)
+        # A daemon, so that a program that forgets to close its environment can end.
+        thread = threading.Thread(target=self._play, args=(run, self._relay), name="arramon-environment", daemon=True)
+        thread.start()
+
+    def _play(self, run: evaluation_pb2.Run, relay: "_Relay") -> None:
+        """Play a run to its end, in a thread of its own."""
+        end = _LoopEnded(None)
+        try:
+            play(self._server.stub, run, relay, self._play_settings, address=self._server.address, recording=relay)
+        except ArramonClientError as error:
+            end = _LoopEnded(error)
+        finally:
+            relay.finish(end)
+
+    def _next(self) -> Observation | str:
+        """Return the next observation, or the cause of the episode's end. After an error there is no run any more."""
+        assert self._relay is not None
+        try:
+            return self._relay.get()
+        except ArramonClientError:
+            self._relay, self._in_episode = None, False
+            raise
 
     def _give_up(self) -> None:
         """Forfeit the present episode."""
         assert self._relay is not None
         self._relay.answer(None)
-        item = self._relay.get()
+        item = self._next()
         assert not isinstance(item, Observation)
         self._in_episode = False
         if self._relay.is_last:
@@ -238,6 +251,17 @@ class RemotePlayer:
         relay.wait()
 
 
+@dataclass(frozen=True)
+class _LoopEnded:
+    """The end of the play loop, and the error that ended it, if one did."""
+
+    error: ArramonClientError | None
+
+    def check(self) -> None:
+        if self.error is not None:
+            raise self.error
+
+
 class _Relay:
     """Stands between the play loop, whose agent and recording it is, and the environment.
 
@@ -248,7 +272,7 @@ class _Relay:
 
     def __init__(self, run: evaluation_pb2.Run) -> None:
         self.labels: tuple[Label, ...] = ()
-        self._told: SimpleQueue[Observation | str | Future[Outcome]] = SimpleQueue()
+        self._told: SimpleQueue[Observation | str | _LoopEnded] = SimpleQueue()
         self._answers: SimpleQueue[int | None] = SimpleQueue()
         self._left = run.episodes
 
@@ -259,8 +283,8 @@ class _Relay:
     def get(self) -> Observation | str:
         """Return the next observation, or the cause of the episode's end. Raises the error that ended the loop."""
         item = self._told.get()
-        if isinstance(item, Future):
-            item.result()
+        if isinstance(item, _LoopEnded):
+            item.check()
             raise UsageError("the run was ended by its host or by another client; reset() begins a new one")
         return item
 
@@ -272,13 +296,13 @@ class _Relay:
         """Wait until the play loop has ended. Raises its error."""
         while True:
             item = self._told.get()
-            if isinstance(item, Future):
-                item.result()
+            if isinstance(item, _LoopEnded):
+                item.check()
                 return
 
-    def finish(self, future: "Future[Outcome]") -> None:
+    def finish(self, end: "_LoopEnded") -> None:
         """Tell the environment that the play loop has ended."""
-        self._told.put(future)
+        self._told.put(end)
 
     def begin(self, episode: Episode) -> None:
         """Begin an episode, as agent and as recording."""
