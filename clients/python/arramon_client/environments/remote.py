@@ -143,8 +143,8 @@ class RemotePlayer:
         Raises:
             ArramonClientError: if the host is away for too long.
         """
-        assert self._relay is not None
-        assert self._seen is not None
+        if self._relay is None or self._seen is None:
+            raise UsageError("the run has ended; reset() begins a new one")
         self._actions.append(action)
         self._relay.answer(action)
         item = self._next()
