@@ -1,8 +1,9 @@
-"""Frame rate of another environment. Started by `cameras.py`, in an interpreter that has it installed.
+"""Frame rate of another environment. Started by `cameras.py` and `environments.py`, in an interpreter that has it.
 
-    python benchmarks/camera_peers.py vizdoom|miniworld [--seconds 2]
+    python benchmarks/camera_peers.py vizdoom|miniworld|babyai [--seconds 2]
 
-A frame is one step of the environment with its whole observation: ViZDoom 320x240 RGB and depth, MiniWorld 224x224 RGB.
+A frame is one step of the environment with its whole observation: ViZDoom 320x240 RGB and depth, MiniWorld 224x224 RGB,
+MiniGrid's BabyAI 7x7 symbols and a mission's text.
 Prints the frames per second; exits with status 3 if the environment is not installed or finds no display.
 """
 
@@ -63,14 +64,31 @@ def miniworld() -> Callable[[], Any]:
     return step
 
 
+def babyai() -> Callable[[], Any]:
+    """Return a function that takes one step in MiniGrid's BabyAI, which draws nothing."""
+    import_module("minigrid")  # registers its environments
+    environment = import_module("gymnasium").make("BabyAI-GoToLocal-v0")
+    environment.reset(seed=1)
+    actions = itertools.cycle([2, 2, 0, 2, 1, 2])
+
+    def step() -> Any:
+        observation, _, ended, cut, _ = environment.step(next(actions))
+        assert observation["mission"]
+        if ended or cut:
+            environment.reset()
+        return observation
+
+    return step
+
+
 def main() -> int:
     """Print the frames per second."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("peer", choices=("vizdoom", "miniworld"))
+    parser.add_argument("peer", choices=("vizdoom", "miniworld", "babyai"))
     parser.add_argument("--seconds", type=float, default=2.0)
     arguments = parser.parse_args()
     try:
-        step = {"vizdoom": vizdoom, "miniworld": miniworld}[arguments.peer]()
+        step = {"vizdoom": vizdoom, "miniworld": miniworld, "babyai": babyai}[arguments.peer]()
     except ImportError as error:
         print(error, file=sys.stderr)
         return NOT_HERE

@@ -53,6 +53,11 @@ ALLOWED: dict[str, set[str]] = {
         "server.runs.play.session", "server.runs.play.worlds",  # An agent is tried, and pictured, by the very rules.
         "arramon_client",  # The follower, which is an agent, tries every instruction.
     },
+    "server/environments": {
+        *SHARED, *WORLD, "server.episodes", "server.scoring", "server.runs.play.session", "server.runs.play.worlds",
+        "server.dataset", "server.api.messages", "lang", "arramon",
+        "arramon_client",  # It is the backend of the client's environments, in the client's own types.
+    },
     "agents": {"arramon_client", "arramon", "lang"},
     "clients/python/arramon_client": {"arramon"},
     "lang": set(),

@@ -76,6 +76,10 @@ def split_message(split: Split) -> pb.Split:
         episodes=split.languages,
         sensors=split.sensors,
         data_hash=split.data_hash,
+        texts={
+            language: pb.Texts(alphabet=texts.alphabet, longest=texts.longest, longest_utf8=texts.longest_utf8)
+            for language, texts in split.texts.items()
+        },
     )
 
 

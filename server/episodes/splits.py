@@ -8,6 +8,7 @@ import shutil
 import tempfile
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 from server.episodes.episode import Episode, languages_of
@@ -21,6 +22,7 @@ from server.episodes.files import (
     write_episodes,
     write_section,
 )
+from server.episodes.texts import Texts, texts_by_language
 from server.errors import BadFile, NotFound, StorageError
 from server.sim.section import Section
 
@@ -60,6 +62,11 @@ class Split:
     def languages(self) -> dict[str, int]:
         """Number of episodes with instructions in each language, by code."""
         return languages_of(self.episodes.values())
+
+    @cached_property
+    def texts(self) -> Mapping[str, Texts]:
+        """What the instructions in each language are made of, by code."""
+        return texts_by_language(self.episodes.values())
 
     def in_playing_order(self, language: str) -> list[Episode]:
         """Return the episodes in `language` in a fixed shuffled order, so that any prefix is a fair sample."""

@@ -179,11 +179,29 @@ class World(Obstacles):
         """Labels of a segmentation, by number."""
         return self._labels
 
-    def render(self, viewpoint: Viewpoint, actors: Sequence[Actor], size: int, *, segmentation: bool = False) -> Frame:
+    def render(
+        self,
+        viewpoint: Viewpoint,
+        actors: Sequence[Actor],
+        size: int,
+        *,
+        segmentation: bool = False,
+        into: Frame | None = None,
+    ) -> Frame:
         """Draw a frame of `size` x `size` pixels from `viewpoint`, with `actors` in the scene for this frame only.
 
         The same arguments give the same bytes, independent of earlier frames.
         """
+        frame = self._draw(viewpoint, actors, size, segmentation=segmentation)
+        if into is None:
+            return frame
+        into.rgb[...], into.depth[...] = frame.rgb, frame.depth
+        if frame.segmentation is None or into.segmentation is None:
+            return Frame(into.rgb, into.depth)
+        into.segmentation[...] = frame.segmentation
+        return into
+
+    def _draw(self, viewpoint: Viewpoint, actors: Sequence[Actor], size: int, *, segmentation: bool) -> Frame:
         self._cull(viewpoint)
         shown = self._pose(actors)
         _, _, rgba, depth, bodies = pybullet.getCameraImage(

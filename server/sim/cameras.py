@@ -74,6 +74,13 @@ class Frame:
     segmentation: npt.NDArray[np.uint16] | None = None
 
 
+def new_frame(size: int, rgb: npt.NDArray[np.uint8] | None = None) -> Frame:
+    """Return a frame of `size` x `size` pixels to draw into, over the given RGB array if there is one."""
+    if rgb is None:
+        rgb = np.empty((size, size, 3), np.uint8)
+    return Frame(rgb, np.empty((size, size), np.uint16), np.empty((size, size), np.uint16))
+
+
 class Camera(Protocol):
     """Renderer of one scene. Implementations must agree with each other except at edges."""
 
@@ -82,8 +89,25 @@ class Camera(Protocol):
         """Labels of a segmentation, by number: `labels_of` the scene."""
         ...
 
-    def render(self, viewpoint: Viewpoint, actors: Sequence[Actor], size: int, *, segmentation: bool = False) -> Frame:
-        """Draw a frame of `size` x `size` pixels from `viewpoint`, with `actors` in the scene for this frame only."""
+    def render(
+        self,
+        viewpoint: Viewpoint,
+        actors: Sequence[Actor],
+        size: int,
+        *,
+        segmentation: bool = False,
+        into: Frame | None = None,
+    ) -> Frame:
+        """Draw a frame.
+
+        Args:
+            viewpoint: of the camera.
+            actors: in the scene for this frame only.
+            size: side length of the frame, in pixels.
+            segmentation: whether to label each pixel.
+            into: a frame of this size, with a segmentation, whose contiguous arrays are overwritten and returned; None
+                for new ones.
+        """
         ...
 
 

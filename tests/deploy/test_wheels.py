@@ -13,8 +13,8 @@ from urllib.request import urlopen
 import pytest
 
 from tests import ROOT
-from tests.environments import Environment
 from tests.programs import free_port
+from tests.virtual_environments import Environment
 
 SAMPLE = ROOT / "examples" / "sample"
 PACKAGES = {"server": ".", "agents": ".", "lang": ".", "arramon": "proto", "arramon_client": "clients/python"}
@@ -82,6 +82,11 @@ def test_agent_plays_with_only_the_client_wheel_installed(
         played = author.run(play, tmp_path)
     assert played.returncode == 0, played.stderr
     assert finished(tmp_path / "results") == 1
+
+
+def test_environments_without_gymnasium_say_what_they_need(author: Environment, tmp_path: Path) -> None:
+    imported = author.run("python -c 'import arramon_client.environments'", tmp_path)
+    assert "the environments need Gymnasium: pip install 'arramon-client[environments]'" in imported.stderr
 
 
 def test_server_wheel_plays_embedded_and_serves_pages(host: Environment, tmp_path: Path) -> None:

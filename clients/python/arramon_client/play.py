@@ -10,7 +10,7 @@ from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc, types_pb2
 from arramon_client.agent import Agent
 from arramon_client.errors import ProtocolError
 from arramon_client.plugin.failures import FailureCounter
-from arramon_client.recording.recorder import Recording
+from arramon_client.recording.recorder import Recorder
 from arramon_client.session import AgentFailure, Session
 from arramon_client.transport.connection import CONNECTION_LOST, explain
 from arramon_client.transport.images import ImagesUnreadableError
@@ -91,7 +91,7 @@ def play(
     notify: Callable[[str], None] = lambda _: None,
     progress: Callable[[Progress], None] = lambda _: None,
     revive: Callable[[], None] = lambda: None,
-    recording: Recording | None = None,
+    recording: Recorder | None = None,
     failure_counter: FailureCounter | None = None,
 ) -> Outcome:
     """Play a run to its end.

@@ -14,7 +14,7 @@ from arramon_client.errors import AgentError, ProtocolError
 from arramon_client.observations import episode_of, labels_of, observation_of
 from arramon_client.plugin import agent_calls
 from arramon_client.plugin.failures import FailureCounter
-from arramon_client.recording.recorder import Recording
+from arramon_client.recording.recorder import Recorder
 from arramon_client.transport.images import ImageDecoder
 from arramon_client.transport.shared_memory import decoder_of
 
@@ -76,7 +76,7 @@ class Session:
         agent: Agent,
         notify: Callable[[str], None],
         failure_counter: FailureCounter,
-        recording: Recording | None = None,
+        recording: Recorder | None = None,
     ) -> None:
         self.run = run
         self._recording = recording

@@ -176,11 +176,33 @@ class Split(_message.Message):
         def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
         def WhichOneof(self, oneof_group: _Never) -> None: ...
 
+    @_typing.final
+    class TextsEntry(_message.Message):
+        DESCRIPTOR: _descriptor.Descriptor
+
+        KEY_FIELD_NUMBER: _builtins.int
+        VALUE_FIELD_NUMBER: _builtins.int
+        key: _builtins.str
+        @_builtins.property
+        def value(self) -> Global___Texts: ...
+        def __init__(
+            self,
+            *,
+            key: _builtins.str = ...,
+            value: Global___Texts | None = ...,
+        ) -> None: ...
+        _HasFieldArgType: _TypeAlias = _typing.Literal["value", b"value"]  # noqa: Y015
+        def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+        _ClearFieldArgType: _TypeAlias = _typing.Literal["key", b"key", "value", b"value"]  # noqa: Y015
+        def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+        def WhichOneof(self, oneof_group: _Never) -> None: ...
+
     NAME_FIELD_NUMBER: _builtins.int
     HIDDEN_FIELD_NUMBER: _builtins.int
     EPISODES_FIELD_NUMBER: _builtins.int
     SENSORS_FIELD_NUMBER: _builtins.int
     DATA_HASH_FIELD_NUMBER: _builtins.int
+    TEXTS_FIELD_NUMBER: _builtins.int
     name: _builtins.str
     """"val_seen"."""
     hidden: _builtins.bool
@@ -195,6 +217,10 @@ class Split(_message.Message):
     def sensors(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
         """Sensors that a run on this split may use."""
 
+    @_builtins.property
+    def texts(self) -> _containers.MessageMap[_builtins.str, Global___Texts]:
+        """The instructions in each language."""
+
     def __init__(
         self,
         *,
@@ -203,14 +229,45 @@ class Split(_message.Message):
         episodes: _abc.Mapping[_builtins.str, _builtins.int] | None = ...,
         sensors: _abc.Iterable[_builtins.str] | None = ...,
         data_hash: _builtins.str = ...,
+        texts: _abc.Mapping[_builtins.str, Global___Texts] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["data_hash", b"data_hash", "episodes", b"episodes", "hidden", b"hidden", "name", b"name", "sensors", b"sensors"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["data_hash", b"data_hash", "episodes", b"episodes", "hidden", b"hidden", "name", b"name", "sensors", b"sensors", "texts", b"texts"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
 Global___Split: _TypeAlias = Split  # noqa: Y015
+
+@_typing.final
+class Texts(_message.Message):
+    """What the instructions of a split in one language are made of, for agents that need a bounded space of texts."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    ALPHABET_FIELD_NUMBER: _builtins.int
+    LONGEST_FIELD_NUMBER: _builtins.int
+    LONGEST_UTF8_FIELD_NUMBER: _builtins.int
+    alphabet: _builtins.str
+    """Every character that occurs, sorted."""
+    longest: _builtins.int
+    """Characters of the longest instruction."""
+    longest_utf8: _builtins.int
+    """Bytes of the longest instruction in UTF-8."""
+    def __init__(
+        self,
+        *,
+        alphabet: _builtins.str = ...,
+        longest: _builtins.int = ...,
+        longest_utf8: _builtins.int = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["alphabet", b"alphabet", "longest", b"longest", "longest_utf8", b"longest_utf8"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Texts: _TypeAlias = Texts  # noqa: Y015
 
 @_typing.final
 class CreateRunRequest(_message.Message):

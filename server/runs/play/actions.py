@@ -85,8 +85,7 @@ class ActionHandler:
         events: list[Event] = [PhaseOver(act.episode_id, phase) for phase in phases]
         if not session.state.finished:
             return [*events, observed(stream, session)]
-        cause = causes.STEP_LIMIT if session.was_forced else causes.AGENT_FINISHED
-        return [*events, self._end(stream, session, batch, cause)]
+        return [*events, self._end(stream, session, batch, session.cause)]
 
     def _run_out(self, stream: Stream, session: Session, batch: Batch) -> list[Event]:
         """End an episode that is out of time."""

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
 from server.episodes.episode import Episode
-from server.runs.storage.causes import SERVER_FAULT
+from server.runs.storage.causes import AGENT_FINISHED, SERVER_FAULT, STEP_LIMIT
 from server.runs.storage.records import Claim, Ending, Run
 from server.scoring.episode import METRICS, EpisodeScores, score_episode
 from server.scoring.trajectory import EpisodeRecord, TurnRecord
@@ -76,6 +76,11 @@ class Session:
     def was_forced(self) -> bool:
         """Whether the step limit or a clock ended any phase."""
         return self._recorder.forced
+
+    @property
+    def cause(self) -> str:
+        """The cause of the end of an episode that the agent played to its end."""
+        return STEP_LIMIT if self.was_forced else AGENT_FINISHED
 
     def record(self) -> EpisodeRecord:
         """Return the trajectory so far."""

@@ -59,7 +59,16 @@ class Worlds:
             self._grounds[key] = (World if self._camera == "tiny" else Obstacles)(self.scene(split, section))
         return self._grounds[key]
 
-    def render(self, split: str, episode: Episode, state: State, size: int, *, segmentation: bool = False) -> Frame:
+    def render(
+        self,
+        split: str,
+        episode: Episode,
+        state: State,
+        size: int,
+        *,
+        segmentation: bool = False,
+        into: Frame | None = None,
+    ) -> Frame:
         """Draw what the agent sees in a state of an episode.
 
         Args:
@@ -68,13 +77,14 @@ class Worlds:
             state: of it.
             size: side length of the images, in pixels.
             segmentation: whether to label each pixel with its index in `server.sim.labels.LABELS`.
+            into: arrays to draw into, as for `cameras.Camera.render`, but for the segmentation, which is always new.
         """
         seen = view(state, episode.layout)
         key = None if seen.indoors else self._first[split, episode.section]
         if key not in self._cameras:
             self._cameras[key] = self._made(key)
             self._places[key] = places_of(self._cameras[key].labels)
-        frame = self._cameras[key].render(seen.viewpoint, seen.actors, size, segmentation=segmentation)
+        frame = self._cameras[key].render(seen.viewpoint, seen.actors, size, segmentation=segmentation, into=into)
         if frame.segmentation is None:
             return frame
         return replace(frame, segmentation=self._places[key][frame.segmentation])

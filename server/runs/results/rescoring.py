@@ -125,7 +125,7 @@ class Rescorer:
             pass
         cause = ending.cause
         if session.state.finished:
-            cause = causes.STEP_LIMIT if session.was_forced else causes.AGENT_FINISHED
+            cause = session.cause
         elif cause == causes.TIME_LIMIT:
             session.run_out()
         elif cause in (causes.STEP_LIMIT, causes.AGENT_FINISHED):

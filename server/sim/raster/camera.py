@@ -70,18 +70,32 @@ class RasterCamera:
         """Labels of a segmentation, by number."""
         return self._labels
 
-    def render(self, viewpoint: Viewpoint, actors: Sequence[Actor], size: int, *, segmentation: bool = False) -> Frame:
+    def render(
+        self,
+        viewpoint: Viewpoint,
+        actors: Sequence[Actor],
+        size: int,
+        *,
+        segmentation: bool = False,
+        into: Frame | None = None,
+    ) -> Frame:
         """Draw a frame of `size` x `size` pixels from `viewpoint`, with `actors` in the scene for this frame only.
 
-        The same arguments give the same bytes in every process, independent of earlier frames.
+        The same arguments give the same bytes in every process, independent of earlier frames. Colours are written in
+        words of four pixels, so `into` needs a size whose square is a multiple of 4.
         """
         setting, background, work = self._prepared(size, len(actors))
-        words = np.empty(-(-size * size // 4) * 3, np.int32)
-        depth, labels = np.empty((size, size), np.uint16), np.empty((size, size), np.uint16)
+        if into is None or into.segmentation is None:
+            words = np.empty(-(-size * size // 4) * 3, np.int32)
+            depth, labels = np.empty((size, size), np.uint16), np.empty((size, size), np.uint16)
+        else:
+            words, depth, labels = into.rgb.reshape(-1).view(np.int32), into.depth, into.segmentation
         view = float(viewpoint.x), float(viewpoint.y), float(viewpoint.z), *_turn(viewpoint.heading)
         places, actor_places = self._textures.places, self._actor_textures.places
         cover(view, setting, self._geometry, places, self._bodies, actor_places, self._posed(tuple(actors)), work)
         paint(setting, self._textures, self._actor_textures, background, work, words, depth.ravel(), labels.ravel())
+        if into is not None:
+            return into if segmentation else Frame(into.rgb, depth)
         rgb = words.view(np.uint8)[: 3 * size * size].reshape(size, size, 3)
         return Frame(rgb, depth, labels if segmentation else None)
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from queue import SimpleQueue
 from types import TracebackType
+from typing import Protocol
 
 from arramon.v1 import evaluation_pb2, types_pb2
 from arramon_client.agent import Episode, Observation
@@ -37,6 +38,19 @@ class _Ended:
 
 
 _Item = _Began | _Step | _Ended | None
+
+
+class Recorder(Protocol):
+    """What a session tells of its episodes: `Recording` writes it to files."""
+
+    def begin(self, episode: Episode) -> None:
+        """Begin an episode, replacing an earlier recording of it."""
+
+    def step(self, observation: Observation, action: int | None) -> None:
+        """Record an observation and the agent's action; None if the agent failed."""
+
+    def end(self, episode_id: str, cause: types_pb2.Cause.ValueType) -> None:
+        """Record that an episode ended, and why."""
 
 
 class Recording:

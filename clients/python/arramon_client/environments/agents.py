@@ -1,0 +1,182 @@
+"""The two agents of an episode, `navigator` and `assembler`, each with its own phases, for PettingZoo."""
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from gymnasium.utils import seeding
+
+from arramon_client.agent import Observation
+from arramon_client.environments.backend import ASSEMBLY, NAVIGATION, PHASES, Player
+from arramon_client.environments.episodes import Episodes, checked
+from arramon_client.environments.errors import BadArgument
+from arramon_client.environments.options import make_options, open_player
+from arramon_client.environments.spaces import NO_ACTION, Dict, Translator, action_space, observation_space
+
+NAVIGATOR, ASSEMBLER = "navigator", "assembler"
+AGENTS = (NAVIGATOR, ASSEMBLER)
+AGENT_OF = {NAVIGATION: NAVIGATOR, ASSEMBLY: ASSEMBLER}
+"""Which agent acts in a phase."""
+
+PHASE_OF = {agent: phase for phase, agent in AGENT_OF.items()}
+
+MESSAGE_SYMBOLS = 32
+"""Symbols of a message; 0 stands for nothing."""
+
+
+class TwoAgents:
+    """An episode that two agents play by turns: what the AEC environment and its parallel form share.
+
+    Args:
+        message_length: symbols that an agent may tell the other with each action; 0 for none.
+        options: the fields of `arramon_client.environments.options.Options`.
+
+    Raises:
+        BadArgument: if an argument is wrong; the message says what would be right.
+        NoBackend: if there is no host, and the server package is not installed.
+
+    Attributes:
+        action_spaces, observation_spaces: by agent.
+        active: the agent whose phase it is; after the end, the one that acted last.
+        is_over: whether the episode has ended.
+    """
+
+    def __init__(self, message_length: int, **options: object) -> None:
+        if not isinstance(message_length, int) or message_length < 0:
+            raise BadArgument(f"message_length is {message_length!r}, expected a number from 0")
+        if options.get("phases") is not None:
+            raise BadArgument("phases is given, but here each phase has its agent; leave it out")
+        self._length = message_length
+        opened = open_player(make_options(**options))
+        self._episodes = Episodes(opened)
+        self._translator = Translator(opened.tokenizer)
+        self.tokenizer = opened.tokenizer
+        self.action_spaces = {agent: self._action_space() for agent in AGENTS}
+        self.observation_spaces = {
+            agent: self._observation_space(observation_space(opened.settings, opened.player.split, opened.tokenizer))
+            for agent in AGENTS
+        }
+        self._random: np.random.Generator | None = None
+        self._seen: dict[str, Observation | None] = {}
+        self._last_actions: dict[str, int] = {}
+        self._messages: dict[str, Any] = {}
+        self.active = NAVIGATOR
+        self.is_over = True
+
+    @property
+    def player(self) -> Player:
+        """What plays the episodes."""
+        return self._episodes.player
+
+    def begin(self, seed: int | None, options: dict[str, Any] | None) -> dict[str, Any]:
+        """Begin an episode, and return its info.
+
+        Raises:
+            BadArgument: if there is no episode of a given id.
+        """
+        if seed is not None or self._random is None:
+            self._random, _ = seeding.np_random(seed)
+        seen, info = self._episodes.begin(self._random, options)
+        self._seen = dict.fromkeys(AGENTS)
+        self._last_actions = dict.fromkeys(AGENTS, NO_ACTION)
+        self._messages = {agent: np.zeros(self._length, np.int64) for agent in AGENTS}
+        self.is_over = False
+        self._see(seen)
+        return info
+
+    def step(self, action: Any) -> tuple[float, dict[str, Any]]:
+        """Apply the active agent's action, and return its reward and info.
+
+        Args:
+            action: 0 to 3, or with messages `{"action": 0 to 3, "message": symbols}`.
+
+        Raises:
+            gymnasium.error.InvalidAction: if it is not of that form.
+            gymnasium.error.ResetNeeded: if the episode has ended.
+        """
+        agent = self.active
+        other = ASSEMBLER if agent == NAVIGATOR else NAVIGATOR
+        if self.is_over:
+            raise gymnasium.error.ResetNeeded("the episode has ended; call reset() before step()")
+        taken, message = self._parted(action)
+        step, info = self._episodes.step(taken)
+        self._last_actions[agent] = taken
+        self._messages[other] = message
+        self.is_over = step.ending is not None
+        if step.observation is not None:
+            self._see(step.observation)
+        return step.reward, info
+
+    def observation(self, agent: str) -> Dict:
+        """Return an agent's observation: what it last saw in a phase of its own, and before the first, nothing.
+
+        Raises:
+            gymnasium.error.ResetNeeded: if no episode has begun.
+        """
+        if not self._seen:
+            raise gymnasium.error.ResetNeeded("no episode has begun; call reset() first")
+        seen = self._seen[agent]
+        values = self._blank(agent) if seen is None else self._translator.observation(seen, self._last_actions[agent])
+        # The same observation is returned more than once, and never shares an array with an earlier one.
+        values = {name: value.copy() if isinstance(value, np.ndarray) else value for name, value in values.items()}
+        values["active"] = np.int64(agent == self.active and not self.is_over)
+        if self._length:
+            values["message"] = self._messages[agent].copy()
+        return values
+
+    def shown(self) -> Dict:
+        """Return the observation of the agent that acts, for a picture."""
+        return self.observation(self.active)
+
+    def close(self) -> None:
+        """Close the player."""
+        self.player.close()
+
+    def _see(self, seen: Observation) -> None:
+        self.active = AGENT_OF[seen.phase]
+        self._seen[self.active] = seen
+
+    def _action_space(self) -> "spaces.Space[Any]":
+        if not self._length:
+            return action_space()
+        message = spaces.MultiDiscrete([MESSAGE_SYMBOLS] * self._length)
+        return spaces.Dict({"action": action_space(), "message": message})
+
+    def _observation_space(self, space: spaces.Dict) -> spaces.Dict:
+        space["active"] = spaces.Discrete(2)
+        text = space["instruction"]
+        assert isinstance(text, spaces.Text)
+        space["instruction"] = spaces.Text(text.max_length, min_length=0, charset=text.characters)
+        if self._length:
+            space["message"] = spaces.MultiDiscrete([MESSAGE_SYMBOLS] * self._length)
+        return space
+
+    def _blank(self, agent: str) -> Dict:
+        """Return the observation of an agent that has not seen anything yet: no instruction, black images."""
+        values: Dict = {}
+        for name, space in self.observation_spaces[agent].items():
+            if isinstance(space, spaces.Box):
+                values[name] = np.zeros(space.shape, space.dtype)
+        values["instruction"] = ""
+        values["turn"] = np.int64(1)
+        values["phase"] = np.int64(PHASES.index(PHASE_OF[agent]))
+        values["last_action"] = np.int64(NO_ACTION)
+        return values
+
+    def _parted(self, action: Any) -> tuple[int, Any]:
+        """Return action and message."""
+        nothing = np.zeros(self._length, np.int64)
+        if not self._length:
+            return checked(action), nothing
+        if not isinstance(action, dict) or action.keys() != {"action", "message"}:
+            raise gymnasium.error.InvalidAction(
+                f"the action is {action!r}, expected a dictionary of 'action' and 'message', as there are messages"
+            )
+        message = np.asarray(action["message"])
+        is_right = message.shape == (self._length,) and message.dtype.kind in "iu"
+        if not is_right or (message < 0).any() or (message >= MESSAGE_SYMBOLS).any():
+            raise gymnasium.error.InvalidAction(
+                f"the message is {action['message']!r}, expected {self._length} symbols from 0 to {MESSAGE_SYMBOLS - 1}"
+            )
+        return checked(action["action"]), message.astype(np.int64)

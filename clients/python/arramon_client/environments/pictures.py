@@ -1,0 +1,129 @@
+"""Pictures of an episode for people: what the agent sees, with map and instruction beside it, and a window."""
+
+import os
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+
+from arramon_client.environments.backend import PHASES, Player
+from arramon_client.environments.spaces import Dict
+
+SIZE = 336
+"""Side length of view and map, in pixels."""
+
+TEXT_HEIGHT, LETTER, MARGIN = 120, 15, 8
+"""Height of the text below, height of a letter, and margin, in pixels."""
+
+BACKGROUND, INK = (250, 250, 248), (20, 20, 20)
+
+INDIC_FONTS = (
+    "NotoSansDevanagari-Regular.ttf", "NotoSerifDevanagari-Regular.ttf", "Lohit-Devanagari.ttf", "Mangal.ttf",
+    "Nirmala.ttf", "FreeSans.ttf",
+)  # fmt: skip
+"""Fonts, where they are installed, for scripts that Pillow's own font does not have."""
+
+
+class Picture:
+    """Draws the pictures of one environment.
+
+    Raises:
+        gymnasium.error.DependencyNotInstalled: when one is drawn and Pillow is not installed.
+    """
+
+    def draw(self, values: Dict, player: Player) -> npt.NDArray[np.uint8]:
+        """Return the picture of an observation, (456, 672, 3) uint8."""
+        try:
+            from PIL import Image, ImageDraw
+        except ImportError as error:
+            raise gymnasium.error.DependencyNotInstalled(
+                "rendering needs Pillow: pip install 'arramon-client[environments]'"
+            ) from error
+        whole = Image.new("RGB", (2 * SIZE, SIZE + TEXT_HEIGHT), BACKGROUND)
+        view = seen_by(values)
+        if view is not None:
+            whole.paste(Image.fromarray(view).resize((SIZE, SIZE), Image.Resampling.NEAREST), (0, 0))
+        above = player.map(SIZE)
+        if above is not None:
+            whole.paste(Image.fromarray(above), (SIZE, 0))
+        text = str(values["instruction"])
+        title = f"episode {player.episode_id}, turn {values['turn']}, {PHASES[int(values['phase'])]}, "
+        title += f"{int(values['steps_left'][0])} steps left"
+        draw, font = ImageDraw.Draw(whole), _font(text)
+        top = SIZE + MARGIN
+        for line in (title, *_lines(text, 2 * SIZE - 2 * MARGIN, draw, font)):
+            draw.text((MARGIN, top), line, fill=INK, font=_font(line))
+            top += LETTER + 5
+        return np.asarray(whole)
+
+
+class Window:
+    """A window that shows pictures.
+
+    Args:
+        title: of the window.
+        rate: pictures a second at most.
+
+    Raises:
+        gymnasium.error.DependencyNotInstalled: if pygame is not installed.
+    """
+
+    def __init__(self, title: str, rate: int) -> None:
+        os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # Or it prints a greeting.
+        try:
+            import pygame
+        except ImportError as error:
+            raise gymnasium.error.DependencyNotInstalled(
+                "render_mode='human' needs pygame: pip install 'arramon-client[environments]'"
+            ) from error
+        self._pygame, self._rate = pygame, rate
+        pygame.display.init()
+        self._screen = pygame.display.set_mode((2 * SIZE, SIZE + TEXT_HEIGHT))
+        pygame.display.set_caption(title)
+        self._clock = pygame.time.Clock()
+
+    def show(self, picture: npt.NDArray[np.uint8]) -> None:
+        """Show a picture, (height, width, 3) uint8, and wait until the next one is due."""
+        surface = self._pygame.surfarray.make_surface(picture.swapaxes(0, 1))
+        self._screen.blit(surface, (0, 0))
+        self._pygame.event.pump()
+        self._pygame.display.flip()
+        self._clock.tick(self._rate)
+
+    def close(self) -> None:
+        """Close the window."""
+        self._pygame.display.quit()
+
+
+def seen_by(values: Dict) -> npt.NDArray[np.uint8] | None:
+    """Return what the agent sees as (height, width, 3) uint8: RGB, or else depth in grey; None if it sees nothing."""
+    if "rgb" in values:
+        rgb: npt.NDArray[np.uint8] = values["rgb"]
+        return rgb
+    if "depth" in values:
+        grey = (255.0 / (1.0 + values["depth"] / 4.0)).astype(np.uint8)
+        return np.repeat(grey[..., None], 3, axis=2)
+    return None
+
+
+def _font(text: str):  # type: ignore[no-untyped-def]  # Pillow's own union of fonts
+    from PIL import ImageFont
+
+    if not all(ord(character) < 256 for character in text):
+        for name in INDIC_FONTS:
+            try:
+                return ImageFont.truetype(name, LETTER)
+            except OSError:  # not installed
+                continue
+    return ImageFont.load_default(LETTER)
+
+
+def _lines(text: str, width: int, draw, font) -> list[str]:  # type: ignore[no-untyped-def]
+    lines: list[str] = []
+    for word in text.split():
+        longer = f"{lines[-1]} {word}" if lines else word
+        if lines and draw.textlength(longer, font=font) <= width:
+            lines[-1] = longer
+        else:
+            lines.append(word)
+    return lines

@@ -1,0 +1,353 @@
+"""The backend of environments on a host: the client's own play loop in a thread, whose agent is the environment."""
+
+import threading
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from queue import SimpleQueue
+
+import numpy as np
+import numpy.typing as npt
+
+from arramon.v1 import evaluation_pb2, types_pb2
+from arramon.v1.chain import episode_head
+from arramon_client.agent import Episode, Label, Observation
+from arramon_client.environments.backend import Ending, Images, Scores, Settings, SplitInfo, Step, Texts
+from arramon_client.errors import ArramonClientError, UsageError
+from arramon_client.play import Settings as PlaySettings
+from arramon_client.play import play
+from arramon_client.run_settings import choose_encoding, choose_image_size, choose_split
+from arramon_client.transport.access import Access
+from arramon_client.transport.connection import Server, call, connect
+from arramon_client.transport.retry import PATIENCE
+
+AGENT = "environment"
+"""Name of the agent on the leaderboard."""
+
+
+class RemoteBackend:
+    """Opens players on a host.
+
+    Args:
+        address: of the host.
+        access: token and encryption.
+    """
+
+    def __init__(self, address: str, access: Access) -> None:
+        self._address, self._access = address, access
+
+    def player(self, settings: Settings) -> "RemotePlayer":
+        """Return a player with a connection of its own.
+
+        Raises:
+            UsageError: if the host does not have what the settings name.
+            ArramonClientError: if it does not answer, or refuses.
+        """
+        stack = ExitStack()
+        server = stack.enter_context(connect(self._address, self._access))
+        try:
+            return RemotePlayer(server, stack, settings)
+        except ArramonClientError:
+            stack.close()
+            raise
+
+    def prepare(self) -> None:
+        """Do nothing: a host draws."""
+
+    def instructions(self, split: str, language: str) -> list[str]:
+        """Raise UsageError: a host tells its instructions one by one."""
+        raise UsageError(
+            f"the words of the split {split!r} in {language!r} are not known before they are played on a host: use "
+            "tokenizer='bytes', or a tokenizer of your own"
+        )
+
+
+class RemotePlayer:
+    """Plays the episodes of runs on a host (`backend.Player`).
+
+    Episodes come in the order of the run, which is the split's; one that is given up is forfeited. A named episode is a
+    run of its own. A run begins with its first episode, and the next one when all its episodes have ended.
+
+    Args:
+        server: the connected host.
+        stack: closes the connection.
+        settings: what is played.
+
+    Raises:
+        UsageError: if the host does not have what the settings name.
+
+    Attributes:
+        run: the present run as it was created; None before the first episode.
+    """
+
+    def __init__(self, server: Server, stack: ExitStack, settings: Settings) -> None:
+        self._server, self._stack, self._settings = server, stack, settings
+        self._split = _split_info(server, settings)
+        self._play_settings = PlaySettings(
+            parallel=1,
+            encoding=choose_encoding(server.info, None, server.address),
+            image_size=choose_image_size(server.info, settings.image_size),
+            keep_going=True,
+            patience=PATIENCE,
+        )
+        self._relay: _Relay | None = None
+        self._actions: list[int] = []
+        self._labels: tuple[Label, ...] = ()
+        self._seen: Observation | None = None
+        self._episode_id = ""
+        self._in_episode = False
+        self.run: evaluation_pb2.Run | None = None
+
+    @property
+    def split(self) -> SplitInfo:
+        """The split that is played."""
+        return self._split
+
+    @property
+    def labels(self) -> tuple[Label, ...]:
+        """Meaning of a segmentation's values, by index; empty without that sensor, and before the first episode."""
+        return self._labels
+
+    @property
+    def episode_id(self) -> str:
+        """Id of the present episode; empty before the first."""
+        return self._episode_id
+
+    def begin(self, episode_id: str | None, seed: int, into: Images | None = None) -> Observation:  # noqa: ARG002
+        """Begin the next episode of the run, or a named one; the present one is forfeited if it has not ended.
+
+        Args:
+            episode_id: the episode; None for the next.
+            seed: not used: nothing is drawn.
+            into: arrays to write the images to.
+
+        Raises:
+            ArramonClientError: if the host refuses, or is away for too long.
+        """
+        if self._in_episode:
+            self._give_up()
+        if self._relay is not None and episode_id is not None:
+            self._end_run()
+        if self._relay is None:
+            self._start_run(episode_id)
+        item = self._next()
+        assert self._relay is not None
+        assert isinstance(item, Observation)
+        self._episode_id, self._actions, self._in_episode = item.episode_id, [], True
+        self._labels, self._seen = self._relay.labels, item
+        return _into(item, into)
+
+    def step(self, action: int, into: Images | None = None) -> Step:
+        """Send an action, and wait for what follows.
+
+        Raises:
+            ArramonClientError: if the host is away for too long.
+        """
+        if self._relay is None or self._seen is None:
+            raise UsageError("the run has ended; reset() begins a new one")
+        self._actions.append(action)
+        self._relay.answer(action)
+        item = self._next()
+        here = (self._seen.turn, self._seen.phase)
+        if isinstance(item, Observation):
+            self._seen = item
+            over = (here,) if (item.turn, item.phase) != here else ()
+            return Step(_into(item, into), phases_ended=over)
+        self._in_episode = False
+        scores = self._scores() if self._relay.is_last else None
+        return Step(None, phases_ended=(here,), ending=Ending(item, scores))
+
+    def again(self, into: Images | None = None) -> Observation:
+        """Return the latest observation again."""
+        if self._seen is None:
+            raise UsageError("no episode has begun")
+        return _into(self._seen, into)
+
+    def expert_action(self) -> int:
+        """Raise UsageError: a host does not tell."""
+        raise UsageError("there is no expert on a host: play in this process (server=None)")
+
+    def map(self, size: int) -> npt.NDArray[np.uint8] | None:  # noqa: ARG002 - part of the contract
+        """Return None: a host does not tell its map."""
+        return None
+
+    def chain_head(self, run_id: str) -> bytes:
+        """Return the head of the hash chain over the actions sent in the present episode, 32 bytes."""
+        return episode_head(run_id, self._episode_id, self._split.data_hash, self._actions)
+
+    def close(self) -> None:
+        """End the run, whose remaining episodes are forfeited, and close the connection. A second call does nothing."""
+        if self._relay is not None:
+            self._end_run()
+        self._stack.close()
+
+    def _start_run(self, episode_id: str | None) -> None:
+        request = evaluation_pb2.CreateRunRequest(
+            agent=AGENT,
+            split=self._split.name,
+            language=self._settings.language,
+            sensors=self._settings.sensors,
+            episode_ids=[] if episode_id is None else [episode_id],
+        )
+        run = call(self._server.stub.CreateRun, request, self._server.address)
+        self.run, self._relay = run, _Relay(run)
+        # A daemon, so that a program that forgets to close its environment can end.
+        thread = threading.Thread(target=self._play, args=(run, self._relay), name="arramon-environment", daemon=True)
+        thread.start()
+
+    def _play(self, run: evaluation_pb2.Run, relay: "_Relay") -> None:
+        """Play a run to its end, in a thread of its own."""
+        end = _LoopEnded(None)
+        try:
+            play(self._server.stub, run, relay, self._play_settings, address=self._server.address, recording=relay)
+        except ArramonClientError as error:
+            end = _LoopEnded(error)
+        finally:
+            relay.finish(end)
+
+    def _next(self) -> Observation | str:
+        """Return the next observation, or the cause of the episode's end. After an error there is no run any more."""
+        assert self._relay is not None
+        try:
+            return self._relay.get()
+        except ArramonClientError:
+            self._relay, self._in_episode = None, False
+            raise
+
+    def _give_up(self) -> None:
+        """Forfeit the present episode."""
+        assert self._relay is not None
+        self._relay.answer(None)
+        item = self._next()
+        assert not isinstance(item, Observation)
+        self._in_episode = False
+        if self._relay.is_last:
+            self._relay.wait()
+            self._relay = None
+
+    def _scores(self) -> Scores | None:
+        """Wait for the end of the run, and return the scores of its last episode if the host tells them."""
+        assert self._relay is not None
+        assert self.run is not None
+        self._relay.wait()
+        self._relay = None
+        request = evaluation_pb2.GetReportRequest(run_id=self.run.run_id)
+        report = call(self._server.stub.GetReport, request, self._server.address)
+        for episode in report.episodes:
+            if episode.episode_id == self._episode_id:
+                turns = {row.name: {score.metric: score.mean for score in row.scores} for row in episode.turns}
+                first, second = turns["turn 1"], turns["turn 2"]
+                return {**turns, "total": {name: (first[name] + second[name]) / 2 for name in first}}
+        return None
+
+    def _end_run(self) -> None:
+        """Cancel the present run, and wait until the play loop has ended."""
+        assert self._relay is not None
+        assert self.run is not None
+        relay, self._relay, self._in_episode = self._relay, None, False
+        request = evaluation_pb2.CancelRunRequest(run_id=self.run.run_id)
+        call(self._server.stub.CancelRun, request, self._server.address)
+        relay.answer(None)
+        relay.wait()
+
+
+@dataclass(frozen=True)
+class _LoopEnded:
+    """The end of the play loop, and the error that ended it, if one did."""
+
+    error: ArramonClientError | None
+
+    def check(self) -> None:
+        if self.error is not None:
+            raise self.error
+
+
+class _Relay:
+    """Stands between the play loop, whose agent and recording it is, and the environment.
+
+    Attributes:
+        labels: of the latest episode.
+        is_last: whether all episodes of the run have ended.
+    """
+
+    def __init__(self, run: evaluation_pb2.Run) -> None:
+        self.labels: tuple[Label, ...] = ()
+        self._told: SimpleQueue[Observation | str | _LoopEnded] = SimpleQueue()
+        self._answers: SimpleQueue[int | None] = SimpleQueue()
+        self._left = run.episodes
+
+    @property
+    def is_last(self) -> bool:
+        return self._left == 0
+
+    def get(self) -> Observation | str:
+        """Return the next observation, or the cause of the episode's end. Raises the error that ended the loop."""
+        item = self._told.get()
+        if isinstance(item, _LoopEnded):
+            item.check()
+            raise UsageError("the run was ended by its host or by another client; reset() begins a new one")
+        return item
+
+    def answer(self, action: int | None) -> None:
+        """Answer the latest observation; None gives the episode up."""
+        self._answers.put(action)
+
+    def wait(self) -> None:
+        """Wait until the play loop has ended. Raises its error."""
+        while True:
+            item = self._told.get()
+            if isinstance(item, _LoopEnded):
+                item.check()
+                return
+
+    def finish(self, end: "_LoopEnded") -> None:
+        """Tell the environment that the play loop has ended."""
+        self._told.put(end)
+
+    def begin(self, episode: Episode) -> None:
+        """Begin an episode, as agent and as recording."""
+        self.labels = episode.labels
+
+    def act(self, observations: Sequence[Observation]) -> list[int]:
+        """Hand on the one observation, and return the environment's action."""
+        (observation,) = observations
+        self._told.put(observation)
+        action = self._answers.get()
+        if action is None:
+            raise RuntimeError("the environment was reset or closed before the episode's end")
+        return [action]
+
+    def step(self, observation: Observation, action: int | None) -> None:
+        """Record nothing."""
+
+    def end(self, episode_id: str, cause: types_pb2.Cause.ValueType) -> None:  # noqa: ARG002 - there is only one
+        """Hand on the end of the episode."""
+        self._left -= 1
+        self._told.put(types_pb2.Cause.Name(cause).removeprefix("CAUSE_"))
+
+
+def _split_info(server: Server, settings: Settings) -> SplitInfo:
+    info = server.info
+    split = choose_split(info, settings.language, settings.split)
+    limit = info.limits.steps_per_phase
+    if settings.steps_per_phase not in (None, limit):
+        raise UsageError(f"steps_per_phase is {settings.steps_per_phase}, but this host's step limit is {limit}")
+    if settings.language not in split.texts:
+        raise UsageError(
+            f"the server at {server.address} ({info.version}) does not tell the alphabet of its texts: it is too old"
+        )
+    return SplitInfo(
+        name=split.name,
+        hidden=split.hidden,
+        sensors=tuple(name for name in split.sensors if name != "oracle"),
+        steps_per_phase=limit,
+        data_hash=split.data_hash,
+        texts={code: Texts(texts.alphabet, texts.longest, texts.longest_utf8) for code, texts in split.texts.items()},
+    )
+
+
+def _into(seen: Observation, into: Images | None) -> Observation:
+    """Return the observation; its images are also written to arrays, if there are some."""
+    for name, pixels in (into or {}).items():
+        pixels[...] = getattr(seen, name)
+    return seen

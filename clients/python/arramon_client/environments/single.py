@@ -1,0 +1,149 @@
+"""The Gymnasium environment: one agent, one episode at a time."""
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+from gymnasium import spaces
+
+from arramon_client.agent import Label
+from arramon_client.environments.backend import ASSEMBLY, Player
+from arramon_client.environments.episodes import Episodes
+from arramon_client.environments.errors import BadArgument
+from arramon_client.environments.options import make_options, open_player
+from arramon_client.environments.pictures import Picture, Window
+from arramon_client.environments.spaces import NO_ACTION, Dict, Translator, action_space, observation_space
+from arramon_client.environments.tokens import Tokenizer
+
+RENDER_MODES = ("human", "rgb_array")
+
+
+class ArraMonEnv(gymnasium.Env[Dict, np.int64]):
+    """The benchmark as a Gymnasium environment; `gymnasium.make("arramon/ArraMon-v0")` makes one.
+
+    An episode has two turns of two phases each. `terminated` is its end; the step limit of a phase is a transition to
+    the next phase, so nothing is ever truncated. The observation that comes with `terminated` repeats the last one.
+
+    Args:
+        render_mode: None, "rgb_array" or "human".
+        options: the fields of `arramon_client.environments.options.Options`.
+
+    Raises:
+        BadArgument: if an argument is wrong; the message says what would be right.
+        NoBackend: if there is no host, and the server package is not installed.
+
+    Attributes:
+        tokenizer: of the instructions.
+    """
+
+    metadata: dict[str, Any] = {  # noqa: RUF012 - as Gymnasium declares it
+        "render_modes": list(RENDER_MODES),
+        "render_fps": 10,
+    }
+
+    def __init__(self, render_mode: str | None = None, **options: object) -> None:
+        check_render_mode(render_mode)
+        opened = open_player(make_options(**options))
+        self.render_mode = render_mode
+        self.action_space: spaces.Discrete = action_space()
+        self.observation_space = observation_space(opened.settings, opened.player.split, opened.tokenizer)
+        self.tokenizer: Tokenizer = opened.tokenizer
+        self._episodes = Episodes(opened)
+        self._translator = Translator(opened.tokenizer)
+        self._picture = Picture()
+        self._window: Window | None = None
+        self._values: Dict | None = None
+
+    @property
+    def player(self) -> Player:
+        """What plays the episodes: its split, its labels, the hash chain over the actions."""
+        return self._episodes.player
+
+    @property
+    def labels(self) -> tuple[Label, ...]:
+        """Meaning of a segmentation's values, by index; empty without that sensor."""
+        return self.player.labels
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Dict, dict[str, Any]]:
+        """Begin an episode.
+
+        Args:
+            seed: of the random numbers that draw episodes; on a host the run's order counts instead.
+            options: `{"episode": ID}` names the episode.
+
+        Raises:
+            BadArgument: if there is no such episode.
+        """
+        super().reset(seed=seed)
+        seen, info = self._episodes.begin(self.np_random, options)
+        self._values = self._translator.observation(seen, NO_ACTION)
+        self._show()
+        return self._values, info
+
+    def step(self, action: np.int64 | int) -> tuple[Dict, float, bool, bool, dict[str, Any]]:
+        """Apply an action, 0 to 3, and return observation, reward, terminated, False and info.
+
+        Raises:
+            gymnasium.error.ResetNeeded: if the episode has ended, or none has begun.
+            gymnasium.error.InvalidAction: if the action is none of the four.
+        """
+        step, info = self._episodes.step(action)
+        seen = self.player.again() if step.observation is None else step.observation
+        self._values = self._translator.observation(seen, int(action))
+        self._show()
+        return self._values, step.reward, step.ending is not None, False, info
+
+    def render(self) -> npt.NDArray[np.uint8] | None:
+        """Return what the agent sees beside map and instruction, (height, width, 3) uint8; None unless "rgb_array".
+
+        Raises:
+            gymnasium.error.ResetNeeded: if no episode has begun.
+        """
+        if self.render_mode != "rgb_array":
+            return None
+        return self._drawn()
+
+    def close(self) -> None:
+        """Free what is held. On a host, end the run."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None
+        self._episodes.player.close()
+
+    def _show(self) -> None:
+        if self.render_mode == "human":
+            self._window = self._window or Window("ArraMon", self.metadata["render_fps"])
+            self._window.show(self._drawn())
+
+    def _drawn(self) -> npt.NDArray[np.uint8]:
+        if self._values is None:
+            raise gymnasium.error.ResetNeeded("no episode has begun; call reset() before render()")
+        return self._picture.draw(self._values, self.player)
+
+
+def make_room(render_mode: str | None = None, **options: object) -> ArraMonEnv:
+    """Return the environment of tasks in the room alone, which are drawn without end; see `docs/environments.md`.
+
+    Raises:
+        BadArgument, NoBackend: as for `ArraMonEnv`.
+    """
+    return ArraMonEnv(render_mode, **room_options(options))
+
+
+def room_options(options: dict[str, object]) -> dict[str, object]:
+    """Return the options of an environment in the room alone.
+
+    Raises:
+        BadArgument: for an option that such an environment does not have.
+    """
+    for name in ("split", "server", "data", "phases", "start"):
+        if options.get(name) is not None:
+            raise BadArgument(f"{name} is {options[name]!r}, but tasks in the room alone have no such argument")
+    return {**options, "split": "rooms", "phases": (ASSEMBLY,)}
+
+
+def check_render_mode(render_mode: str | None) -> None:
+    """Raise BadArgument unless there is such a mode."""
+    if render_mode not in (None, *RENDER_MODES):
+        raise BadArgument(f"render_mode is {render_mode!r}, expected None, {' or '.join(map(repr, RENDER_MODES))}")

@@ -1,0 +1,256 @@
+"""The PettingZoo environments: `navigator` and `assembler` by turns (AEC), or in parallel.
+
+Importing this module registers them: `pettingzoo.make("aec", "arramon/ArraMon-v0")`, or "parallel". `env()`,
+`raw_env()` and `parallel_env()` make them too.
+"""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium import spaces
+from pettingzoo import AECEnv, ParallelEnv, aec_registry, register
+from pettingzoo.utils.wrappers import OrderEnforcingWrapper
+
+from arramon_client.environments.agents import AGENTS, TwoAgents
+from arramon_client.environments.pictures import Picture, Window
+from arramon_client.environments.single import RENDER_MODES, check_render_mode
+from arramon_client.environments.spaces import Dict
+from arramon_client.environments.tokens import Tokenizer
+
+METADATA = {"name": "arramon_v0", "render_modes": list(RENDER_MODES), "render_fps": 10, "is_parallelizable": True}
+
+
+class _Shown:
+    """Pictures of an episode, returned or shown in a window."""
+
+    def __init__(self, render_mode: str | None) -> None:
+        check_render_mode(render_mode)
+        self._mode, self._picture = render_mode, Picture()
+        self._window: Window | None = None
+
+    def show(self, episode: TwoAgents) -> npt.NDArray[np.uint8] | None:
+        if self._mode is None:
+            return None
+        picture = self._picture.draw(episode.shown(), episode.player)
+        if self._mode == "rgb_array":
+            return picture
+        self._window = self._window or Window("ArraMon", int(str(METADATA["render_fps"])))
+        self._window.show(picture)
+        return None
+
+    def close(self) -> None:
+        if self._window is not None:
+            self._window.close()
+            self._window = None
+
+
+class ArraMonAEC(AECEnv[str, Dict, Any]):  # type: ignore[misc]  # PettingZoo is not typed
+    """The benchmark for two agents that act by turns; `env()` makes one with PettingZoo's check of the calls' order.
+
+    The navigator acts in the city, the assembler in the room. Each sees its own observation, and gets the rewards of
+    its own phases.
+
+    Args:
+        render_mode: None, "rgb_array" or "human".
+        message_length: symbols that an agent may tell the other with each action; 0 for none.
+        options: the fields of `arramon_client.environments.options.Options`, except `phases`.
+
+    Raises:
+        BadArgument, NoBackend: as for `ArraMonEnv`.
+    """
+
+    metadata = METADATA
+
+    def __init__(self, render_mode: str | None = None, message_length: int = 0, **options: object) -> None:
+        super().__init__()
+        self._shown = _Shown(render_mode)
+        self._episode = TwoAgents(message_length, **options)
+        self.render_mode = render_mode
+        self.possible_agents = list(AGENTS)
+        self.agents: list[str] = []
+        self.observation_spaces = dict(self._episode.observation_spaces)
+        self.action_spaces = dict(self._episode.action_spaces)
+
+    @property
+    def tokenizer(self) -> Tokenizer:
+        """The tokenizer of the instructions."""
+        return self._episode.tokenizer
+
+    @property
+    def player(self) -> Any:
+        """What plays the episodes: its split, its labels, the hash chain over the actions."""
+        return self._episode.player
+
+    def observation_space(self, agent: str) -> spaces.Dict:
+        """Return an agent's space of observations, the same object each time."""
+        return self._episode.observation_spaces[agent]
+
+    def action_space(self, agent: str) -> "spaces.Space[Any]":
+        """Return an agent's space of actions, the same object each time."""
+        return self._episode.action_spaces[agent]
+
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
+        """Begin an episode; seed and options as for `ArraMonEnv.reset`.
+
+        Raises:
+            BadArgument: if there is no episode of a given id.
+        """
+        info = self._episode.begin(seed, options)
+        self.agents = list(AGENTS)
+        self.rewards = dict.fromkeys(AGENTS, 0.0)
+        self._cumulative_rewards = dict.fromkeys(AGENTS, 0.0)
+        self.terminations = dict.fromkeys(AGENTS, False)
+        self.truncations = dict.fromkeys(AGENTS, False)
+        self.infos: dict[str, dict[str, Any]] = {agent: dict(info) for agent in AGENTS}
+        self.agent_selection = self._episode.active
+        self._show()
+
+    def observe(self, agent: str) -> Dict:
+        """Return an agent's observation: what it last saw in a phase of its own."""
+        return self._episode.observation(agent)
+
+    def step(self, action: Any) -> None:
+        """Apply the action of the selected agent; None for one that is done.
+
+        Raises:
+            gymnasium.error.InvalidAction: if the action is none of the four.
+        """
+        agent = self.agent_selection
+        if self.terminations[agent]:
+            self._was_dead_step(action)
+            return
+        self._clear_rewards()
+        self._cumulative_rewards[agent] = 0.0
+        reward, info = self._episode.step(action)
+        self.rewards[agent] = reward
+        self.infos = {each: {} for each in AGENTS}
+        self.infos[agent] = info
+        if self._episode.is_over:
+            self.terminations = dict.fromkeys(AGENTS, True)
+            self.infos = {each: dict(info) for each in AGENTS}
+        self.agent_selection = self._episode.active
+        self._accumulate_rewards()
+        self._deads_step_first()
+        self._show()
+
+    def render(self) -> npt.NDArray[np.uint8] | None:
+        """Return a picture of what the acting agent sees; None unless the mode is "rgb_array"."""
+        return self._shown.show(self._episode) if self.render_mode == "rgb_array" else None
+
+    def close(self) -> None:
+        """Free what is held. On a host, end the run."""
+        self._shown.close()
+        self._episode.close()
+
+    def _show(self) -> None:
+        if self.render_mode == "human":
+            self._shown.show(self._episode)
+
+
+class ArraMonParallel(ParallelEnv[str, Dict, Any]):  # type: ignore[misc]
+    """The same for learners in which all agents act at once: the action of the agent whose phase it is not counts for
+    nothing, and its observation stays as it was, with `active` 0.
+
+    Args:
+        render_mode, message_length, options: as for `ArraMonAEC`.
+
+    Raises:
+        BadArgument, NoBackend: as for `ArraMonEnv`.
+    """
+
+    metadata = METADATA
+
+    def __init__(self, render_mode: str | None = None, message_length: int = 0, **options: object) -> None:
+        self._shown = _Shown(render_mode)
+        self._episode = TwoAgents(message_length, **options)
+        self.render_mode = render_mode
+        self.possible_agents = list(AGENTS)
+        self.agents: list[str] = []
+        self.observation_spaces = dict(self._episode.observation_spaces)
+        self.action_spaces = dict(self._episode.action_spaces)
+
+    @property
+    def player(self) -> Any:
+        """What plays the episodes: its split, its labels, the hash chain over the actions."""
+        return self._episode.player
+
+    def observation_space(self, agent: str) -> spaces.Dict:
+        """Return an agent's space of observations, the same object each time."""
+        return self._episode.observation_spaces[agent]
+
+    def action_space(self, agent: str) -> "spaces.Space[Any]":
+        """Return an agent's space of actions, the same object each time."""
+        return self._episode.action_spaces[agent]
+
+    def reset(
+        self, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Dict], dict[str, dict[str, Any]]]:
+        """Begin an episode; seed and options as for `ArraMonEnv.reset`. Return observations and infos by agent.
+
+        Raises:
+            BadArgument: if there is no episode of a given id.
+        """
+        info = self._episode.begin(seed, options)
+        self.agents = list(AGENTS)
+        self._show()
+        return self._observations(), {agent: dict(info) for agent in AGENTS}
+
+    def step(
+        self, actions: dict[str, Any]
+    ) -> tuple[dict[str, Dict], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
+        """Apply the action of the agent whose phase it is.
+
+        Returns:
+            Observations, rewards, terminated, truncated (never) and infos, by agent.
+
+        Raises:
+            gymnasium.error.InvalidAction: if the action is none of the four.
+            gymnasium.error.ResetNeeded: if the episode has ended.
+            KeyError: if there is no action for the agent whose phase it is.
+        """
+        acting = self._episode.active
+        reward, info = self._episode.step(None if self._episode.is_over else actions[acting])
+        over = self._episode.is_over
+        rewards = {agent: reward if agent == acting else 0.0 for agent in AGENTS}
+        infos = {agent: dict(info) if over or agent == acting else {} for agent in AGENTS}
+        if over:
+            self.agents = []
+        self._show()
+        return self._observations(), rewards, dict.fromkeys(AGENTS, over), dict.fromkeys(AGENTS, False), infos
+
+    def render(self) -> npt.NDArray[np.uint8] | None:
+        """Return a picture of what the acting agent sees; None unless the mode is "rgb_array"."""
+        return self._shown.show(self._episode) if self.render_mode == "rgb_array" else None
+
+    def close(self) -> None:
+        """Free what is held. On a host, end the run."""
+        self._shown.close()
+        self._episode.close()
+
+    def _observations(self) -> dict[str, Dict]:
+        return {agent: self._episode.observation(agent) for agent in AGENTS}
+
+    def _show(self) -> None:
+        if self.render_mode == "human":
+            self._shown.show(self._episode)
+
+
+def raw_env(**arguments: Any) -> ArraMonAEC:
+    """Return the AEC environment without wrappers."""
+    return ArraMonAEC(**arguments)
+
+
+def env(**arguments: Any) -> "OrderEnforcingWrapper[str, Dict, Any]":
+    """Return the AEC environment, which says so if its methods are called in a wrong order."""
+    return OrderEnforcingWrapper(ArraMonAEC(**arguments))
+
+
+def parallel_env(**arguments: Any) -> ArraMonParallel:
+    """Return the parallel environment."""
+    return ArraMonParallel(**arguments)
+
+
+if "arramon/ArraMon-v0" not in aec_registry:
+    register("aec", "arramon/ArraMon-v0", entry_point=f"{__name__}:env")
+    register("parallel", "arramon/ArraMon-v0", entry_point=f"{__name__}:parallel_env")

@@ -1,0 +1,59 @@
+"""Wrappers for what Gymnasium does not ship: the pose in the frame of the phase's start.
+
+For the rest there are Gymnasium's own: `FilterObservation` (without texts, say), `FlattenObservation`,
+`TransformObservation`, `FrameStackObservation`; images come in any size by `image_size`, instructions as numbers in
+`instruction_tokens`.
+"""
+
+import math
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+
+from arramon_client.environments.errors import BadArgument
+from arramon_client.environments.spaces import Dict
+
+
+class StartFrame(gymnasium.ObservationWrapper[Dict, np.int64, Dict]):
+    """Give the pose relative to the pose at the start of the phase: units to the right and ahead, degrees clockwise.
+
+    At the start of each phase it is (0, 0, 0): an agent learns nothing of where in the city it is.
+
+    Args:
+        env: with the sensor "pose".
+
+    Raises:
+        BadArgument: without it.
+    """
+
+    def __init__(self, env: gymnasium.Env[Dict, np.int64]) -> None:
+        super().__init__(env)
+        inner = env.observation_space
+        if not isinstance(inner, spaces.Dict) or "pose" not in inner.spaces:
+            raise BadArgument("StartFrame needs the sensor 'pose': add it to sensors=(...)")
+        pose = inner["pose"]
+        assert isinstance(pose, spaces.Box)
+        reach = float(2 * pose.high[0])
+        low, high = np.array((-reach, -reach, 0.0)), np.array((reach, reach, 360.0))
+        self.observation_space = spaces.Dict({**inner.spaces, "pose": spaces.Box(low, high, dtype=np.float64)})
+        self._phase: tuple[int, int] | None = None
+        self._start = (0.0, 0.0, 0.0)
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Dict, dict[str, Any]]:
+        """Begin an episode."""
+        self._phase = None
+        return super().reset(seed=seed, options=options)
+
+    def observation(self, observation: Dict) -> Dict:
+        """Return the observation with the relative pose."""
+        x, z, heading = (float(each) for each in observation["pose"])
+        phase = int(observation["turn"]), int(observation["phase"])
+        if phase != self._phase:
+            self._phase, self._start = phase, (x, z, heading)
+        x0, z0, heading0 = self._start
+        angle, dx, dz = math.radians(heading0), x - x0, z - z0
+        right = dx * math.cos(angle) - dz * math.sin(angle)
+        ahead = dx * math.sin(angle) + dz * math.cos(angle)
+        return {**observation, "pose": np.array((right, ahead, (heading - heading0) % 360.0))}

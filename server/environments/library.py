@@ -1,0 +1,49 @@
+"""Splits and worlds that the players of one process share: read and built once for each thread."""
+
+import threading
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from server.episodes.splits import Split, folder_of, folders_of, no_splits, read_split
+from server.errors import NotFound
+from server.runs.play.worlds import Worlds
+
+CACHED_SPLITS = 16
+"""Splits that are kept for all threads together."""
+
+
+@dataclass(frozen=True, eq=False)
+class Library:
+    """A split, and the worlds in which it is played. For use from one thread."""
+
+    split: Split
+    worlds: Worlds
+
+
+def open_library(data: Path, name: str, camera: str) -> Library:
+    """Return a split of a data folder with its worlds, shared by all callers in this thread.
+
+    Args:
+        data: the data folder.
+        name: of the split.
+        camera: what draws, one of `server.sim.cameras.CAMERAS`.
+
+    Raises:
+        NotFound: if there is no such split; the message says which there are, or how to make one.
+        BadFile: if a file of the split is invalid.
+    """
+    folders = {folder.name: folder for folder in folders_of(data)}
+    if not folders:
+        raise no_splits(data)
+    if name not in folders:
+        raise NotFound(f"there is no split {name!r} in {data}; there are {', '.join(folders)}")
+    folder = folder_of(data, name)
+    changed = (folder / "episodes.jsonl").stat().st_mtime_ns
+    return _open(folder.absolute(), changed, camera, threading.get_ident())
+
+
+@lru_cache(CACHED_SPLITS)
+def _open(folder: Path, changed: int, camera: str, thread: int) -> Library:  # noqa: ARG001 - parts of the key
+    split = read_split(folder)
+    return Library(split, Worlds({split.name: split}, camera))

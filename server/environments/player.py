@@ -1,0 +1,260 @@
+"""An episode in this process: its session, scene and camera behind one interface, by the rules of every run.
+
+What `Delivery` and `PlayHandler` do for a stream, this does for a caller: no journal, no clocks, no messages.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from arramon.v1.chain import episode_head
+from arramon_client.agent import Label, Observation
+from arramon_client.environments.backend import NAVIGATION, Ending, Images, Scores, Settings, SplitInfo, Step
+from arramon_client.errors import UsageError
+from server.environments.depths import write_units
+from server.environments.experts import Expert, expert_of
+from server.environments.library import Library
+from server.environments.maps import phase_map
+from server.environments.rewards import NoReward, Reward, reward_of
+from server.episodes.episode import Episode
+from server.runs.play.session import Session
+from server.scoring.episode import EpisodeScores
+from server.sim.cameras import Frame
+from server.sim.labels import LABELS
+from server.sim.rules import Action, Limits, Phase, PhaseEnded, State
+from server.sim.view import visible_pose
+
+IMAGES = ("rgb", "depth", "segmentation")
+"""Sensors for which a frame is drawn."""
+
+UNLIMITED = Limits(steps_per_phase=1_000_000)
+"""Limits of phases that the ground truth plays."""
+
+FindEpisode = Callable[[str | None, int], Episode]
+"""Returns the episode of an id, or a drawn one for a seed. Raises UsageError if there is none."""
+
+LABEL_TABLE = tuple(Label(label.kind, label.colour, label.look) for label in LABELS)
+
+
+class LocalPlayer:
+    """Plays one episode at a time in this process (`arramon_client.environments.backend.Player`).
+
+    Args:
+        library: the split and its worlds.
+        info: the split as environments see it.
+        settings: what is played, and how.
+        find: returns episodes.
+    """
+
+    def __init__(self, library: Library, info: SplitInfo, settings: Settings, find: FindEpisode) -> None:
+        self._worlds, self._name = library.worlds, library.split.name
+        self._sections = library.split.sections
+        self._info, self._settings, self._find = info, settings, find
+        self._limits = Limits(info.steps_per_phase)
+        self._draws = any(name in settings.sensors for name in IMAGES)
+        self._session: Session | None = None
+        self._seen: State  # The latest state that was observed.
+        self._depth, self._places = (np.empty((settings.image_size, settings.image_size), np.uint16) for _ in range(2))
+        self._reward: Reward = NoReward()
+        self._expert: Expert | None = None
+
+    @property
+    def split(self) -> SplitInfo:
+        """The split that is played."""
+        return self._info
+
+    @property
+    def labels(self) -> tuple[Label, ...]:
+        """Meaning of a segmentation's values, by index; empty without that sensor."""
+        return LABEL_TABLE if "segmentation" in self._settings.sensors else ()
+
+    @property
+    def episode_id(self) -> str:
+        """Id of the present episode."""
+        return self._played.episode.episode_id
+
+    @property
+    def session(self) -> Session:
+        """The present episode as the rules see it: state, trajectory, scores.
+
+        Raises:
+            UsageError: if none has begun, or the split is hidden.
+        """
+        if self._info.hidden:
+            raise UsageError(f"the split {self._info.name!r} is hidden: the state of its episodes is not shown")
+        return self._played
+
+    def begin(self, episode_id: str | None, seed: int, into: Images | None = None) -> Observation:
+        """Begin an episode; the ground truth plays what the settings leave out before the agent's first phase.
+
+        Args:
+            episode_id: the episode; None for a drawn one.
+            seed: of a drawn one.
+            into: arrays to write the images to.
+
+        Raises:
+            UsageError: if there is no such episode.
+        """
+        episode = self._find(episode_id, seed)
+        if self._settings.language not in episode.instructions:
+            raise UsageError(f"the episode {episode_id!r} has no instructions in {self._settings.language!r}")
+        self._session = Session(episode, self._worlds.ground(self._name, episode.section), self._limits)
+        self._reward = reward_of(self._settings.reward, episode)
+        self._expert = None
+        if self._settings.expert is not None:
+            scene = self._worlds.scene(self._name, episode.section)
+            ground = self._worlds.ground(self._name, episode.section)
+            self._expert = expert_of(self._settings.expert, episode, scene, ground)
+        self._skip(self._session, (self._settings.turn, self._settings.start))
+        return self._observe(self._session, into)
+
+    def step(self, action: int, into: Images | None = None) -> Step:
+        """Apply an action.
+
+        Args:
+            action: 0 to 3.
+            into: arrays to write the images to.
+
+        Raises:
+            ValueError: if the episode is finished, or the action is out of range.
+        """
+        session, before = self._played, self._played.state
+        ended = session.apply(Action(action))
+        reward = self._reward.of(before, session, ended)
+        over = tuple((end.turn, end.phase.value) for end in ended)
+        if ended:
+            self._skip(session)
+        if session.state.finished:
+            scores = None if self._info.hidden else scores_of(session.scores())
+            return Step(None, reward, over, Ending(session.cause, scores))
+        return Step(self._observe(session, into), reward, over)
+
+    def again(self, into: Images | None = None) -> Observation:
+        """Return the latest observation again, also after the end of the episode.
+
+        Args:
+            into: arrays to write the images to.
+
+        Raises:
+            UsageError: if no episode has begun.
+        """
+        return self._observe(self._played, into)
+
+    def expert_action(self) -> int:
+        """Return the expert's action in the present state.
+
+        Raises:
+            UsageError: if the settings ask for no expert.
+        """
+        if self._expert is None:
+            raise UsageError("there is no expert: none was asked for")
+        return int(self._expert.action(self._played))
+
+    def map(self, size: int) -> npt.NDArray[np.uint8] | None:
+        """Return a picture of the present phase from above, (size, size, 3); without targets on a hidden split."""
+        session = self._played
+        section = self._sections[session.episode.section]
+        return phase_map(session, section, size, shows_targets=not self._info.hidden)
+
+    def chain_head(self, run_id: str) -> bytes:
+        """Return the head of the hash chain over the actions of the present episode, 32 bytes."""
+        session = self._played
+        return episode_head(run_id, session.episode.episode_id, self._info.data_hash, session.actions)
+
+    def close(self) -> None:
+        """Forget the episode. The worlds stay with the library."""
+        self._session = None
+
+    @property
+    def _played(self) -> Session:
+        if self._session is None:
+            raise UsageError("no episode has begun")
+        return self._session
+
+    def _skip(self, session: Session, until: tuple[int, str] = (1, NAVIGATION)) -> None:
+        """Play the ground truth up to a phase, and on to the next phase that is the agent's, or the end."""
+        while not session.state.finished:
+            state = session.state
+            here = state.turn, state.phase.value
+            if _order(*here) >= _order(*until) and state.phase.value in self._settings.phases:
+                return
+            turn = session.episode.turns[state.turn - 1]
+            session.limits = UNLIMITED
+            ended: list[PhaseEnded] = []
+            for action in turn.actions if state.phase is Phase.NAVIGATION else turn.room_actions:
+                ended = session.apply(action)
+            session.limits = self._limits
+            if not ended:
+                raise UsageError(
+                    f"the ground truth of episode {session.episode.episode_id!r} does not end the {state.phase.value} "
+                    f"phase of turn {state.turn} from where the agent is; play that phase too"
+                )
+
+    def _observe(self, session: Session, into: Images | None) -> Observation:
+        """Draw the latest state that takes an action, and return its observation."""
+        if not session.state.finished:
+            self._seen = session.state
+        frame = self._drawn(session, into or {}) if self._draws else None
+        return self._observation(session, self._seen, frame, into or {})
+
+    def _drawn(self, session: Session, into: Images) -> Frame:
+        """Return the frame of the latest state. Its RGB is new, or in `into`; all else is overwritten the next time."""
+        size, rgb = self._settings.image_size, into.get("rgb")
+        frame = Frame(np.empty((size, size, 3), np.uint8) if rgb is None else rgb, self._depth, self._places)
+        return self._worlds.render(
+            self._name,
+            session.episode,
+            self._seen,
+            size,
+            segmentation="segmentation" in self._settings.sensors,
+            into=frame,
+        )
+
+    def _observation(self, session: Session, state: State, frame: Frame | None, into: Images) -> Observation:
+        """Return the observation of a state, with the images of its frame in new arrays or those of `into`."""
+        sensors, language = self._settings.sensors, self._settings.language
+        pose = visible_pose(state) if "pose" in sensors else None
+        return Observation(
+            episode_id=session.episode.episode_id,
+            turn=state.turn,
+            phase=state.phase.value,
+            step=state.step,
+            instruction=session.episode.instruction(language, state.turn, state.phase.value),
+            phase_step=state.phase_step,
+            steps_left=session.steps_left(state),
+            rgb=None if frame is None or "rgb" not in sensors else frame.rgb,
+            depth=None if frame is None or "depth" not in sensors else _in_units(frame.depth, into.get("depth")),
+            pose=None if pose is None else (pose.x, pose.z, pose.heading),
+            segmentation=(
+                None
+                if frame is None or frame.segmentation is None
+                else _written(frame.segmentation, into.get("segmentation"))
+            ),
+        )
+
+
+def scores_of(scores: EpisodeScores) -> Scores:
+    """Return the scores of an episode by turn, and their means as "total"."""
+    first, second = (dict(turn) for turn in scores.turns)
+    return {"turn 1": first, "turn 2": second, "total": {name: (first[name] + second[name]) / 2 for name in first}}
+
+
+def _order(turn: int, phase: str) -> tuple[int, bool]:
+    return turn, phase != NAVIGATION
+
+
+def _written(pixels: npt.NDArray[Any], into: npt.NDArray[Any] | None) -> npt.NDArray[Any]:
+    """Return a copy of the pixels, in a new array or in `into`."""
+    if into is None:
+        return pixels.copy()
+    into[...] = pixels
+    return into
+
+
+def _in_units(depth: npt.NDArray[np.uint16], into: npt.NDArray[Any] | None) -> npt.NDArray[np.float32]:
+    """Return depth in units, in a new array or in `into`."""
+    units = np.empty(depth.shape, np.float32) if into is None else into
+    write_units(depth, units)
+    return units

@@ -1,0 +1,48 @@
+"""What the instruction texts of episodes are made of: alphabet and lengths."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from server.episodes.episode import Episode
+
+
+@dataclass(frozen=True, slots=True)
+class Texts:
+    """Alphabet and lengths of the instructions in one language.
+
+    Attributes:
+        alphabet: every character that occurs, sorted.
+        longest: characters of the longest instruction.
+        longest_utf8: bytes of the longest instruction in UTF-8.
+    """
+
+    alphabet: str
+    longest: int
+    longest_utf8: int
+
+    @classmethod
+    def of(cls, instructions: Iterable[str]) -> "Texts":
+        """Return the summary of some texts."""
+        texts = list(instructions)
+        return cls(
+            alphabet="".join(sorted(set().union(*texts))),
+            longest=max(map(len, texts), default=0),
+            longest_utf8=max((len(text.encode()) for text in texts), default=0),
+        )
+
+
+def instructions_in(episodes: Iterable[Episode], language: str) -> list[str]:
+    """Return every instruction of the episodes in a language, in order."""
+    return [
+        text
+        for episode in episodes
+        for turn in episode.instructions.get(language, ())
+        for text in (turn.navigation, turn.assembly)
+    ]
+
+
+def texts_by_language(episodes: Iterable[Episode]) -> dict[str, Texts]:
+    """Return the summary of each language's instructions, by code."""
+    listed = list(episodes)
+    languages = sorted({language for episode in listed for language in episode.instructions})
+    return {language: Texts.of(instructions_in(listed, language)) for language in languages}

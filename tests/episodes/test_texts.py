@@ -1,0 +1,22 @@
+"""Alphabet and lengths of instructions."""
+
+from pathlib import Path
+
+from server.episodes.texts import Texts, instructions_in
+from tests import tiny
+
+ENGLISH = ["Go on to the striped red mug.", "Put it two steps ahead."]
+HINDI = ["धारीदार लाल मग तक चलें।", "उसे दो क़दम आगे रखें।"]
+
+
+def test_texts() -> None:
+    assert Texts.of(["ab", "é"]) == Texts("abé", 2, 2)
+    assert Texts.of(["ल"]) == Texts("ल", 1, 3)
+    assert Texts.of([]) == Texts("", 0, 0)
+
+
+def test_a_split_tells_those_of_each_language(tmp_path: Path) -> None:
+    split = tiny.write(tmp_path)
+    assert split.texts == {"en": Texts.of(ENGLISH), "hi": Texts.of(HINDI)}
+    assert instructions_in([split.episodes["0"]], "hi") == []
+    assert instructions_in([split.episodes["1"]], "hi") == HINDI * 2
