@@ -15,7 +15,7 @@ from server.api.interceptor import Context, Continuation, Handler, Origin, Work,
 from server.configuration.config import Config
 from server.errors import Forbidden, StorageError, Unauthenticated
 from server.runs.accounts.accounts import Accounts
-from server.runs.accounts.callers import ANONYMOUS, STRANGER, Caller
+from server.runs.accounts.callers import ANONYMOUS, UNAUTHENTICATED, Caller
 
 PUBLIC_METHODS = frozenset({
     "/arramon.v1.Evaluation/GetServerInfo",
@@ -98,7 +98,7 @@ class Authentication(grpc.aio.ServerInterceptor):
             caller = await self._find(origin)
             if caller is None and method not in PUBLIC_METHODS:
                 raise Unauthenticated("authentication required: no token was sent; ask the server's host for one")
-            _caller.set(caller or STRANGER)
+            _caller.set(caller or UNAUTHENTICATED)
         except StorageError:
             if not known:
                 raise
@@ -146,7 +146,7 @@ def anonymous_caller(config: Config) -> Caller | None:
         return ANONYMOUS if own else None
     if not config.anonymous:
         return None
-    return ANONYMOUS if own else STRANGER
+    return ANONYMOUS if own else UNAUTHENTICATED
 
 
 def is_private(origin: Origin) -> bool:

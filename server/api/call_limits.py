@@ -30,7 +30,7 @@ class CallerGroup:
     at_once: int
 
 
-STRANGERS = CallerGroup("clients without a token", 4, 4)
+WITHOUT_TOKEN = CallerGroup("clients without a token", 4, 4)
 WATCHERS = CallerGroup("health and reflection streams", 16, 1024)
 PROBES = CallerGroup("health probes", 16, 1024)
 PARTICIPANT_SHARE, PARTICIPANT_AT_ONCE = 4, 2
@@ -106,5 +106,5 @@ def _group_of(method: str, *, streaming: bool) -> CallerGroup | None:
     if caller.role is Role.HOST or caller == ANONYMOUS:
         return None
     if caller.account is None:
-        return STRANGERS
+        return WITHOUT_TOKEN
     return CallerGroup(f"participant {caller.account}", PARTICIPANT_SHARE, PARTICIPANT_AT_ONCE)

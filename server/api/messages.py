@@ -9,7 +9,7 @@ from server.episodes.episode import Episode
 from server.episodes.splits import Split
 from server.runs.accounts.callers import Caller
 from server.runs.accounts.quotas import Quota
-from server.runs.accounts.usage import Use
+from server.runs.accounts.usage import Usage
 from server.runs.play.clocks import Clocks
 from server.runs.results.receipts import Receipt
 from server.runs.results.reports import Report
@@ -83,7 +83,7 @@ def split_message(split: Split) -> pb.Split:
     )
 
 
-def account_message(caller: Caller, standings: Mapping[str, tuple[Quota, Use]]) -> pb.Account:
+def account_message(caller: Caller, standings: Mapping[str, tuple[Quota, Usage]]) -> pb.Account:
     """Return the message for the authenticated caller, with quota and use for each split."""
     quotas = [pb.Quota(split=split, **asdict(quota), **asdict(use)) for split, (quota, use) in standings.items()]
     role = pb.Role.Value(f"ROLE_{caller.role.name}")

@@ -7,7 +7,7 @@ from server.board.episode_table import EpisodeTable
 from server.board.standings import is_control
 from server.episodes.splits import Split
 from server.errors import BadInput, Conflict, Forbidden, NotFound
-from server.runs.accounts.callers import STRANGER, Caller, Role
+from server.runs.accounts.callers import UNAUTHENTICATED, Caller, Role
 from server.runs.results.receipts import Receipts
 from server.runs.results.reports import Report, report_of
 from server.runs.storage.causes import AGENT_FINISHED, FORFEITED, STEP_LIMIT, TIME_LIMIT
@@ -85,7 +85,7 @@ class Publishing:
         self._entries.withdraw(run_id, by_host=by_host)
 
     def _own(self, caller: Caller, run_id: str) -> Run:
-        if caller == STRANGER:
+        if caller == UNAUTHENTICATED:
             raise Forbidden(
                 "authentication required: publishing and withdrawing need a token on this server; ask its host for one"
             )

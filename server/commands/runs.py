@@ -10,7 +10,7 @@ from server.commands import Commands
 from server.commands.journal import open_journal
 from server.errors import BadInput
 from server.runs.storage.records import CANCELLED, COMPLETE, RUNNING
-from server.runs.storage.run_listing import Filter, Listed, find_runs
+from server.runs.storage.run_listing import RunFilter, RunSummary, find_runs
 
 STATES = tuple(state.lower() for state in (RUNNING, COMPLETE, CANCELLED))
 
@@ -54,7 +54,7 @@ def _runs(arguments: argparse.Namespace) -> None:
     if "state" in filters:
         filters["state"] = filters["state"].upper()
     with open_journal(arguments.settings, read_only=True) as database:
-        found = find_runs(database, Filter(**filters), arguments.limit + 1)
+        found = find_runs(database, RunFilter(**filters), arguments.limit + 1)
     listed = found[: arguments.limit]
     print(json.dumps([*map(_as_json, listed)], ensure_ascii=False, indent=1) if arguments.json else _as_text(listed))
     if len(found) > arguments.limit:
@@ -71,7 +71,7 @@ def _cancel(arguments: argparse.Namespace) -> None:
             print(f"{run.state.lower()}: {run.run_id}, {run.agent} by {run.participant} on {run.split}", flush=True)
 
 
-def _as_text(runs: Sequence[Listed]) -> str:
+def _as_text(runs: Sequence[RunSummary]) -> str:
     header = ("run", "state", "participant", "agent", "split", "language", "episodes", "created", "ended")
     rows = [header, *map(_row, runs)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
@@ -79,14 +79,14 @@ def _as_text(runs: Sequence[Listed]) -> str:
     return "\n".join("  ".join(row).rstrip() for row in cells)
 
 
-def _row(listed: Listed) -> tuple[str, ...]:
+def _row(listed: RunSummary) -> tuple[str, ...]:
     run = listed.run
     times = [f"{time:%Y-%m-%dT%H:%MZ}" if time is not None else "-" for time in (run.created_at, run.ended_at)]
     played = f"{listed.ended} of {listed.episodes}"
     return (run.run_id, run.state.lower(), run.participant, run.agent, run.split, run.language, played, *times)
 
 
-def _as_json(listed: Listed) -> dict[str, Any]:
+def _as_json(listed: RunSummary) -> dict[str, Any]:
     run = listed.run
     return {
         "run_id": run.run_id,

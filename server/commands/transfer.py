@@ -6,7 +6,7 @@ from pathlib import Path
 from server.commands import Commands
 from server.commands.journal import open_journal
 from server.runs.transfer.export import export
-from server.runs.transfer.restore import import_
+from server.runs.transfer.restore import import_archive
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:
@@ -33,5 +33,5 @@ def _export(arguments: argparse.Namespace) -> None:
 
 def _import(arguments: argparse.Namespace) -> None:
     with open_journal(arguments.settings, patient=True, new=True) as database:
-        imported = import_(database, arguments.file, merge=arguments.merge)
+        imported = import_archive(database, arguments.file, merge=arguments.merge)
     print(f"{arguments.file}: {imported.added} rows added, {imported.present} already present")

@@ -165,7 +165,7 @@ class Runs:
         """
         if not 1 <= size <= MAX_PAGE:
             raise BadInput(f"page_size is {size}, expected 1 to {MAX_PAGE}")
-        if not caller.lists:
+        if not caller.may_list:
             return []
         last = self.visible(caller, before) if before is not None else None
         if caller.role is Role.HOST:

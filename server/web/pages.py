@@ -13,7 +13,7 @@ from server.board.board import Board
 from server.board.exports import as_csv, as_json
 from server.episodes.splits import Split
 from server.errors import NotFound, Unavailable
-from server.runs.accounts.callers import STRANGER
+from server.runs.accounts.callers import UNAUTHENTICATED
 from server.runs.results.receipts import Receipts
 from server.runs.storage.journal import Journal
 from server.web.comparison_page import ComparisonPage
@@ -169,7 +169,7 @@ class Pages:
             if entry.seal is None:
                 raise NotFound("this run has no receipt")
             run_id = entry.run.run_id
-            receipt = self._receipts.of(STRANGER, run_id)
+            receipt = self._receipts.of(UNAUTHENTICATED, run_id)
             content = {
                 "format": RECEIPT_FORMAT,
                 "version": RECEIPT_VERSION,

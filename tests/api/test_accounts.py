@@ -23,7 +23,7 @@ from server.api.interceptor import Origin
 from server.configuration.config import Config
 from server.errors import BadInput, Conflict, NotFound
 from server.runs.accounts.accounts import Accounts
-from server.runs.accounts.callers import ANONYMOUS, STRANGER, Caller, Role
+from server.runs.accounts.callers import ANONYMOUS, UNAUTHENTICATED, Caller, Role
 from server.runs.storage.database import Database
 from tests import tiny
 from tests.api.people import Person, accounts, id_of, token_of
@@ -326,8 +326,8 @@ def test_conflicting_names_and_invalid_token_options_are_refused(kept: Accounts)
         ("0.0.0.0:1", False, None, None),
         ("10.0.0.1:1", False, None, None),
         ("127.0.0.1:1", False, False, None),
-        ("127.0.0.1:1", True, True, STRANGER),
-        ("10.0.0.1:1", False, True, STRANGER),
+        ("127.0.0.1:1", True, True, UNAUTHENTICATED),
+        ("10.0.0.1:1", False, True, UNAUTHENTICATED),
         ("127.0.0.1:1", False, True, ANONYMOUS),
     ],
 )

@@ -8,7 +8,7 @@ import pytest
 
 from server.board.entries import Published
 from server.errors import ArraMonError, BadInput, Conflict, Forbidden, NotFound
-from server.runs.accounts.callers import ANONYMOUS, HOST, STRANGER, Caller, Role
+from server.runs.accounts.callers import ANONYMOUS, HOST, UNAUTHENTICATED, Caller, Role
 from server.runs.storage import tables
 from tests.board.made import House
 
@@ -42,11 +42,11 @@ def listed(house: House) -> list[str]:
         (HOST, "anns", None),
         (BOB, "anns", NotFound),
         (ANONYMOUS, "anns", NotFound),
-        (STRANGER, "anns", Forbidden),
+        (UNAUTHENTICATED, "anns", Forbidden),
         (ANONYMOUS, "nobodys", None),
         (HOST, "nobodys", None),
         (ANN, "nobodys", NotFound),
-        (STRANGER, "nobodys", Forbidden),
+        (UNAUTHENTICATED, "nobodys", Forbidden),
         (HOST, "missing", NotFound),
         (ANN, "missing", NotFound),
     ],

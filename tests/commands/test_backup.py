@@ -21,7 +21,7 @@ from server.runs.results.signing import KnownKeys, SigningKey
 from server.runs.storage.database import Database
 from server.runs.storage.journal import Journal
 from server.runs.transfer.export import export
-from server.runs.transfer.restore import import_
+from server.runs.transfer.restore import import_archive
 from tests import tiny
 from tests.faults.clients import (
     EPISODES,
@@ -129,7 +129,7 @@ def test_backup_includes_an_export_of_a_postgresql_journal(cluster: Cluster, tmp
         assert back_up(config, backup) == [EXPORT, "secret", KEY, "splits", "splits/tiny", "splits/unseen"]
         export(database, tmp_path / "before")
     with closing(Database(cluster.create(), patient=True)) as restored:
-        import_(restored, backup / EXPORT)
+        import_archive(restored, backup / EXPORT)
         export(restored, tmp_path / "after")
     assert (tmp_path / "after").read_bytes() == (tmp_path / "before").read_bytes()
 

@@ -21,13 +21,13 @@ class Caller:
     Attributes:
         role: role of the caller.
         account: participant to whom the token belongs; None for an anonymous caller.
-        lists: whether the caller may list runs. The server cannot tell anonymous callers apart, so on a public server
-            none of them may: only those who know the id of an anonymous run can access it.
+        may_list: whether the caller may list runs. The server cannot tell anonymous callers apart, so on a public
+            server none of them may: only those who know the id of an anonymous run can access it.
     """
 
     role: Role
     account: str | None = None
-    lists: bool = True
+    may_list: bool = True
 
     def may_see(self, run: Run) -> bool:
         """Return whether the caller may see a run: hosts see all, participants their own, others the anonymous ones."""
@@ -37,7 +37,7 @@ class Caller:
 ANONYMOUS = Caller(Role.ANONYMOUS)
 """Anonymous caller on a private server, who may list runs."""
 
-STRANGER = Caller(Role.ANONYMOUS, lists=False)
+UNAUTHENTICATED = Caller(Role.ANONYMOUS, may_list=False)
 """Anonymous caller on a public server, who may not list runs, publish or withdraw."""
 
 HOST = Caller(Role.HOST)

@@ -16,7 +16,7 @@ from server.runs.accounts.callers import ANONYMOUS, Caller, Role
 from server.runs.accounts.usage import (
     DAY,
     ReadQuery,
-    Use,
+    Usage,
     counts_in_total,
     counts_today,
     creation_time,
@@ -89,7 +89,7 @@ class Quotas:
 
         def number(count: int, noun: str, which: sa.ColumnElement[bool], when: str = "") -> str:
             runs = f" ({_listed(latest_runs(read, caller.account, split, which, NAMED), count)})"
-            return _number(count, noun) + when + (runs if caller.lists else "")
+            return _number(count, noun) + when + (runs if caller.may_list else "")
 
         if 0 < quota.runs_in_all <= use.runs:
             counted = number(use.runs, "run", counts_in_total())
@@ -127,7 +127,7 @@ class Quotas:
             if 0 < limit <= count:
                 playing = runs_with_streams(read, run.account, run.split, self._database.now, NAMED + 1)
                 # Knowing the id of an anonymous run suffices to play it: a public server does not reveal any.
-                of = f" of {_listed(playing[:NAMED], len(playing))}" if caller.lists else ""
+                of = f" of {_listed(playing[:NAMED], len(playing))}" if caller.may_list else ""
                 raise OverQuota(
                     f"{_who(caller)} have on split {run.split!r} {_number(count, 'open stream')}{of}; "
                     f"the limit is {limit} at once: the next is possible when one is closed, by itself if its client "
@@ -143,7 +143,7 @@ class Quotas:
         with self._database.write() as connection:
             connection.execute(table.delete().where(table.c.stream_id == stream_id))
 
-    def standing(self, caller: Caller, split: str) -> tuple[Quota, Use]:
+    def standing(self, caller: Caller, split: str) -> tuple[Quota, Usage]:
         """Return the limits of a caller on a split, and the usage that counts against them."""
         read = self._database.read
         streams = open_streams(read, caller.account, split, self._database.now)

@@ -20,7 +20,7 @@ ReadQuery: TypeAlias = Callable[[sa.Select[Any]], Sequence[Row[Any]]]
 
 
 @dataclass(frozen=True, slots=True)
-class Use:
+class Usage:
     """Usage of a participant on a split; each number counts against a limit of `Quota`.
 
     Attributes:
@@ -36,12 +36,12 @@ class Use:
     streams: int
 
 
-def usage_of(read: ReadQuery, account: str | None, split: str) -> Use:
+def usage_of(read: ReadQuery, account: str | None, split: str) -> Usage:
     """Return the usage of an account, with the streams set to 0."""
     counted = {"today": counts_today(), "in_all": counts_in_total(), "running": is_unfinished()}
     query: Any = sa.select(*(sa.func.count().filter(condition).label(name) for name, condition in counted.items()))
     row = read(query.where(_of(account, split)))[0]
-    return Use(row.today, row.in_all, row.running, 0)
+    return Usage(row.today, row.in_all, row.running, 0)
 
 
 def latest_runs(

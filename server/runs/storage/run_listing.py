@@ -14,7 +14,7 @@ CHUNK = 500
 
 
 @dataclass(frozen=True, slots=True)
-class Filter:
+class RunFilter:
     """Conditions of a search for runs; None for any value.
 
     Attributes:
@@ -30,7 +30,7 @@ class Filter:
 
 
 @dataclass(frozen=True, slots=True)
-class Listed:
+class RunSummary:
     """A run with the number of its episodes and of those that have ended."""
 
     run: Run
@@ -38,7 +38,7 @@ class Listed:
     ended: int
 
 
-def find_runs(database: Database, wanted: Filter, limit: int) -> list[Listed]:
+def find_runs(database: Database, wanted: RunFilter, limit: int) -> list[RunSummary]:
     """Return at most `limit` runs that match a filter, the latest first.
 
     Raises:
@@ -52,4 +52,4 @@ def find_runs(database: Database, wanted: Filter, limit: int) -> list[Listed]:
     journal, progress = Journal(database), dict[str, Progress]()
     for start in range(0, len(runs), CHUNK):
         progress |= journal.progress_of([run.run_id for run in runs[start : start + CHUNK]])
-    return [Listed(run, progress[run.run_id].episodes, progress[run.run_id].ended) for run in runs]
+    return [RunSummary(run, progress[run.run_id].episodes, progress[run.run_id].ended) for run in runs]

@@ -27,7 +27,7 @@ class ImportCounts:
     present: int
 
 
-def import_(database: Database, path: Path, *, merge: bool = False) -> ImportCounts:
+def import_archive(database: Database, path: Path, *, merge: bool = False) -> ImportCounts:
     """Import all rows of a file. Rows that are present already are kept, and must be equal. An error imports nothing.
 
     Args:

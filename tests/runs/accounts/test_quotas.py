@@ -11,7 +11,7 @@ from server.errors import OverQuota
 from server.runs.accounts.accounts import Accounts
 from server.runs.accounts.callers import ANONYMOUS, Caller, Role
 from server.runs.accounts.quotas import Quota, Quotas
-from server.runs.accounts.usage import Use
+from server.runs.accounts.usage import Usage
 from server.runs.storage.database import Database
 from server.runs.storage.journal import Journal
 from server.runs.storage.records import RUNNING, Run
@@ -70,7 +70,7 @@ def test_run_and_stream_limits_hold_across_processes(database_url: str, account:
 
         streams = [stream for stream in pool.map(join, range(TRIES)) if stream is not None]
         assert len(streams) == LIMIT
-        assert quotas[0].standing(caller, "s") == (default, Use(LIMIT, LIMIT, LIMIT, LIMIT))
+        assert quotas[0].standing(caller, "s") == (default, Usage(LIMIT, LIMIT, LIMIT, LIMIT))
         quotas[1].close_stream(streams[0])
         assert quotas[2].standing(caller, "s")[1].streams == LIMIT - 1
         assert join(TRIES) is not None

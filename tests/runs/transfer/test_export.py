@@ -25,7 +25,7 @@ from server.runs.storage.database import Database
 from server.runs.storage.journal import Journal
 from server.runs.transfer.archive import EXPORTED_TABLES
 from server.runs.transfer.export import export
-from server.runs.transfer.restore import ImportCounts, import_
+from server.runs.transfer.restore import ImportCounts, import_archive
 from tests import tiny
 from tests.played import play
 from tests.postgres import Cluster
@@ -135,7 +135,7 @@ def check_carried(full: Database, other: Database, token: str, split: Split, key
     file, again = tmp_path / "one.jsonl.zst", tmp_path / "two.jsonl.zst"
     rows = export(full, file)
     assert stat.S_IMODE(file.stat().st_mode) == 0o600
-    assert import_(other, file) == ImportCounts(rows, 0)
+    assert import_archive(other, file) == ImportCounts(rows, 0)
     assert export(other, again) == rows
     assert again.read_bytes() == file.read_bytes()
     for table in EXPORTED_TABLES:
@@ -162,24 +162,26 @@ def check_carried(full: Database, other: Database, token: str, split: Split, key
 @pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
 def test_a_second_import_changes_nothing(file: Path, make: Callable[[str], Database], kind: str) -> None:
     database = make(kind)
-    rows = import_(database, file).added
+    rows = import_archive(database, file).added
     assert rows == sum(line.startswith(b"[") for line in lines(file))
-    assert import_(database, file) == ImportCounts(0, rows)
+    assert import_archive(database, file) == ImportCounts(0, rows)
 
 
 def test_import_into_a_database_with_runs_requires_merge(file: Path, other: Database, split: Split) -> None:
     play(other, split, "own")
     message = "the journal has runs already, but not participants lab of the file; add missing rows with `--merge`"
     with pytest.raises(Conflict, match=message):
-        import_(other, file)
+        import_archive(other, file)
     assert len(other.read(sa.select(tables.participants))) == 0
-    assert import_(other, file, merge=True) == ImportCounts(sum(line.startswith(b"[") for line in lines(file)), 0)
+    assert import_archive(other, file, merge=True) == ImportCounts(
+        sum(line.startswith(b"[") for line in lines(file)), 0
+    )
     assert {run.run_id for run in Journal(other).runs(9)} == {"own", "Done", "cut", "half"}
 
 
 @pytest.mark.parametrize("merge", [True, False])
 def test_differing_rows_are_refused_and_named(file: Path, other: Database, merge: bool) -> None:
-    import_(other, file)
+    import_archive(other, file)
     with other.write() as connection:
         connection.execute(tables.steps.delete().where(tables.steps.c.run_id == "cut", tables.steps.c.step > 5))
         row = {"run_id": "cut", "episode_id": "0", "step": 7, "action": 0}
@@ -189,7 +191,7 @@ def test_differing_rows_are_refused_and_named(file: Path, other: Database, merge
     if not merge:
         message = "the journal has runs already, but not steps cut, 0, 6 of the file|" + message
     with pytest.raises(Conflict, match=message):
-        import_(other, file, merge=merge)
+        import_archive(other, file, merge=merge)
     assert other.read(sa.select(tables.steps)) == before
 
 
@@ -199,7 +201,7 @@ def test_truncated_file_is_refused(file: Path, other: Database, tmp_path: Path, 
     cut = tmp_path / "cut"
     cut.write_bytes(whole[: int(keep * len(whole)) if isinstance(keep, float) else keep])
     with pytest.raises(BadFile, match=r"is truncated|is not a Zstandard file"):
-        import_(other, cut)
+        import_archive(other, cut)
     assert is_empty(other)
 
 
@@ -234,7 +236,7 @@ def test_damaged_file_is_refused(
     bad = tmp_path / "bad"
     bad.write_bytes(zstandard.compress(b"".join(damage(lines(file)))))
     with pytest.raises(BadFile, match=problem):
-        import_(other, bad)
+        import_archive(other, bad)
     assert is_empty(other)
 
 
@@ -251,7 +253,7 @@ def test_intact_file_with_incompatible_content_is_refused(
     assert old in content
     bad = write(tmp_path / "bad", content.replace(old, new).splitlines(keepends=True))
     with pytest.raises(BadFile, match=problem):
-        import_(other, bad)
+        import_archive(other, bad)
     assert is_empty(other)
 
 
@@ -265,9 +267,9 @@ def test_columns_missing_from_older_exports_take_their_defaults(file: Path, othe
         del (line["columns"] if number == start else line)[place]
         content[number] = json.dumps(line).encode() + b"\n"
     older = write(tmp_path / "older", content)
-    import_(other, older)
+    import_archive(other, older)
     assert [row.note for row in other.read(sa.select(tables.entries.c.note))] == [""]
-    import_(other, older)
+    import_archive(other, older)
 
 
 def test_snapshot_for_an_export_ignores_later_writes(database_url: str, split: Split, tmp_path: Path) -> None:
@@ -289,5 +291,5 @@ def test_unwritable_and_unreadable_paths_are_reported(other: Database, tmp_path:
     with pytest.raises(StorageError, match=r"cannot write .*/folder: Is a directory"):
         export(other, tmp_path / "folder")
     with pytest.raises(BadFile, match="none: cannot be read: No such file or directory"):
-        import_(other, tmp_path / "none")
+        import_archive(other, tmp_path / "none")
     assert sorted(path.name for path in tmp_path.iterdir() if path.name.startswith(".")) == []
