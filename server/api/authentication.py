@@ -21,6 +21,7 @@ PUBLIC_METHODS = frozenset({
     "/arramon.v1.Evaluation/GetServerInfo",
     "/arramon.v1.Leaderboard/List",
     "/arramon.v1.Leaderboard/GetEntry",
+    "/arramon.v1.Leaderboard/Compare",
     "/arramon.v1.Leaderboard/Export",
 })  # fmt: skip
 """Methods that need no token, even on a server that requires one to play."""

@@ -90,6 +90,7 @@ CALLS: dict[str, Callable[[Person, str], object] | None] = {
     "Leaderboard.List": None,
     "Leaderboard.Export": None,
     "Leaderboard.GetEntry": None,  # what is published is everybody's
+    "Leaderboard.Compare": None,  # of published runs alone
 }
 
 

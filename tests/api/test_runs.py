@@ -327,7 +327,9 @@ def test_perfect_run_scores_one_in_its_report(stub: EvaluationStub) -> None:
     assert last.steps == 2 * len(tiny.ACTIONS)
     report = stub.GetReport(pb.GetReportRequest(run_id=run.run_id), metadata=METADATA)
     assert [row.name for row in report.rows] == ["turn 1", "turn 2", "total"]
-    assert {(score.mean, score.low, score.high) for row in report.rows for score in row.scores} == {(1.0, 1.0, 1.0)}
+    scores = [score for row in report.rows for score in row.scores]
+    assert {(score.mean, score.high) for score in scores} == {(1.0, 1.0)}
+    assert all(0.0 < score.low < 0.1 for score in scores)  # two episodes say little
     assert report.signature.startswith("split:tiny|lang:en|episodes:2|steps:8|")
     assert {episode.cause for episode in report.episodes} == {types_pb2.CAUSE_AGENT_FINISHED}
 
