@@ -36,8 +36,8 @@ def interruptible() -> Iterator[None]:
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
-    """`--numprocesses auto`: three for two cores, as tests wait for servers and clocks a third of their time."""
-    return max(2, (os.cpu_count() or 1) * 3 // 2)
+    """`--numprocesses auto`: two for each core, as tests wait for servers and clocks half of their time."""
+    return 2 * (os.cpu_count() or 1)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
