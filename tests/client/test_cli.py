@@ -151,6 +151,7 @@ def test_dry_run_of_a_failing_agent_shows_its_error(
     assert world.current_run().state == pb.RUN_STATE_COMPLETE
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_an_interrupted_dry_run_is_cancelled(world: World, address: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--agent", "cli_agents:Interrupting", "--lang", "en", "--server", address, "--dry-run"]) == 130
     assert "--resume" not in capsys.readouterr().err

@@ -98,6 +98,7 @@ def test_the_step_of_a_failure_is_recorded(world: World, address: str) -> None:
     assert "rgb" in steps[2]
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_an_interrupted_run_has_pages_of_the_played_steps(world: World, address: str) -> None:
     assert main([*command(address, "--record", "rec"), "--agent", "recorded_agents:Interrupting"]) == 130
     assert [step["action"] for step in steps_of(Path("rec/run-1/e1"))][:2] == BY_RULE["e1"][:2]
