@@ -57,7 +57,7 @@ def main() -> int:
 
 
 def ptc(draw: np.random.Generator, means: Floats) -> Floats:
-    """Return scores like PTC: the mean of two trials, of which the second repeats the first in 3 of 10 episodes."""
+    """Return scores like PTC: the mean of two trials; in 3 of 10 episodes the second equals the first."""
     first = draw.random(means.shape) < means
     second = np.where(draw.random(means.shape) < 0.3, first, draw.random(means.shape) < means)
     return (first.astype(np.float64) + second) / 2.0

@@ -5,7 +5,7 @@
 Written apart from the gate of generation: it sees only the files of a data set. It finds the nouns of things in a text
 with what stands around them, and looks for objects that all of them can be, in order along the ground truth's path: one
 that is called the same must be the same, another must be another, of two there must be two, and nothing may be left
-behind long before it is told of. A text without such objects holds a false reference.
+behind long before it is mentioned. A text without such objects holds a false reference.
 """
 
 import argparse
@@ -26,7 +26,7 @@ from lang.grammar import INSIDE
 
 FAR, PASSED, BEHIND, TOGETHER = 14.0, 4.0, 6, 9.0
 """Maximum distance of a thing from the path, and of one that the path passes, in units; number of steps by which a
-thing may lie behind when it is told of; maximum distance of two things from each other, in units."""
+thing may lie behind when it is mentioned; maximum distance of two things from each other, in units."""
 
 MARKERS = {
     "en": {

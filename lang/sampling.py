@@ -173,7 +173,7 @@ def _step(random: Random, things: list[Thing]) -> Step:
 
 
 def _two(one: Thing, other: Thing) -> tuple[Thing, Thing]:
-    """Return two things to be told of together: two of one name if the second repeats the first's."""
+    """Return two things for one phrase: two of one name if the second repeats the first's."""
     return one, replace(one, identity=_OTHER) if repeats(other, one) else other
 
 

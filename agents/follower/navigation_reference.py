@@ -31,7 +31,7 @@ class Referents:
     def find(self, thing: Thing, x: float, z: float, angle: float) -> Marks | None:
         """Return the landmarks that a thing is for a walk from (x, z) in the direction `angle`; None if not yet seen.
 
-        It is several landmarks if the thing stands for several, and for a building, which is seen in pieces.
+        A group is several landmarks, and so is a building, which is seen in pieces.
         """
         if thing.identity in self._known:
             return self._known[thing.identity]

@@ -59,8 +59,7 @@ class Neighbour:
         try:
             with grpc.insecure_channel(self._address, options=[("grpc.use_local_subchannel_pool", 1)]) as channel:
                 stub = EvaluationStub(channel)
-                self.scores.append(played(stub))
-                while not self._leave.is_set():
+                while not (self.scores and self._leave.is_set()):
                     self.scores.append(played(stub))
         except BaseException as error:  # noqa: BLE001 - told by the test's own thread
             self.failures.append(error)

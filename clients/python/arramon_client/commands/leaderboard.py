@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from rich import box
 from rich.console import Console
 from rich.table import Table
-from rich.text import Text
+from rich.text import Text, TextType
 
 from arramon.v1 import evaluation_pb2, leaderboard_pb2_grpc
 from arramon.v1 import leaderboard_pb2 as pb
@@ -159,19 +159,21 @@ def _compare(server: Server, options: argparse.Namespace) -> None:
     console.print(differences(call(stub.Compare, request, server.address), options.sort))
 
 
+def _ranked_table(title: TextType, caption: str) -> Table:
+    """Return an empty table whose first columns are rank and agent."""
+    made = Table(title=title, caption=caption, box=box.SIMPLE_HEAD, padding=0, show_edge=False, pad_edge=False)
+    made.add_column("", justify="right", no_wrap=True)
+    made.add_column("agent", overflow="fold", min_width=24)
+    return made
+
+
 def differences(found: pb.CompareResponse, metric: str) -> Table:
     """Return the table of differences between a run and each of the others."""
-    made = Table(
+    made = _ranked_table(
         title=Text(f"{found.standing.agent} by {found.standing.participant}, rank {found.standing.rank}: {metric}"),
         caption="difference: this run minus the other, over the same episodes, with its 95% interval; p: of paired "
         "permutation tests, corrected for all pairs of the list; a difference is shown if it is below 0.05",
-        box=box.SIMPLE_HEAD,
-        padding=0,
-        show_edge=False,
-        pad_edge=False,
     )
-    made.add_column("", justify="right", no_wrap=True)
-    made.add_column("agent", overflow="fold", min_width=24)
     for heading in ("difference", "interval", "p"):
         made.add_column(heading, justify="right", no_wrap=True, min_width=12)
     made.add_column("  shown", no_wrap=True)
@@ -228,17 +230,11 @@ def _collect(stub: leaderboard_pb2_grpc.LeaderboardStub, request: pb.ListRequest
 def table(listing: Listing, split: str, language: str) -> Table:
     """Return the table of published runs, and below a line the paper's results: totals with 95% intervals."""
     languages = "all languages together" if language == BOTH else language
-    made = Table(
+    made = _ranked_table(
         title=f"{split}, {languages}",
         caption="ranked by the column with *: a rank is one more than the number of runs shown to be better by paired "
         "tests; = shares a rank; under each score its 95% interval; rPOD and PTC count where CTC-3 is 1",
-        box=box.SIMPLE_HEAD,
-        padding=0,
-        show_edge=False,
-        pad_edge=False,
     )
-    made.add_column("", justify="right", no_wrap=True)
-    made.add_column("agent", overflow="fold", min_width=24)
     for heading, metric in COLUMNS:
         made.add_column(f"{heading} *" if metric == listing.sort else heading, justify="right", no_wrap=True)
     for standing in listing.standings:

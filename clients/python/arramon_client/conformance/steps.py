@@ -40,11 +40,7 @@ def repeat(target: Target) -> None:
         first = player.observation()
         player.act(start, LEFT)
         again = player.observation()
-        expect_equal("the step after the repeated action", again.step, 1)
-        expect(
-            without_clocks(first) == without_clocks(again),
-            "the repeated step was answered with another observation than before",
-        )
+        _expect_repeated(first, again)
 
 
 @check("steps.repeat_in_batch", runs=1)
@@ -55,11 +51,7 @@ def repeat_in_batch(target: Target) -> None:
         act = pb.Act(episode_id=start.episode_id, step=start.step, action=LEFT)
         player.send(act, act)
         first, again = player.observation(), player.observation()
-        expect_equal("the step after the repeated action", again.step, 1)
-        expect(
-            without_clocks(first) == without_clocks(again),
-            "the repeated step was answered with another observation than before",
-        )
+        _expect_repeated(first, again)
 
 
 @check("steps.behind", runs=1)
@@ -182,6 +174,15 @@ def _need_pose(target: Target) -> None:
     need(
         "pose" in target.split.sensors,
         f"the split {target.split.name!r} does not offer the sensor pose; an open split would make it run",
+    )
+
+
+def _expect_repeated(first: pb.Observation, again: pb.Observation) -> None:
+    """Expect the answer to a repeated step 0 to be the same observation as before."""
+    expect_equal("the step after the repeated action", again.step, 1)
+    expect(
+        without_clocks(first) == without_clocks(again),
+        "the repeated step was answered with another observation than before",
     )
 
 

@@ -45,20 +45,8 @@ class _Shown:
             self._window = None
 
 
-class ArraMonAEC(AECEnv[str, Dict, Any]):  # type: ignore[misc]  # PettingZoo is not typed
-    """The benchmark for two agents that act by turns; `env()` makes one with PettingZoo's check of the calls' order.
-
-    The navigator acts in the city, the assembler in the room. Each sees its own observation, and gets the rewards of
-    its own phases.
-
-    Args:
-        render_mode: None, "rgb_array" or "human".
-        message_length: symbols that an agent may tell the other with each action; 0 for none.
-        options: the fields of `arramon_client.environments.options.Options`, except `phases`.
-
-    Raises:
-        BadArgument, NoBackend: as for `ArraMonEnv`.
-    """
+class _TwoAgentsBase:
+    """What both environments share: the episode, its spaces and its pictures. It must be the first base class."""
 
     metadata = METADATA
 
@@ -89,6 +77,35 @@ class ArraMonAEC(AECEnv[str, Dict, Any]):  # type: ignore[misc]  # PettingZoo is
     def action_space(self, agent: str) -> "spaces.Space[Any]":
         """Return an agent's space of actions, the same object each time."""
         return self._episode.action_spaces[agent]
+
+    def render(self) -> npt.NDArray[np.uint8] | None:
+        """Return a picture of what the acting agent sees; None unless the mode is "rgb_array"."""
+        return self._shown.show(self._episode) if self.render_mode == "rgb_array" else None
+
+    def close(self) -> None:
+        """Free what is held. On a host, end the run."""
+        self._shown.close()
+        self._episode.close()
+
+    def _show(self) -> None:
+        if self.render_mode == "human":
+            self._shown.show(self._episode)
+
+
+class ArraMonAEC(_TwoAgentsBase, AECEnv[str, Dict, Any]):  # type: ignore[misc]  # PettingZoo is not typed
+    """The benchmark for two agents that act by turns; `env()` makes one with PettingZoo's check of the calls' order.
+
+    The navigator acts in the city, the assembler in the room. Each sees its own observation, and gets the rewards of
+    its own phases.
+
+    Args:
+        render_mode: None, "rgb_array" or "human".
+        message_length: symbols that an agent may tell the other with each action; 0 for none.
+        options: the fields of `arramon_client.environments.options.Options`, except `phases`.
+
+    Raises:
+        BadArgument, NoBackend: as for `ArraMonEnv`.
+    """
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
         """Begin an episode; seed and options as for `ArraMonEnv.reset`.
@@ -134,21 +151,8 @@ class ArraMonAEC(AECEnv[str, Dict, Any]):  # type: ignore[misc]  # PettingZoo is
         self._deads_step_first()
         self._show()
 
-    def render(self) -> npt.NDArray[np.uint8] | None:
-        """Return a picture of what the acting agent sees; None unless the mode is "rgb_array"."""
-        return self._shown.show(self._episode) if self.render_mode == "rgb_array" else None
 
-    def close(self) -> None:
-        """Free what is held. On a host, end the run."""
-        self._shown.close()
-        self._episode.close()
-
-    def _show(self) -> None:
-        if self.render_mode == "human":
-            self._shown.show(self._episode)
-
-
-class ArraMonParallel(ParallelEnv[str, Dict, Any]):  # type: ignore[misc]
+class ArraMonParallel(_TwoAgentsBase, ParallelEnv[str, Dict, Any]):  # type: ignore[misc]
     """The same for learners in which all agents act at once: the action of the agent whose phase it is not counts for
     nothing, and its observation stays as it was, with `active` 0.
 
@@ -158,30 +162,6 @@ class ArraMonParallel(ParallelEnv[str, Dict, Any]):  # type: ignore[misc]
     Raises:
         BadArgument, NoBackend: as for `ArraMonEnv`.
     """
-
-    metadata = METADATA
-
-    def __init__(self, render_mode: str | None = None, message_length: int = 0, **options: object) -> None:
-        self._shown = _Shown(render_mode)
-        self._episode = TwoAgents(message_length, **options)
-        self.render_mode = render_mode
-        self.possible_agents = list(AGENTS)
-        self.agents: list[str] = []
-        self.observation_spaces = dict(self._episode.observation_spaces)
-        self.action_spaces = dict(self._episode.action_spaces)
-
-    @property
-    def player(self) -> Any:
-        """What plays the episodes: its split, its labels, the hash chain over the actions."""
-        return self._episode.player
-
-    def observation_space(self, agent: str) -> spaces.Dict:
-        """Return an agent's space of observations, the same object each time."""
-        return self._episode.observation_spaces[agent]
-
-    def action_space(self, agent: str) -> "spaces.Space[Any]":
-        """Return an agent's space of actions, the same object each time."""
-        return self._episode.action_spaces[agent]
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
@@ -219,21 +199,8 @@ class ArraMonParallel(ParallelEnv[str, Dict, Any]):  # type: ignore[misc]
         self._show()
         return self._observations(), rewards, dict.fromkeys(AGENTS, over), dict.fromkeys(AGENTS, False), infos
 
-    def render(self) -> npt.NDArray[np.uint8] | None:
-        """Return a picture of what the acting agent sees; None unless the mode is "rgb_array"."""
-        return self._shown.show(self._episode) if self.render_mode == "rgb_array" else None
-
-    def close(self) -> None:
-        """Free what is held. On a host, end the run."""
-        self._shown.close()
-        self._episode.close()
-
     def _observations(self) -> dict[str, Dict]:
         return {agent: self._episode.observation(agent) for agent in AGENTS}
-
-    def _show(self) -> None:
-        if self.render_mode == "human":
-            self._shown.show(self._episode)
 
 
 def raw_env(**arguments: Any) -> ArraMonAEC:
