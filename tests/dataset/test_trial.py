@@ -87,11 +87,8 @@ def test_a_trial_with_hope_is_played_to_its_end(place: TrialWorld) -> None:
 @pytest.mark.parametrize(
     ("actions", "most"),
     [
-        (
-            [*[Action.LEFT] * 3, *[Action.FORWARD] * 2, *[Action.LEFT] * 3, *[Action.FORWARD, Action.LEFT] * 40],
-            150,
-        ),  # Away from the path.
-        ([*ACTIONS[:4], P, P, P, P], 6),  # Picked up far from the target.
+        ([*[Action.FORWARD] * 27, *[Action.FORWARD, Action.LEFT] * 50], 100),  # Past the crossing.
+        ([*ACTIONS[:15], *[Action.LEFT] * 3, *[Action.FORWARD] * 7, P], 30),  # Another object, far from the target.
     ],
 )
 def test_a_trial_ends_when_there_is_no_hope(place: TrialWorld, actions: list[int], most: int) -> None:

@@ -68,7 +68,7 @@ def moved_to_a_building(draft: Draft, site: Site) -> Draft:
 
 def beside_the_target(draft: Draft, site: Site) -> Draft:
     target, *others = draft.turns[0].street
-    near = replace(target, position=replace(target.position, x=target.position.x + 2.0))
+    near = replace(target, position=target.position._replace(x=target.position.x + 2.0))
     return of_turn(draft, 1, street=(target, *others[:-1], near))
 
 
