@@ -38,8 +38,8 @@ from soak_players import Player
 from soak_rude import RudeStreams
 from soak_service import AUTHORITY, KILL, OF_DATABASE, OTHERS, Fault, Faults, Service, Stuck, service
 
-from arramon_client.commands import verify
 import server.cli
+from arramon_client.commands import verify
 from server.runs.accounts.accounts import Accounts
 from server.runs.accounts.callers import Role
 from server.runs.storage.database import Database

@@ -1,4 +1,4 @@
-"""Processes of the server and the client for tests, forked from one with all modules loaded, so that they start quickly."""
+"""Servers and clients for tests, forked from a process with all modules loaded, which makes their start quick."""
 
 import multiprocessing
 import os
@@ -15,6 +15,7 @@ from typing import Any
 
 import arramon_client.cli
 import server.cli
+from tests import forked_workers
 
 Main = Callable[[list[str]], int]
 """Runs a command with these arguments; returns its exit status."""
@@ -116,6 +117,8 @@ def _run(
             os.dup2(log.fileno(), sys.stderr.fileno())
     os.environ.clear()
     os.environ.update(environment)
+    if sys.platform == "linux":
+        forked_workers.install()
     threading.Thread(target=_stop_with_parent, daemon=True).start()
     sys.exit(command(arguments))
 

@@ -17,7 +17,7 @@ BENCHMARKS = ROOT / "benchmarks"
 
 @pytest.fixture
 def soak(monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType]:
-    """The script as a module: in this process its servers and clients are forked, which spares dozens of slow starts."""
+    """The script as a module: in this process its servers and clients are forked, which spares many slow starts."""
     monkeypatch.syspath_prepend(str(BENCHMARKS))
     before = signal.getsignal(signal.SIGTERM)
     yield importlib.import_module("soak")
