@@ -1,9 +1,9 @@
 """Words and tables that describe an export: for its record, its card and its Croissant file."""
 
+from collections.abc import Mapping
 from typing import Any
 
 from server.demonstrations.request import Export
-from server.episodes.splits import Split
 from server.sim.labels import LABELS
 
 UNITS = {
@@ -48,8 +48,13 @@ def describe(export: Export) -> str:
     )
 
 
-def record_of(export: Export, split: Split) -> dict[str, Any]:
-    """Return the record of a complete export, as plain data."""
+def record_of(export: Export, counts: Mapping[str, int]) -> dict[str, Any]:
+    """Return the record of a complete export, as plain data.
+
+    Args:
+        export: that is complete.
+        counts: number of episodes by language.
+    """
     uses_labels = "segmentation" in export.request.sensors
     return {
         "complete": True,
@@ -58,5 +63,5 @@ def record_of(export: Export, split: Split) -> dict[str, Any]:
         "actions": list(ACTIONS),
         "sensors": sensors_of(export),
         "labels": [[label.kind, label.colour, label.look] for label in LABELS] if uses_labels else [],
-        "longest_utf8": {language: split.texts[language].longest_utf8 for language in export.request.languages},
+        "episodes_by_language": dict(counts),
     }

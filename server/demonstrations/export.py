@@ -12,7 +12,7 @@ from pathlib import Path
 from server.demonstrations.description import record_of
 from server.demonstrations.folder import Folder
 from server.demonstrations.formats import load_format
-from server.demonstrations.parts import Part, make_parts
+from server.demonstrations.parts import Part, episodes_by_language, make_parts
 from server.demonstrations.processes import run_all
 from server.demonstrations.request import Export, Request, check_request
 from server.demonstrations.sources import Sources
@@ -143,7 +143,7 @@ def export_demonstrations(
             _work(export, folder, parts, jobs or len(os.sched_getaffinity(0)), tell)
             done = folder.finished_parts()
             format_.finish(export, split, folder, [done[part.number]["content"] for part in parts])
-            folder.write_record(record_of(export, split))
+            folder.write_record(record_of(export, episodes_by_language(parts)))
             folder.end()
     except OSError as error:
         raise _unwritable(folder, export, error) from error
@@ -196,7 +196,7 @@ def _unwritable(folder: Folder, export: Export, error: OSError) -> StorageError:
     kept = f"{len(folder.finished_parts())} of {export.parts} parts are finished and stay"
     if error.errno in FULL:
         return StorageError(
-            f"there is no room left in {folder.path} ({error.strerror}): {kept}. Make room there, or move the folder "
+            f"there is no room left in {folder.path} ({os.strerror(error.errno)}): {kept}. Make room there, or move the folder "
             "to a larger disk and name it with --output; the same command then goes on where this one ended"
         )
     why = (error.strerror or str(error)) + (f": {error.filename}" if error.filename else "")

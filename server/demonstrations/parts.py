@@ -69,3 +69,12 @@ def texts_of(split: Split, source: Source, language: str) -> list[str]:
     """Return the instructions of an episode in the order of its phases."""
     turns = split.episodes[source.episode_id].instructions[language]
     return [text for turn in turns for text in (turn.navigation, turn.assembly)]
+
+
+def episodes_by_language(parts: Sequence[Part]) -> dict[str, int]:
+    """Return the number of demonstrations in each language."""
+    counts = dict(parts[-1].before)
+    for source in parts[-1].sources:
+        for language in source.languages:
+            counts[language] += 1
+    return counts
