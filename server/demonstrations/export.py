@@ -196,8 +196,8 @@ def _unwritable(folder: Folder, export: Export, error: OSError) -> StorageError:
     kept = f"{len(folder.finished_parts())} of {export.parts} parts are finished and stay"
     if error.errno in FULL:
         return StorageError(
-            f"there is no room left in {folder.path} ({os.strerror(error.errno)}): {kept}. Make room there, or move the folder "
-            "to a larger disk and name it with --output; the same command then goes on where this one ended"
+            f"there is no room left in {folder.path} ({os.strerror(error.errno)}): {kept}. Make room there, or move "
+            "the folder to a larger disk and name it with --output; the same command then goes on where this one ended"
         )
     why = (error.strerror or str(error)) + (f": {error.filename}" if error.filename else "")
     return StorageError(f"cannot write to {folder.path}: {why}; {kept}; the same command goes on with them")

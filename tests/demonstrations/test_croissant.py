@@ -7,6 +7,8 @@ import pytest
 
 from tests.demonstrations.exporting import playing_order
 
+pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")  # in what mlcroissant uses
+
 RECOMMENDED = "is recommended, but does not exist"
 
 

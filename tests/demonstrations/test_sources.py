@@ -88,7 +88,7 @@ def test_runs_that_cannot_be_exported(data: Path, database: Database) -> None:
 def test_ground_truth_that_no_run_could_play_is_left_out(data: Path) -> None:
     split = find_split(data, "tiny")
     episode = split.episodes["1"]
-    long = replace(episode, turns=(replace(episode.turns[0], actions=(1,) * 151), episode.turns[1]))
+    long = replace(episode, turns=(replace(episode.turns[0], actions=(tiny.L,) * 151), episode.turns[1]))
     changed = replace(split, episodes={**split.episodes, "1": long})
     request = with_languages(make_request(data, "tiny", "plain"), split)
     found = ground_truth(changed, request)

@@ -67,7 +67,8 @@ class Demonstration:
         if language not in self.instructions:
             there = ", ".join(self.instructions)
             raise UsageError(f"episode {self.episode_id!r} has no instructions in {language!r}; it has {there}")
-        return self.instructions[language][self.turns[step] - 1][self.phases[step]]
+        text: str = self.instructions[language][self.turns[step] - 1][self.phases[step]]
+        return text
 
 
 class Demonstrations(Sequence[Demonstration]):
