@@ -59,7 +59,7 @@ ALLOWED: dict[str, set[str]] = {
         "arramon_client",  # It is the backend of the client's environments, in the client's own types.
     },
     "server/demonstrations": {
-        *SHARED, *WORLD, "server.episodes", "server.environments", "server.runs.play.session",
+        *SHARED, *WORLD, "server.__version__", "server.episodes", "server.environments", "server.runs.play.session",
         "server.runs.play.worlds", "server.runs.results.reports", "server.runs.storage",
         "arramon_client",  # What is exported are the observations of the client's environments.
     },

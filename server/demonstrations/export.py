@@ -130,6 +130,8 @@ def export_demonstrations(
     if not parts:
         raise BadInput(f"there is nothing to export: the split {split.name!r} has no episode to demonstrate")
     camera = os.environ.get(CAMERA) or CAMERAS[0]
+    if camera not in CAMERAS:
+        raise BadInput(f"{CAMERA} is {camera!r}, expected one of {', '.join(CAMERAS)}")
     last = parts[-1]
     export = Export(
         request, split.data_hash, split.source, camera, sources.steps_per_phase, len(parts),

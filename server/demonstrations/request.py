@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from server import __version__
 from server.episodes.splits import SENSORS, Split
 from server.errors import BadInput, Forbidden
 
@@ -84,7 +85,12 @@ class Export:
         """Return everything that the exported files depend on, as plain data."""
         request = {name: value for name, value in asdict(self.request).items() if name != "data"}
         counts = {name: getattr(self, name) for name in ("data_hash", "source", "camera", "steps_per_phase")}
-        more = {"parts": self.parts, "total_episodes": self.episodes, "total_steps": self.steps}
+        more = {
+            "server_version": __version__,
+            "parts": self.parts,
+            "total_episodes": self.episodes,
+            "total_steps": self.steps,
+        }
         return {**{name: list(v) if isinstance(v, tuple) else v for name, v in request.items()}, **counts, **more}
 
 

@@ -115,6 +115,12 @@ def test_a_folder_that_cannot_be_made(data: Path, tmp_path: Path) -> None:
         export(data, tmp_path / "file" / "out", "plain")
 
 
+def test_an_unknown_camera(data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ARRAMON_CAMERA", "obscura")
+    with pytest.raises(BadInput, match="ARRAMON_CAMERA is 'obscura', expected one of raster, tiny"):
+        export(data, tmp_path / "out", "minari")
+
+
 @pytest.mark.slow
 def test_processes_make_the_same_files(data: Path, exports: dict[str, Path], tmp_path: Path) -> None:
     export(data, tmp_path / "out", "huggingface", jobs=2)

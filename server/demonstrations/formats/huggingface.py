@@ -55,7 +55,6 @@ def features_of(export: Export) -> "datasets.Features":
 def write_part(export: Export, split: Split, part: Part, made: Path) -> Mapping[str, Any]:  # noqa: ARG001
     """Write a file for each language; frames are drawn and encoded once for all of them."""
     files: dict[str, TableFile] = {}
-    bytes_of: dict[str, int] = {}
     counts = dict.fromkeys(export.request.languages, 0)
     names = {code: f"data/{code}-{part.number:05d}-of-{export.parts:05d}.parquet" for code in counts}
     try:
@@ -87,7 +86,6 @@ def finish(export: Export, split: Split, folder: Folder, parts: Sequence[Mapping
             }
         ],
         "dataset_info": {
-            "features": features_of(export)._to_yaml_list(),
             "splits": [{"name": code, "num_bytes": sizes[code], "num_examples": rows[code]} for code in there],
             "download_size": sum(sizes.values()),
             "dataset_size": sum(sizes.values()),
