@@ -1,4 +1,4 @@
-"""Imitation of the expert in the assembly room alone: python -m examples.imitate_room DATA [TASKS] [SEED]
+"""Imitation of the expert in the assembly room alone: python -m examples.imitate_room DATA [TASKS] [SEED] [EVALUATED]
 
     pip install torch
     arramon-server generate --data DATA --rooms 3000        # the tasks to learn from
@@ -15,7 +15,7 @@ import numpy as np
 import torch
 from torch import nn
 
-from examples.room_features import Vector, make, placed
+from examples.room_features import EVALUATED, Vector, make, placed
 
 PASSES, BATCH = 15, 256
 """Passes over the demonstrations, and examples in a batch."""
@@ -67,21 +67,21 @@ def learn(policy: Policy, features: torch.Tensor, advised: torch.Tensor) -> floa
             optimiser.zero_grad()
             loss.backward()  # type: ignore[no-untyped-call]
             optimiser.step()
-            losses.append(float(loss))
+            losses.append(loss.item())
     return float(np.mean(losses))
 
 
-def main(data: str, tasks: int = 1000, seed: int = 0) -> None:
+def main(data: str, tasks: int = 1000, seed: int = 0, evaluated: int = EVALUATED) -> None:
     """Learn, and print the PTC before and after."""
     torch.manual_seed(seed)
     begun = time.process_time()
     features, advised = demonstrate(data, range(tasks), None)
     policy = Policy(features.shape[1])
-    before = placed(policy.act)
+    before = placed(policy.act, evaluated)
     learn(policy, features, advised)
     more, better = demonstrate(data, range(tasks), policy)
     loss = learn(policy, torch.cat((features, more)), torch.cat((advised, better)))
-    print(f"seed {seed}: PTC {before:.3f} before, {placed(policy.act):.3f} after, loss {loss:.2f}")
+    print(f"seed {seed}: PTC {before:.3f} before, {placed(policy.act, evaluated):.3f} after, loss {loss:.2f}")
     print(f"{(time.process_time() - begun) / 60:.1f} minutes of processor time", file=sys.stderr)
 
 
