@@ -39,35 +39,41 @@ class Features(gymnasium.ObservationWrapper[Vector, np.int64, dict[str, Any]]):
         labels = env.get_wrapper_attr("labels")
         self._labels = factored(labels)
         self._things = np.array([label.look in ("dotted", "striped") and label.colour != "" for label in labels])
+        self._text = ""  # The latest instruction, and what is known of it.
+        self._known = np.zeros(len(VOCABULARY), np.float32)
+        self._named = np.zeros((4, len(labels)), np.float32)
         size = COLUMNS * ROWS + HEADINGS + 1 + len(VOCABULARY) + 4 * GRID * GRID
         self.observation_space = gymnasium.spaces.Box(0.0, 1.0, (size,), np.float32)
 
     def observation(self, observation: dict[str, Any]) -> Vector:
         """Return (features,) float32 from 0 to 1."""
-        said = set(words(observation["instruction"]))
+        if observation["instruction"] != self._text:
+            self._text = observation["instruction"]
+            said = set(words(self._text))
+            self._known = np.array([word in said for word in VOCABULARY], np.float32)
+            self._named = self._by_label(said)
         column, row, heading = observation["pose"]
-        cells = np.zeros(COLUMNS * ROWS)
+        cells, facing = np.zeros(COLUMNS * ROWS, np.float32), np.zeros(HEADINGS, np.float32)
         cells[int(column) * ROWS + int(row)] = 1.0
-        facing = np.zeros(HEADINGS)
         facing[round(heading / 30.0) % HEADINGS] = 1.0
-        known = [float(word in said) for word in VOCABULARY]
-        seen = self._named(said)[observation["segmentation"]]
-        fields = seen.reshape(GRID, seen.shape[0] // GRID, GRID, -1, 4).mean(axis=(1, 3))
-        parts = [cells, facing, [observation["turn"] - 1.0], known, fields.ravel()]
-        return np.concatenate(parts).astype(np.float32)
+        seen = self._named[:, observation["segmentation"]]
+        side = seen.shape[-1] // GRID
+        fields = seen.reshape(4, GRID, side, GRID, side).sum(axis=4).sum(axis=2) / side**2
+        second = np.array([observation["turn"] - 1], np.float32)
+        return np.concatenate([cells, facing, second, self._known, fields.ravel()])
 
-    def _named(self, said: set[str]) -> Vector:
-        """Return by label whether its kind, its colour, its pattern and all three are named, (labels, 4)."""
+    def _by_label(self, said: set[str]) -> Vector:
+        """Return by label whether its kind, its colour, its pattern and all three are named, (4, labels)."""
         labels = self._labels
         parts = ((labels.kinds, labels.kind), (labels.colours, labels.colour), (labels.looks, labels.look))
-        named = np.stack([np.array([name in said for name in names])[numbers] for names, numbers in parts], axis=1)
-        named = np.concatenate((named, named.all(axis=1, keepdims=True)), axis=1)
-        return (named & self._things[:, None]).astype(np.float32)
+        named = np.stack([np.array([name in said for name in names])[numbers] for names, numbers in parts])
+        named = np.concatenate((named, named.all(axis=0, keepdims=True)))
+        return (named & self._things).astype(np.float32)
 
 
 def make(data: str | None, **options: object) -> Callable[[], Features]:
     """Return a function that makes an environment with the tasks of a data folder, or with drawn ones."""
-    given = {"sensors": ("segmentation", "pose"), "image_size": 64, "reward": "progress", "steps_per_phase": 40}
+    given = {"sensors": ("segmentation", "pose"), "image_size": 32, "reward": "progress", "steps_per_phase": 40}
     return lambda: Features(gymnasium.make("arramon/ArraMonRoom-v0", data=data, **given, **options))
 
 

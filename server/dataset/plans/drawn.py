@@ -100,10 +100,10 @@ def draw_plan(id: str, origin: Pair, random: Random) -> Plan | None:  # noqa: A0
         return None
     for cross in sides:
         _blocks(sketch, cross, random)
-    square = _square(sketch, sides, random)
+    squares: tuple[Square, ...] = (_square(sketch, sides, random),)
     _ring(sketch, random)
     _yards(sketch, random)
-    streets, squares = tuple(sketch.streets), (square,)
+    streets = tuple(sketch.streets)
     if random.random() < 0.5:
         streets, squares = _exchanged(streets, squares)
     heading = round(random.uniform(0.0, 179.9), 1)

@@ -8,8 +8,9 @@ import pytest
 import arramon_client.environments  # noqa: F401 - registers the environments
 import lang
 from server.commands.wording import describe
+from server.dataset.generation import room_tasks
 from server.dataset.generation.command import generate_rooms
-from server.dataset.generation.room_tasks import BATCH_SIZE, RoomBatch
+from server.dataset.generation.room_tasks import RoomBatch
 from server.dataset.generation.split_maker import Progress
 from server.dataset.instructions import gate_assembly
 from server.episodes.splits import Split, folder_of, read_split
@@ -31,17 +32,19 @@ def test_it_is_for_training_and_in_every_language(tmp_path: Path) -> None:
     assert describe(split).startswith("split rooms (for training alone): 5 in en, 5 in hi; 1 sections; data ")
 
 
-def test_number_of_jobs_does_not_change_it_and_a_smaller_one_is_a_prefix(tmp_path: Path) -> None:
+def test_number_of_jobs_does_not_change_it_and_a_smaller_one_is_a_prefix(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The seed changes it."""
-    count = BATCH_SIZE + 5
-    whole, told = make(tmp_path / "one", count)
-    again, _ = make(tmp_path / "two", count, jobs=2)
-    part, _ = make(tmp_path / "part", 4)
-    other, _ = make(tmp_path / "other", 4, seed=2)
+    monkeypatch.setattr(room_tasks, "BATCH_SIZE", 3)
+    whole, told = make(tmp_path / "one", 5)
+    again, _ = make(tmp_path / "two", 5, jobs=2)
+    part, _ = make(tmp_path / "part", 2)
+    other, _ = make(tmp_path / "other", 2, seed=2)
 
     assert whole.data_hash == again.data_hash
-    assert [progress.done for progress in told] == [BATCH_SIZE, count]
-    assert list(whole.episodes.values())[:4] == list(part.episodes.values())
+    assert [progress.done for progress in told] == [3, 5]
+    assert list(whole.episodes.values())[:2] == list(part.episodes.values())
     assert all(part.episodes[name].decoys != other.episodes[name].decoys for name in part.episodes)
 
 
@@ -62,8 +65,6 @@ def test_the_room_environment_plays_it(tmp_path: Path) -> None:
 
 def test_drafts_whose_texts_are_not_true_are_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     """The gate that refuses the first draft of each task makes each take another."""
-    from server.dataset.generation import room_tasks
-
     plain = RoomBatch(1, ("room-0", "room-1")).generate()
     asked: list[object] = []
 

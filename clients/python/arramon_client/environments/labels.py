@@ -35,11 +35,13 @@ class FactoredLabels:
 
 def factored(labels: Sequence[Label]) -> FactoredLabels:
     """Return labels, such as `env.unwrapped.labels` or `Episode.labels`, as arrays; all are empty for no labels."""
-    names, numbers = [], []
-    for part in zip(*((label.kind, label.colour, label.look) for label in labels), strict=True):
-        known = sorted({"", *part})
-        names.append(tuple(known))
-        numbers.append(np.array([known.index(name) for name in part], np.int16))
-    if not labels:
-        names, numbers = [("",)] * 3, [np.zeros(0, np.int16)] * 3
-    return FactoredLabels(*names, *numbers)
+    kinds, kind = _numbered([label.kind for label in labels])
+    colours, colour = _numbered([label.colour for label in labels])
+    looks, look = _numbered([label.look for label in labels])
+    return FactoredLabels(kinds, colours, looks, kind, colour, look)
+
+
+def _numbered(names: Sequence[str]) -> tuple[tuple[str, ...], Numbers]:
+    """Return the distinct names, sorted, "" among them, and the number of each given one."""
+    known = sorted({"", *names})
+    return tuple(known), np.array([known.index(name) for name in names], np.int16)
