@@ -33,6 +33,7 @@ class Header:
         split: name of the split, such as "val_seen".
         hidden: whether targets, goals and paths must never leave the server.
         source: origin of the episodes, as free text.
+        training: whether the episodes are for training alone, and runs on them not ranked. Written where true.
     """
 
     format: str
@@ -40,6 +41,7 @@ class Header:
     split: str
     hidden: bool
     source: str
+    training: bool = False
 
 
 _HEADER = TypeAdapter(Header)
@@ -50,7 +52,7 @@ _SECTION = TypeAdapter(Section)
 def write_episodes(path: Path, header: Header, episodes: Iterable[Episode]) -> None:
     """Write an episode file. The same episodes give the same bytes."""
     with path.open("wb") as file:
-        file.write(_HEADER.dump_json(header) + b"\n")
+        file.write(_HEADER.dump_json(header, exclude_defaults=True) + b"\n")
         for episode in episodes:
             file.write(_EPISODE.dump_json(episode) + b"\n")
 
