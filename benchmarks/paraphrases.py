@@ -75,7 +75,9 @@ def _playing(language: str, ids: Sequence[str]) -> None:
     for name, episodes in sources.items():
         scores = [_scores(episode, language, world) for episode in episodes if episode.episode_id in ids]
         means = (
-            f"{metric} {sum(one[metric] for one in scores) / len(scores):.3f}" for metric in METRICS if metric in scores[0]
+            f"{metric} {sum(one[metric] for one in scores) / len(scores):.3f}"
+            for metric in METRICS
+            if metric in scores[0]
         )
         print(f"{language} follower with {name}, {len(scores)} episodes: {', '.join(means)}")
 

@@ -21,12 +21,13 @@ SAME_KIND = {
 SAME_COLOUR = {"gold": "gold", "golden": "gold", "wooden": "gold", "gray": "grey", "metal": "silver"}
 
 LOOKS = frozenset(
-    "dotted striped star diamond triangle circle hexagon dot brick concrete glass arched spotted wood".split()
+    {"dotted", "striped", "star", "diamond", "triangle", "circle", "hexagon", "dot"}
+    | {"brick", "concrete", "glass", "arched", "spotted", "wood"}
 )
 
-ORDINALS = frozenset("first second third last nearest next another".split())
+ORDINALS = frozenset(["first", "second", "third", "last", "nearest", "next", "another"])
 
-NUMBERS = frozenset("two several both three".split())
+NUMBERS = frozenset(["two", "several", "both", "three"])
 
 Name = tuple[str, str, str]
 """Kind, colour and look; "" for what is not said."""
@@ -104,7 +105,9 @@ def _things_said(said: str | Sequence[str]) -> tuple[Name, ...]:
 
 def _fits(ours: Form, theirs: Form) -> bool:
     return (
-        ours[:2] == theirs[:2] and len(ours[2]) == len(theirs[2]) and all(map(_named, sorted(ours[2]), sorted(theirs[2])))
+        ours[:2] == theirs[:2]
+        and len(ours[2]) == len(theirs[2])
+        and all(map(_named, sorted(ours[2]), sorted(theirs[2])))
     )
 
 

@@ -6,6 +6,7 @@ The facts follow from the path and from what the camera shows along it, not from
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from server.dataset.generation.site import Site
 from server.dataset.instructions.sight import Landmark, find_landmarks, poses_along
@@ -45,7 +46,9 @@ class Passed:
     def __str__(self) -> str:
         if abs(self.aside) < 1.0:
             return f"{self.name} (at {self.along:.0f}, on the way)"
-        return f"{self.name} (at {self.along:.0f}, {abs(self.aside):.0f} to the {'right' if self.aside > 0 else 'left'})"
+        return (
+            f"{self.name} (at {self.along:.0f}, {abs(self.aside):.0f} to the {'right' if self.aside > 0 else 'left'})"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +102,7 @@ def route_facts(episode: Episode, number: int, site: Site) -> RouteFacts:
     marks = tuple(m for m in find_landmarks(poses, turn.street, site.section, site.sight, site.graph) if m.seen)
     vertices = _vertices(turn.path)
     legs, heading = [], start.heading
-    for first, last in zip(vertices, vertices[1:], strict=False):
+    for first, last in pairwise(vertices):
         (x0, z0), (x1, z1) = turn.path[first], turn.path[last]
         new = math.degrees(math.atan2(x1 - x0, z1 - z0))
         pose = Pose(x0, z0, new % 360.0)

@@ -5,17 +5,21 @@ A writer sees the way and the goal. A reader sees the same streets and room with
 
 import hashlib
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from PIL import Image
 
+from server.dataset.generation.command import SOURCE
 from server.dataset.generation.site import Site
 from server.dataset.paraphrases.room import room_facts
 from server.dataset.paraphrases.route import Leg, RouteFacts, name_of, route_facts
 from server.dataset.pictures.canvas import BLACK, PINK, SWATCHES, WHITE, Canvas, add_title
 from server.dataset.pictures.maps import EDGE, PROPS, STREET, roof_colour
+from server.dataset.plans import read_plan
 from server.episodes.episode import Episode, Turn
+from server.episodes.splits import read_splits
+from server.errors import NotFound
 from server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
 from server.sim.cameras import Viewpoint
 from server.sim.geometry import Pose
@@ -75,20 +79,47 @@ def numbered_objects(episode: Episode, number: int) -> list[Collectible]:
     return sorted(street, key=lambda item: hashlib.sha256(keys[item].encode()).digest())
 
 
-def write_sheets(episodes: Iterable[Episode], site: Site, output: Path, *, reader: bool) -> None:
-    """Write the sheets of episodes into a folder: `ID-TURN.png`, and `ID.txt` for both turns.
+def sheets_of_split(data: Path, split: str, ids: Sequence[str], output: Path, *, reader: bool) -> Iterator[Path]:
+    """Write the sheets of a split's episodes, and yield the paths: two pictures and a page for each episode.
+
+    Args:
+        data: the data folder.
+        split: its name. Buildings, junctions and corners are named where its sections come from the project's plans.
+        ids: of episodes; none for all.
+        output: folder for the files, created if missing.
+        reader: draw what a reader may see instead of what a writer needs.
 
     Raises:
+        NotFound: if the split or an episode does not exist.
         OSError: if a file cannot be written.
     """
+    chosen = read_splits(data)
+    if split not in chosen:
+        raise NotFound(f"there is no split {split!r}; there are {', '.join(chosen)}")
+    episodes = chosen[split].episodes
+    for episode in ids or episodes:
+        if episode not in episodes:
+            raise NotFound(f"there is no episode {episode!r} in {split}")
     output.mkdir(parents=True, exist_ok=True)
-    for episode in episodes:
-        pages = []
-        for number in (1, 2):
-            picture, page = (reader_sheet if reader else writer_sheet)(episode, number, site)
-            picture.save(output / f"{episode.episode_id}-{number}.png")
-            pages.append(page)
-        (output / f"{episode.episode_id}.txt").write_text("\n".join(pages), encoding="utf-8")
+    has_plans = chosen[split].source.startswith(SOURCE)
+    sites = {
+        name: Site(section, read_plan(name) if has_plans else None) for name, section in chosen[split].sections.items()
+    }
+    for episode in ids or episodes:
+        yield from _write(episodes[episode], sites[episodes[episode].section], output, reader=reader)
+
+
+def _write(episode: Episode, site: Site, output: Path, *, reader: bool) -> Iterator[Path]:
+    pages = []
+    for number in (1, 2):
+        picture, page = (reader_sheet if reader else writer_sheet)(episode, number, site)
+        path = output / f"{episode.episode_id}-{number}.png"
+        picture.save(path)
+        yield path
+        pages.append(page)
+    path = output / f"{episode.episode_id}.txt"
+    path.write_text("\n".join(pages), encoding="utf-8")
+    yield path
 
 
 def _route_lines(facts: RouteFacts, turn: Turn) -> list[str]:
