@@ -18,6 +18,7 @@ FAMILIES = {
     "serve": ("serve", "health"),
     "data": ("import-release", "generate"),
     "demonstrations": ("export-demos",),
+    "sheets": ("sheets", "add-paraphrased"),
     "inspection": ("show", "stats", "check-instruction"),
     "settings": ("config",),
     "token": ("token",),
