@@ -4,7 +4,9 @@ The first line of an episode file is the header; every further line is one `Epis
 `docs/episodes.md` describes the format for authors of such files.
 """
 
+import gzip
 import json
+import zlib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -58,7 +60,7 @@ def write_episodes(path: Path, header: Header, episodes: Iterable[Episode]) -> N
 
 
 def read_episodes(path: Path) -> tuple[Header, list[Episode]]:
-    """Read and validate an episode file.
+    """Read and validate an episode file; one whose name ends in ".gz" is decompressed.
 
     Raises:
         BadFile: if the content is wrong, naming the line and the field.
@@ -97,7 +99,10 @@ def read_bytes(path: Path) -> bytes:
         BadFile: if it cannot be read.
     """
     try:
-        return path.read_bytes()
+        content = path.read_bytes()
+        return gzip.decompress(content) if path.suffix == ".gz" else content
+    except (gzip.BadGzipFile, EOFError, zlib.error) as error:
+        raise BadFile(path, f"cannot be decompressed: {error}") from error
     except OSError as error:
         raise BadFile(path, f"cannot be read: {error.strerror}") from error
 

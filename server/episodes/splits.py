@@ -73,9 +73,9 @@ class Split:
         """What the instructions in each language are made of, by code."""
         return texts_by_language(self.episodes.values())
 
-    def in_playing_order(self, language: str) -> list[Episode]:
-        """Return the episodes in `language` in a fixed shuffled order, so that any prefix is a fair sample."""
-        spoken = [episode for episode in self.episodes.values() if language in episode.instructions]
+    def in_playing_order(self, *languages: str) -> list[Episode]:
+        """Return the episodes in any of `languages` in a fixed shuffled order, so that any prefix is a fair sample."""
+        spoken = [one for one in self.episodes.values() if not one.instructions.keys().isdisjoint(languages)]
         return sorted(spoken, key=lambda episode: hashlib.sha256(episode.episode_id.encode()).digest())
 
 
