@@ -25,7 +25,7 @@ SUFFIX = ".safetensors"
 _TOKENIZER = "tokenizer"
 
 
-class BadWeights(Exception):
+class BadWeights(ValueError):
     """A file of weights cannot be read, or does not fit this version."""
 
 

@@ -57,7 +57,7 @@ class Source:
     Attributes:
         data: the data folder.
         split: name of the split, or ROOMS.
-        languages: of the instructions, as far as an episode has them.
+        languages: of the instructions; each episode has the first, and the others as far as there are texts.
         encoder: name of the visual encoder.
         episodes: so many, the first ones in playing order; 0 for all. Of ROOMS, the seeds from `first` on.
         first: the first seed of ROOMS.
@@ -178,7 +178,8 @@ def _draw_part(source: Source, ids: Sequence[str], path: Path) -> None:
     for episode_id in ids:
         played = _demonstrate(player, episode_id, first, encoder)
         for language, reader in readers.items():
-            _add_texts(played, reader, language)
+            if reader.split.episode_ids is None or episode_id in reader.split.episode_ids:
+                _add_texts(played, reader, language)
         drawn += played
     write_part(path, drawn)
 

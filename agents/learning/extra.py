@@ -47,11 +47,14 @@ def open_agent(name: str, weights: str | None = None, seed: int = 0, temperature
         AgentLoadError: if the extra is not installed, or the weights cannot be read.
     """
     require(PLAYING, f"agents.{name}")
-    from agents.learning.agent import LearnedAgent
-    from agents.learning.checkpoint import BadWeights, find_weights, load_policy
+    import torch
 
+    from agents.learning.agent import LearnedAgent
+    from agents.learning.checkpoint import find_weights, load_policy
+
+    torch.set_num_threads(1)  # A step is small: threads that wait for each other cost more than they do.
     try:
         policy = load_policy(find_weights(weights or name))
-    except (BadWeights, ValueError) as error:
+    except ValueError as error:
         raise AgentLoadError(f"agents.{name}: {error}") from error
     return LearnedAgent(policy, name=name, seed=seed, temperature=temperature)

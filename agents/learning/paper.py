@@ -129,8 +129,8 @@ class Module(nn.Module):
         """Return cells and words, each in the light of the other, to which the past attends: twice (B, S, H).
 
         The paper fuses first, fused = W [own; other; own * other] + b for every cell and every word, then attends to
-        what was fused. As nothing but sums lies between, W can be moved past the attention, with equal results: the past
-        goes through W once, instead of every cell and word at every step.
+        what was fused. Nothing but sums lies between, so W can be moved past the attention, with equal results: the
+        past goes through W once, instead of every cell and word at every step.
         """
         words, padding = text.words, text.padding[:, None, None]  # (B, T, H), (B, 1, 1, T)
         alike = torch.einsum("bskh,bth->bskt", seen * self.similarity.weight[0], words) + self.similarity.bias

@@ -20,7 +20,7 @@ class Plan:
         data: the data folder.
         split: name of the split; not hidden.
         languages: episodes take turns in them.
-        episodes: so many, the first ones in playing order; 0 for all.
+        episodes: so many of those that have all languages, the first ones in playing order; 0 for all.
         image_size: side length of the images, in pixels.
         phases: that the agent plays; the ground truth plays the others.
     """
@@ -44,7 +44,8 @@ def play(agent: Agent, plan: Plan) -> list[Mapping[str, float]]:
     def open_player(language: str) -> Player:
         return backend.player(Settings(language, plan.split, ("rgb", "depth"), plan.image_size, phases=plan.phases))
 
-    ids = list(open_player(plan.languages[0]).split.episode_ids or ())[: plan.episodes or None]
+    told = [open_player(language).split.episode_ids or () for language in plan.languages]
+    ids = [each for each in told[0] if all(each in others for others in told[1:])][: plan.episodes or None]
     languages = [plan.languages[number % len(plan.languages)] for number in range(len(ids))]
     waiting = iter(range(len(ids)))
     open_: dict[int, tuple[Player, Observation]] = {}

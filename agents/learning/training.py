@@ -25,7 +25,7 @@ JUDGED = {"navigation": "nDTW", "assembly": "PTC"}
 """The metric by which the best weights of each phase are chosen; the other phase is played by the ground truth."""
 
 
-class OtherRecipe(Exception):
+class OtherRecipe(ValueError):
     """The output folder holds a checkpoint of another recipe."""
 
 
