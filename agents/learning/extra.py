@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 PLAYING = ("torch", "safetensors")
 """Modules that every trained agent needs to play."""
 
-COMMAND = "scripts/setup agents"
+COMMAND = "scripts/setup"
 """Installs the extra in a clone of the repository."""
 
 

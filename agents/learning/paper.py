@@ -133,15 +133,16 @@ class Module(nn.Module):
         past goes through W once, instead of every cell and word at every step.
         """
         words, padding = text.words, text.padding[:, None, None]  # (B, T, H), (B, 1, 1, T)
-        alike = torch.einsum("bskh,bth->bskt", seen * self.similarity.weight[0], words) + self.similarity.bias
+        alike = torch.einsum("bskh,bth->bskt", seen, words * self.similarity.weight[0]) + self.similarity.bias
         of_cell = _softmax(alike, padding)  # (B, S, K, T): words that matter to each cell
         of_word = alike.softmax(2)  # (B, S, K, T): cells that matter to each word
 
         read_in = torch.einsum("bskt,bth->bskh", of_cell, words)  # (B, S, K, H)
+        product = seen * read_in  # (B, S, K, H)
         own, other, both = (past @ self.fuse_cells.weight).chunk(3, -1)  # (B, S, H) each
-        scores = _dot(seen, own) + _dot(read_in, other) + _dot(seen * read_in, both)  # (B, S, K)
+        scores = _dot(seen, own) + _dot(read_in, other) + _dot(product, both)  # (B, S, K)
         weights = scores.softmax(-1)[:, :, None]  # (B, S, 1, K)
-        looked = torch.cat([weights @ seen, weights @ read_in, weights @ (seen * read_in)], -1)[:, :, 0]  # (B, S, 3H)
+        looked = torch.cat([weights @ seen, weights @ read_in, weights @ product], -1)[:, :, 0]  # (B, S, 3H)
 
         own, other, both = (past @ self.fuse_words.weight).chunk(3, -1)  # (B, S, H) each
         crossed = torch.einsum("bskh,bth->bskt", seen * both[:, :, None], words) + _dot(seen, other)[..., None]

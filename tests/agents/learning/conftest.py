@@ -6,7 +6,7 @@ import pytest
 
 from tests import tiny
 
-torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup agents")
+torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 torch.set_num_threads(1)  # Several test processes share the cores.
 
 

@@ -106,7 +106,7 @@ def test_weights_of_another_encoder_are_refused(tmp_path: Path, monkeypatch: pyt
 
 def test_without_the_extra_the_command_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(extra, "find_spec", lambda name: None if name == "torch" else object())
-    with pytest.raises(AgentLoadError, match=r"agents.vl needs torch: install the extra with `scripts/setup agents`"):
+    with pytest.raises(AgentLoadError, match=r"agents.vl needs torch: install the extra with `scripts/setup`"):
         load_agent("agents.vl")
 
 
