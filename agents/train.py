@@ -1,6 +1,7 @@
 """Train agents: `python -m agents.train --agent vl --lang en,hi`, or `--all` for everything that comes along."""
 
 import argparse
+import shutil
 import sys
 from dataclasses import fields, replace
 from pathlib import Path
@@ -25,16 +26,17 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         require(NEEDED, "training")
         for name in names:
-            _train(_recipe(RECIPES[name], given), _place(given))
+            _train(_recipe(RECIPES[name], given), _place(given), ship=given.ship)
     except (ArramonClientError, ValueError) as error:
         _tell(f"error: {error}")
         return 1
     return 0
 
 
-def _train(recipe: Recipe, place: Place) -> None:
+def _train(recipe: Recipe, place: Place, *, ship: bool) -> None:
     import torch
 
+    from agents.learning.checkpoint import WEIGHTS
     from agents.learning.training import Training, demonstrations_of
 
     torch.set_num_threads(1)  # Two processes of one thread do more than one of two.
@@ -46,12 +48,16 @@ def _train(recipe: Recipe, place: Place) -> None:
     _tell(f"{recipe.agent}: {len(demonstrations)} demonstrations, {size:,} parameters, on {place.device}")
     training.run()
     _tell(f"{recipe.agent}: best {training.best}, in {training.weights}")
+    if ship:
+        for path in (training.weights, training.weights.with_suffix(".md")):
+            shutil.copyfile(path, WEIGHTS / path.name)
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m agents.train", description="Train agents by imitation.")
     parser.add_argument("--agent", help=f"agents to train, separated by commas: {', '.join(RECIPES)}")
     parser.add_argument("--all", action="store_true", help="train all of them")
+    parser.add_argument("--ship", action="store_true", help="copy weights and card to those that come along")
     parser.add_argument("--smoke", action="store_true", help="take seconds: a few episodes, a few updates")
     parser.add_argument("--data", type=Path, default=Path("arramon-data"), help="data folder (default: %(default)s)")
     parser.add_argument("--cache", type=Path, default=Path("arramon-cache"), help="drawn demonstrations (%(default)s)")
@@ -63,8 +69,12 @@ def _parser() -> argparse.ArgumentParser:
     for each in fields(Recipe):
         if each.name not in ("agent", "languages", "sees", "reads"):
             kind = type(each.default)
-            parser.add_argument(f"--{each.name.replace('_', '-')}", type=kind, help=f"default: {each.default}")
+            parser.add_argument(_flag(each.name), type=kind, help="default: as the agent's recipe says")
     return parser
+
+
+def _flag(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
 
 
 def _recipe(recipe: Recipe, given: argparse.Namespace) -> Recipe:

@@ -11,6 +11,7 @@ from tensorboardX import SummaryWriter
 
 from agents.learning.agent import LearnedAgent
 from agents.learning.batches import draw_text, epoch, loss_of, make_batch
+from agents.learning.card import card
 from agents.learning.checkpoint import SUFFIX, Policy, read_tensors, save_policy, write_tensors
 from agents.learning.demonstrations import ROOMS, Demonstration, Source, collect
 from agents.learning.paper import PHASES, Config, Model
@@ -65,6 +66,7 @@ class Training:
         self.optimizer = torch.optim.Adam(self.policy.model.parameters(), recipe.learning_rate)
         self.step, self.losses = 0, list[float]()
         self.best: dict[str, float] = {}
+        self._cpu, self._cpu_before = time.process_time(), 0.0
         self._orders: dict[tuple[str, int], list[list[int]]] = {}
         self._counts = {phase: len(self._order(phase, 0)) for phase in PHASES}
         self.steps = recipe.passes * (self._counts["navigation"] or self._counts["assembly"])
@@ -91,6 +93,7 @@ class Training:
             self.tell(f"{self.recipe.agent}: goes on at update {self.step} of {self.steps}")
         log = SummaryWriter(str(self.place.output / "log" / self.recipe.agent), purge_step=self.step)
         begun, first = time.monotonic(), self.step
+        self._cpu = time.process_time()
         while self.step < self.steps:
             losses = self.update()
             for phase, loss in losses.items():
@@ -108,7 +111,7 @@ class Training:
                     f"{left / 60:.0f} minutes left"
                 )
         log.close()
-        return self.policy
+        return self._finish()
 
     def update(self) -> dict[str, float]:
         """Do one update on a batch of each phase, and return their losses."""
@@ -166,7 +169,12 @@ class Training:
         tensors["losses"] = torch.tensor(self.losses, dtype=torch.float64)
         if torch.cuda.is_available():
             tensors["random.cuda"] = torch.cuda.get_rng_state()
-        header = {"recipe": self.recipe.as_json(), "step": self.step, "best": self.best}
+        header = {
+            "recipe": self.recipe.as_json(),
+            "step": self.step,
+            "best": self.best,
+            "cpu_seconds": self._cpu_seconds(),
+        }
         write_tensors(self.checkpoint, tensors, header)
 
     def resume(self) -> None:
@@ -191,6 +199,23 @@ class Training:
         if "random.cuda" in tensors and torch.cuda.is_available():
             torch.cuda.set_rng_state(tensors["random.cuda"])
         self.step, self.losses, self.best = header["step"], tensors["losses"].tolist(), header["best"]
+        self._cpu, self._cpu_before = time.process_time(), header["cpu_seconds"]
+
+    def _cpu_seconds(self) -> float:
+        return self._cpu_before + time.process_time() - self._cpu
+
+    def _finish(self) -> Policy:
+        """Write the best weights with all that is known of them, and their model card, and return them."""
+        best = replace(self.policy, model=self._best_model())
+        best.about |= {
+            "data": data_of(self.demonstrations),
+            "updates": self.step,
+            "cpu_seconds": round(self._cpu_seconds()),
+            "validation": dict(self.best),
+        }
+        save_policy(best, self.weights)
+        self.weights.with_suffix(".md").write_text(card(best, self.recipe), encoding="utf-8")
+        return best
 
     def _order(self, phase: str, number: int) -> list[list[int]]:
         if (phase, number) not in self._orders:
@@ -210,6 +235,14 @@ class Training:
         else:
             model.load_state_dict(source.state_dict())
         return model.eval()
+
+
+def data_of(demonstrations: Sequence[Demonstration]) -> str:
+    """Return how many episodes, rooms and steps there are, in words."""
+    rooms = {each.episode_id for each in demonstrations if each.episode_id.startswith("room-")}
+    episodes = {each.episode_id for each in demonstrations} - rooms
+    steps = sum(len(each.actions) for each in demonstrations)
+    return f"{len(episodes)} episodes of `train` and {len(rooms)} drawn rooms, {steps:,} steps of the expert"
 
 
 def demonstrations_of(recipe: Recipe, place: Place, tell: Tell = lambda _: None) -> list[Demonstration]:
