@@ -43,7 +43,7 @@ def card(policy: Policy, recipe: Recipe) -> str:
     rows = {
         "agent": f"`agents.{recipe.agent}`. {WHAT[recipe.sees, recipe.reads]}",
         "model": f"the paper's (`agents/learning/paper.py`), {size:,} parameters, reader `{recipe.reader}`",
-        "tokenizer": f"`{policy.tokenizer.name}`, {policy.tokenizer.size} entries, for {' and '.join(recipe.languages)}",
+        "tokenizer": f"`{policy.tokenizer.name}`, {policy.tokenizer.size} pieces, for {' and '.join(recipe.languages)}",
         "visual encoder": encoder,
         "training data": about.get("data", "unknown"),
         "command": f"`{command_of(recipe)}`",
