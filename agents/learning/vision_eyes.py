@@ -53,7 +53,7 @@ class Eyes:
         parts = []
         for first in range(0, len(rgb), BATCH):
             some = rgb[first : first + BATCH], depth[first : first + BATCH]
-            cells = grid_of_blocks(self._look(*some), _tensor(some[1]))
+            cells = grid_of_blocks(self._look(*some), torch.from_numpy(np.ascontiguousarray(some[1])))
             for each, things in zip(cells, name_things(self._naming, *some), strict=True):
                 add_things(each, things, self.image_size)
             parts.append(cells)
@@ -71,7 +71,7 @@ class Eyes:
 
     def _look(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> Probabilities:
         with torch.inference_mode():
-            return probabilities(self._blocks(prepare(_tensor(rgb), _tensor(depth))))
+            return probabilities(self._blocks(prepare(rgb, depth)))
 
     def _check(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> None:
         wanted = (self.image_size, self.image_size)
@@ -92,7 +92,3 @@ def load(source: Path | None = None) -> Eyes:
     path = source or WEIGHTS
     blocks, naming = read_weights(path)
     return Eyes(blocks, naming, f"eyes-{VERSION}-{hashlib.sha256(path.read_bytes()).hexdigest()[:12]}")
-
-
-def _tensor(array: npt.NDArray[np.generic]) -> torch.Tensor:
-    return torch.from_numpy(np.ascontiguousarray(array))

@@ -1,23 +1,20 @@
 """The encoder's network: a small U-net from RGB and depth to kinds, colours and looks for each block of pixels."""
 
-import math
 from dataclasses import dataclass
-from functools import lru_cache
 
+import numpy as np
+import numpy.typing as npt
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
+from torch.nn.utils.fusion import fuse_conv_bn_eval
 
+from agents.learning.eyes.kernels import fill_input
+from agents.learning.eyes.lens import EYE_HEIGHT, rays
 from agents.learning.eyes.vocabulary import COLOURS, KINDS, LOOKS
 
 BLOCKS = 28
 """Rows and columns of blocks for which labels are predicted."""
-
-FIELD_OF_VIEW = 60.0
-"""Degrees, vertical and horizontal: frames are square."""
-
-EYE_HEIGHT = 0.525
-"""Height of the camera above the ground, in units."""
 
 LOW, HIGH = 0.4, 4.0
 """Heights above the ground at which the two scales of height end, in units."""
@@ -82,27 +79,17 @@ class EyesNetwork(nn.Module):
         return Predictions(self.head(middle).split([len(KINDS), len(COLOURS), len(LOOKS)], dim=1))
 
 
-def prepare(rgb: Tensor, depth: Tensor) -> Tensor:
-    """Return the network's input, (B, 6, size, size).
+def prepare(rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> Tensor:
+    """Return the network's input, (B, 6, size, size), with the channels last in memory.
 
     Args:
         rgb: (B, size, size, 3) uint8.
         depth: (B, size, size) float32 in units along the viewing direction; 0 where there is nothing.
     """
-    colours = rgb.permute(0, 3, 1, 2).to(torch.float32) / 255.0 - 0.5
-    seen = depth > 0.0
-    nearness = torch.where(seen, 1.0 / (1.0 + depth), 0.0)
-    height = torch.where(seen, EYE_HEIGHT - downward(depth.shape[-1]) * depth, HIGH)
-    low, high = height.clamp(0.0, LOW) / LOW, height.clamp(0.0, HIGH) / HIGH
-    geometry = torch.stack([2.0 * nearness, low, high], dim=1)
-    return torch.cat([colours, geometry], dim=1).contiguous(memory_format=torch.channels_last)
-
-
-@lru_cache(4)
-def downward(size: int) -> Tensor:
-    """Return how far the rays of each row go down, (size, 1), in units per unit ahead."""
-    focal = size / 2 / math.tan(math.radians(FIELD_OF_VIEW / 2))
-    return ((torch.arange(size, dtype=torch.float32) + 0.5 - size / 2) / focal)[:, None]
+    images = np.empty((*depth.shape, CHANNELS), np.float32)
+    for each, ahead, image in zip(rgb, depth, images, strict=True):
+        fill_input(each, ahead, rays(len(ahead)), EYE_HEIGHT, LOW, HIGH, image)
+    return torch.from_numpy(images).permute(0, 3, 1, 2)
 
 
 class _Bottleneck(nn.Module):
@@ -116,6 +103,16 @@ class _Bottleneck(nn.Module):
 
     def forward(self, x: Tensor) -> Tensor:
         return functional.relu(x + self.third(self.second(self.first(x))))
+
+
+def folded(network: nn.Module) -> None:
+    """Fold the normalisation of each convolution of a trained network, in evaluation mode, into its weights."""
+    for child in network.modules():
+        if isinstance(child, nn.Sequential):
+            for place in range(len(child) - 1):
+                convolution, norm = child[place], child[place + 1]
+                if isinstance(convolution, nn.Conv2d) and isinstance(norm, nn.BatchNorm2d):
+                    child[place], child[place + 1] = fuse_conv_bn_eval(convolution, norm), nn.Identity()
 
 
 def _convolution(inputs: int, outputs: int, *, size: int = 3, stride: int = 1) -> nn.Sequential:

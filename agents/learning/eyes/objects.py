@@ -2,13 +2,13 @@
 
 import math
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-from agents.learning.eyes.network import EYE_HEIGHT, FIELD_OF_VIEW
+from agents.learning.eyes.kernels import fill_crop, mark_solid
+from agents.learning.eyes.lens import EYE_HEIGHT, rays
 
 LOWEST, HIGHEST = 0.018, 0.8
 """Heights above the ground between which pixels are looked at, in units: more than painted lines and pavements."""
@@ -78,20 +78,12 @@ def find_things(depth: Floats) -> list[Thing]:
         depth: (size, size) units along the viewing direction, 0 where there is nothing.
     """
     size = len(depth)
-    down, right = _rays(size)
+    down = right = rays(size)
     first = int(np.searchsorted(down, -STEEPEST))
     z, down = depth[first:], down[first:]
-    height = EYE_HEIGHT - down[:, None] * z
-    solid = (height > LOWEST) & (height < HIGHEST) & (z > 0.0) & (z < FARTHEST)
-    limit = JUMP + RELATIVE_JUMP * z
-    # A pixel at a jump belongs to neither side: it keeps them apart. It is the farther one that is left out.
-    jumps = np.zeros_like(solid)
-    across, along = np.diff(z, axis=1), np.diff(z, axis=0)
-    jumps[:, 1:] |= across > limit[:, :-1]
-    jumps[:, :-1] |= across < -limit[:, 1:]
-    jumps[1:] |= along > limit[:-1]
-    jumps[:-1] |= along < -limit[1:]
-    numbers, count = ndimage.label(solid & ~jumps)
+    marked = np.empty(z.shape, np.bool_)
+    mark_solid(z, down, EYE_HEIGHT, LOWEST, HIGHEST, FARTHEST, JUMP, RELATIVE_JUMP, marked)
+    numbers, count = ndimage.label(marked)
     things = []
     for number, box in enumerate(ndimage.find_objects(numbers, count), start=1):
         rows, columns = box
@@ -103,7 +95,7 @@ def find_things(depth: Floats) -> list[Thing]:
         width = float(sideways.max() - sideways.min())
         if width > WIDEST:
             continue
-        heights = height[box][mask]
+        heights = EYE_HEIGHT - np.broadcast_to(down[rows][:, None], mask.shape)[mask] * ahead
         middle = float(sideways.max() + sideways.min()) / 2
         thing = Thing(
             slice(rows.start + first, rows.stop + first),
@@ -132,29 +124,7 @@ def crop(rgb: npt.NDArray[np.uint8], depth: Floats, thing: Thing) -> Floats:
     steps = (np.arange(CROP) + 0.5) / CROP * 2 * half - half
     rows = np.floor(thing.rows.start + height / 2 + steps).astype(np.int64)
     columns = np.floor(thing.columns.start + width / 2 + steps).astype(np.int64)
-    size = len(depth)
-    inside = ((rows >= 0) & (rows < size))[:, None] & ((columns >= 0) & (columns < size))
-    at = np.clip(rows, 0, size - 1)[:, None], np.clip(columns, 0, size - 1)
-    own = np.zeros((CROP, CROP), bool)
-    in_rows = np.flatnonzero((rows >= thing.rows.start) & (rows < thing.rows.stop))
-    in_columns = np.flatnonzero((columns >= thing.columns.start) & (columns < thing.columns.stop))
-    own[np.ix_(in_rows, in_columns)] = thing.mask[
-        np.ix_(rows[in_rows] - thing.rows.start, columns[in_columns] - thing.columns.start)
-    ]
-    z = depth[at]
-    down, _ = _rays(size)
-    found = np.empty((CROP, CROP, CROP_CHANNELS), np.float32)
-    found[..., :3] = rgb[at] * np.float32(1 / 255)
-    found[..., 3] = own
-    found[..., 4] = np.clip(EYE_HEIGHT - down[at[0]] * z, 0.0, 1.0)
-    found[..., 5] = np.clip((z - thing.ahead) * 2.0, -1.0, 1.0)
-    found *= inside[..., None]
+    found = np.zeros((CROP, CROP, CROP_CHANNELS), np.float32)
+    first = thing.rows.start, thing.columns.start
+    fill_crop(rgb, depth, rows, columns, thing.mask, first, rays(len(depth)), EYE_HEIGHT, thing.ahead, found)
     return found
-
-
-@cache
-def _rays(size: int) -> tuple[Floats, Floats]:
-    """Return how far the rays of each row go down, and those of each column to the right, per unit ahead."""
-    focal = size / 2 / math.tan(math.radians(FIELD_OF_VIEW / 2))
-    rays = ((np.arange(size) + 0.5 - size / 2) / focal).astype(np.float32)
-    return rays, rays

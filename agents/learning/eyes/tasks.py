@@ -61,10 +61,7 @@ class BlocksTask:
     def loss(self, numbers: range) -> Tensor:
         """Return the loss of a batch of frames."""
         frames = [self._frame_of(number) for number in numbers]
-        images = prepare(
-            torch.from_numpy(np.stack([frame.rgb for frame in frames])),
-            torch.from_numpy(np.stack([frame.depth for frame in frames])),
-        )
+        images = prepare(np.stack([frame.rgb for frame in frames]), np.stack([frame.depth for frame in frames]))
         targets = torch.from_numpy(np.stack([self._table.blocks(frame.labels) for frame in frames]))
         return loss_of(self.network(images), targets)
 

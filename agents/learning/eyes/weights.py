@@ -10,7 +10,7 @@ from safetensors.torch import save_file
 from torch import nn
 
 from agents.learning.eyes.naming import NamingNetwork
-from agents.learning.eyes.network import EyesNetwork, Sizes
+from agents.learning.eyes.network import EyesNetwork, Sizes, folded
 
 BLOCKS, NAMING = "blocks.", "naming."
 """Before the names of each network's tensors."""
@@ -51,4 +51,6 @@ def _fill(network: nn.Module, tensors: dict[str, torch.Tensor]) -> None:
         {name: value.float() if value.is_floating_point() else value for name, value in tensors.items()}
     )
     network.requires_grad_(requires_grad=False)
-    network.eval().to(memory_format=torch.channels_last)
+    network.eval()
+    folded(network)
+    network.to(memory_format=torch.channels_last)
