@@ -2,9 +2,9 @@
 
     python benchmarks/results.py [--data DIR] [--runs DIR] [--episodes N] [--agents A,B] [--splits S,T] [--page FILE]
 
-Each agent plays the first N episodes of each split in each language. Runs that are in the folder of runs already, of the
-same data and weights, are not played again: after an interruption the command goes on. A learned agent's weights are
-those that come along. "PTC alone" is the placement after perfect navigation, played in process by the same rules.
+Each agent plays the first N episodes of each split in each language. Runs that are in the folder of runs already, with
+the same weights, are not played again: after an interruption the command goes on; name another folder for other data. A
+learned agent's weights are those that come along. "PTC alone" is the placement after perfect navigation, played in process by the same rules.
 """
 
 import argparse

@@ -1,14 +1,16 @@
 """Demonstrations: the expert's walks as features and actions, drawn once and kept compressed.
 
-Images are not kept: a frame is drawn faster than a JPEG is read. One part of the cache holds a few dozen episodes. What
-is there already is not drawn again, so a collection that was killed goes on where it stopped.
+Images are not kept: a frame is drawn faster than a JPEG is read. The cache has one file for each episode. What is there
+already is not drawn again, so a collection that was killed goes on where it stopped.
 """
 
 import hashlib
 import json
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import nullcontext
 from dataclasses import dataclass
+from functools import lru_cache, partial
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -21,9 +23,6 @@ from agents.learning.vision import GRID, VisualEncoder, open_encoder, quantise
 from arramon_client.agent import Observation
 from arramon_client.environments.backend import ASSEMBLY, NAVIGATION, Backend, Player, Settings
 from arramon_client.environments.options import Options, open_backend
-
-PART = 25
-"""Episodes in one file of the cache."""
 
 ROOMS = "rooms"
 """The split of tasks that are drawn in the room alone."""
@@ -72,7 +71,7 @@ class Source:
 
 
 def collect(source: Source, cache: Path, processes: int = 1) -> Iterator[Sequence[Demonstration]]:
-    """Yield the demonstrations part by part, drawing those that the cache does not hold.
+    """Yield the demonstrations of each episode, drawing those that the cache does not hold.
 
     Args:
         source: what is demonstrated.
@@ -84,22 +83,22 @@ def collect(source: Source, cache: Path, processes: int = 1) -> Iterator[Sequenc
     """
     encoder = open_encoder(source.encoder)
     ids, data_hash = _episodes(source)
-    key = f"{data_hash}/{'+'.join(source.languages)}/{encoder.name}/{encoder.fingerprint}/{PART}/{_VERSION}"
+    key = f"{data_hash}/{'+'.join(source.languages)}/{encoder.name}/{encoder.fingerprint}/{_VERSION}"
     folder = cache / f"{source.split}-{hashlib.sha256(key.encode()).hexdigest()[:12]}"
     folder.mkdir(parents=True, exist_ok=True)
-    parts = [(source, ids[at : at + PART], _part(folder, ids[at : at + PART])) for at in range(0, len(ids), PART)]
-    if processes < 2:
-        for each in parts:
-            _draw_part(*each)
-            yield read_part(each[2])
-        return
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-        for each, _ in zip(parts, pool.map(_draw_part, *zip(*parts, strict=True)), strict=True):
-            yield read_part(each[2])
+    paths = [folder / f"{episode_id}.zst" for episode_id in ids]
+    missing = [(episode_id, path) for episode_id, path in zip(ids, paths, strict=True) if not path.exists()]
+    pool = ProcessPoolExecutor(processes, mp_context=get_context("spawn")) if processes > 1 and missing else None
+    drawn = (pool.map if pool else map)(partial(_draw, source), *zip(*missing, strict=True)) if missing else iter(())
+    with pool or nullcontext():
+        for path in paths:
+            while not path.exists():
+                next(drawn)
+            yield read_demonstrations(path)
 
 
-def read_part(path: Path) -> list[Demonstration]:
-    """Return the demonstrations of a file of the cache."""
+def read_demonstrations(path: Path) -> list[Demonstration]:
+    """Return the demonstrations of an episode from its file in the cache."""
     raw = zstandard.ZstdDecompressor().decompress(path.read_bytes())
     length = int.from_bytes(raw[:8])
     found, at = [], 8 + length
@@ -113,8 +112,8 @@ def read_part(path: Path) -> list[Demonstration]:
     return found
 
 
-def write_part(path: Path, demonstrations: Sequence[Demonstration]) -> None:
-    """Write demonstrations to a file of the cache, which appears complete or not at all."""
+def write_demonstrations(path: Path, demonstrations: Sequence[Demonstration]) -> None:
+    """Write the demonstrations of an episode to its file in the cache, which appears complete or not at all."""
     items = [
         {
             "episode_id": each.episode_id,
@@ -146,10 +145,6 @@ def _episodes(source: Source) -> tuple[list[str], str]:
     return ids[: source.episodes or None], info.data_hash
 
 
-def _part(folder: Path, ids: Sequence[str]) -> Path:
-    return folder / f"{hashlib.sha256(' '.join(ids).encode()).hexdigest()[:16]}.zst"
-
-
 def _backend(source: Source) -> Backend:
     return open_backend(Options(data=source.data))
 
@@ -166,22 +161,31 @@ def _settings(source: Source, language: str, size: int = 0) -> Settings:
     )
 
 
-def _draw_part(source: Source, ids: Sequence[str], path: Path) -> None:
-    """Draw a part of the cache, unless it is there."""
-    if path.exists():
-        return
+@dataclass(frozen=True)
+class _Easel:
+    """What draws the episodes of a source: encoder, player with images, and one without for each other language."""
+
+    encoder: VisualEncoder
+    player: Player
+    others: dict[str, Player]
+
+
+@lru_cache(maxsize=1)
+def _easel(source: Source) -> _Easel:
     backend, encoder = _backend(source), open_encoder(source.encoder)
     first, *others = source.languages
     player = backend.player(_settings(source, first, encoder.image_size))
-    readers = {language: backend.player(_settings(source, language)) for language in others}
-    drawn: list[Demonstration] = []
-    for episode_id in ids:
-        played = _demonstrate(player, episode_id, first, encoder)
-        for language, reader in readers.items():
-            if reader.split.episode_ids is None or episode_id in reader.split.episode_ids:
-                _add_texts(played, reader, language)
-        drawn += played
-    write_part(path, drawn)
+    return _Easel(encoder, player, {language: backend.player(_settings(source, language)) for language in others})
+
+
+def _draw(source: Source, episode_id: str, path: Path) -> None:
+    """Draw an episode, and write it to the cache."""
+    easel = _easel(source)
+    drawn = _demonstrate(easel.player, episode_id, source.languages[0], easel.encoder)
+    for language, other in easel.others.items():
+        if other.split.episode_ids is None or episode_id in other.split.episode_ids:
+            _add_texts(drawn, other, language)
+    write_demonstrations(path, drawn)
 
 
 def _demonstrate(player: Player, episode_id: str, language: str, encoder: VisualEncoder) -> list[Demonstration]:

@@ -29,10 +29,9 @@ def test_they_are_the_ground_truth_in_every_language_there_is(data: Path, tmp_pa
 def test_what_is_there_is_not_drawn_again(data: Path, tmp_path: Path) -> None:
     source = Source(data, "train", ("en",), "pooled", 2)
     first = gathered(source, tmp_path)
-    (path,) = tmp_path.rglob("*.zst")
-    written = path.stat().st_mtime_ns
+    written = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.zst")}
     again = gathered(source, tmp_path)
-    assert path.stat().st_mtime_ns == written
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.zst")} == written
     for one, other in zip(first, again, strict=True):
         assert (one.episode_id, one.turn, one.phase, one.texts) == (
             other.episode_id, other.turn, other.phase, other.texts,
@@ -40,7 +39,16 @@ def test_what_is_there_is_not_drawn_again(data: Path, tmp_path: Path) -> None:
         np.testing.assert_array_equal(one.features, other.features)
 
 
-def test_another_encoder_has_its_own_cache(data: Path, tmp_path: Path) -> None:
+def test_several_processes_draw_the_same(data: Path, tmp_path: Path) -> None:
+    source = Source(data, "train", ("en",), "pooled", 3)
+    alone = gathered(source, tmp_path / "alone")
+    together = [each for part in collect(source, tmp_path / "together", processes=2) for each in part]
+    for one, other in zip(alone, together, strict=True):
+        assert one.episode_id == other.episode_id
+        np.testing.assert_array_equal(one.features, other.features)
+
+
+def test_other_languages_have_their_own_cache(data: Path, tmp_path: Path) -> None:
     gathered(Source(data, "train", ("en",), "pooled", 2), tmp_path)
     gathered(Source(data, "train", ("hi",), "pooled", 2), tmp_path)
     assert len(list(tmp_path.iterdir())) == 2
@@ -54,11 +62,11 @@ def test_drawn_rooms_tell_one_task_in_both_languages(data: Path, tmp_path: Path)
     assert sum("hi" in each.texts for each in found) >= 4
 
 
-def test_parts_are_as_they_were_written(tmp_path: Path) -> None:
+def test_files_are_as_they_were_written(tmp_path: Path) -> None:
     features = np.random.default_rng(1).integers(0, 256, (3, 7, 7, 5), np.uint8)
     made = Demonstration("a", 2, "assembly", {"hi": "रखें"}, np.array([0, 1, 3], np.uint8), features)
-    demonstrations.write_part(tmp_path / "part.zst", [made, made])
-    for each in demonstrations.read_part(tmp_path / "part.zst"):
+    demonstrations.write_demonstrations(tmp_path / "part.zst", [made, made])
+    for each in demonstrations.read_demonstrations(tmp_path / "part.zst"):
         assert (each.episode_id, each.turn, each.phase, each.texts) == ("a", 2, "assembly", {"hi": "रखें"})
         assert each.actions.tolist() == [0, 1, 3]
         np.testing.assert_array_equal(each.features, features)

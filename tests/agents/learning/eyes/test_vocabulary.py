@@ -23,7 +23,11 @@ def test_names_are_the_simulators() -> None:
 
 @pytest.mark.parametrize(
     ("label", "problem"),
-    [(("unicorn", "", ""), "not in tuple"), (("mug", "pink", ""), "not in tuple"), (("bench", "", "dotted"), "no look")],
+    [
+        (("unicorn", "", ""), "not in tuple"),
+        (("mug", "pink", ""), "not in tuple"),
+        (("bench", "", "dotted"), "no look"),
+    ],
 )
 def test_unknown_names_are_refused(label: tuple[str, str, str], problem: str) -> None:
     with pytest.raises(ValueError, match=problem):
