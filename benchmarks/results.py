@@ -4,7 +4,8 @@
 
 Each agent plays the first N episodes of each split in each language. Runs that are in the folder of runs already, with
 the same weights, are not played again: after an interruption the command goes on; name another folder for other data. A
-learned agent's weights are those that come along. "PTC alone" is the placement after perfect navigation, played in process by the same rules.
+learned agent's weights are those that come along. "PTC alone" is the placement after perfect navigation, played in
+process by the same rules.
 """
 
 import argparse

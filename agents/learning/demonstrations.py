@@ -57,7 +57,7 @@ class Source:
         data: the data folder.
         split: name of the split, or ROOMS.
         languages: of the instructions; each episode has the first, and the others as far as there are texts.
-        encoder: name of the visual encoder.
+        encoder: name of the visual encoder; empty for an agent that sees nothing: then nothing is drawn, and C is 0.
         episodes: so many, the first ones in playing order; 0 for all. Of ROOMS, the seeds from `first` on.
         first: the first seed of ROOMS.
     """
@@ -81,9 +81,10 @@ def collect(source: Source, cache: Path, processes: int = 1) -> Iterator[Sequenc
     Raises:
         UsageError: if the data folder does not have the split or a language.
     """
-    encoder = open_encoder(source.encoder)
+    encoder = _encoder(source)
     ids, data_hash = _episodes(source)
-    key = f"{data_hash}/{'+'.join(source.languages)}/{encoder.name}/{encoder.fingerprint}/{_VERSION}"
+    eyes = f"{encoder.name}/{encoder.fingerprint}" if encoder else ""
+    key = f"{data_hash}/{'+'.join(source.languages)}/{eyes}/{_VERSION}"
     folder = cache / f"{source.split}-{hashlib.sha256(key.encode()).hexdigest()[:12]}"
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"{episode_id}.zst" for episode_id in ids]
@@ -145,6 +146,10 @@ def _episodes(source: Source) -> tuple[list[str], str]:
     return ids[: source.episodes or None], info.data_hash
 
 
+def _encoder(source: Source) -> VisualEncoder | None:
+    return open_encoder(source.encoder) if source.encoder else None
+
+
 def _backend(source: Source) -> Backend:
     return open_backend(Options(data=source.data))
 
@@ -165,16 +170,16 @@ def _settings(source: Source, language: str, size: int = 0) -> Settings:
 class _Easel:
     """What draws the episodes of a source: encoder, player with images, and one without for each other language."""
 
-    encoder: VisualEncoder
+    encoder: VisualEncoder | None
     player: Player
     others: dict[str, Player]
 
 
 @lru_cache(maxsize=1)
 def _easel(source: Source) -> _Easel:
-    backend, encoder = _backend(source), open_encoder(source.encoder)
+    backend, encoder = _backend(source), _encoder(source)
     first, *others = source.languages
-    player = backend.player(_settings(source, first, encoder.image_size))
+    player = backend.player(_settings(source, first, encoder.image_size if encoder else 0))
     return _Easel(encoder, player, {language: backend.player(_settings(source, language)) for language in others})
 
 
@@ -188,7 +193,7 @@ def _draw(source: Source, episode_id: str, path: Path) -> None:
     write_demonstrations(path, drawn)
 
 
-def _demonstrate(player: Player, episode_id: str, language: str, encoder: VisualEncoder) -> list[Demonstration]:
+def _demonstrate(player: Player, episode_id: str, language: str, encoder: VisualEncoder | None) -> list[Demonstration]:
     """Let the expert play an episode, and return its phases."""
     phases: dict[tuple[int, str], list[tuple[Observation, int]]] = {}
     observation: Observation | None = player.begin(episode_id, 0)
@@ -198,11 +203,14 @@ def _demonstrate(player: Player, episode_id: str, language: str, encoder: Visual
         observation = player.step(action).observation
     found = []
     for (turn, phase), steps in phases.items():
-        rgb = np.stack([np.asarray(observation.rgb) for observation, _ in steps])
-        depth = np.stack([np.asarray(observation.depth) for observation, _ in steps])
+        features = np.zeros((len(steps), GRID, GRID, 0), np.uint8)
+        if encoder is not None:
+            rgb = np.stack([np.asarray(observation.rgb) for observation, _ in steps])
+            depth = np.stack([np.asarray(observation.depth) for observation, _ in steps])
+            features = quantise(encoder.encode(rgb, depth))
         actions = np.array([action for _, action in steps], np.uint8)
         texts = {language: steps[0][0].instruction}
-        found.append(Demonstration(episode_id, turn, phase, texts, actions, quantise(encoder.encode(rgb, depth))))
+        found.append(Demonstration(episode_id, turn, phase, texts, actions, features))
     return found
 
 

@@ -39,17 +39,17 @@ class Recipe:
     tokenizer: str = "word"
     reader: str = "lstm"
     episodes: int = 0
-    rooms: int = 0
-    passes: int = 20
+    rooms: int = 800
+    passes: int = 14
     batch: int = 16
     room_batch: int = 32
     learning_rate: float = 1e-3
     clip: float = 5.0
-    inflection: float = 1.0
+    inflection: float = 2.0
     seed: int = 1
     validate: str = "val_seen"
-    validate_episodes: int = 40
-    validate_steps: int = 400
+    validate_episodes: int = 24
+    validate_steps: int = 250
 
     def as_json(self) -> dict[str, Any]:
         """Return all of it as JSON values."""

@@ -251,9 +251,10 @@ def demonstrations_of(recipe: Recipe, place: Place, tell: Tell = lambda _: None)
     Raises:
         UsageError: if the data folder does not have what the recipe names.
     """
-    sources = [Source(place.data, "train", recipe.languages, recipe.encoder, recipe.episodes)]
+    encoder = recipe.encoder if recipe.sees else ""
+    sources = [Source(place.data, "train", recipe.languages, encoder, recipe.episodes)]
     if recipe.rooms:
-        sources.append(Source(place.data, ROOMS, recipe.languages, recipe.encoder, recipe.rooms))
+        sources.append(Source(place.data, ROOMS, recipe.languages, encoder, recipe.rooms))
     found: list[Demonstration] = []
     for source in sources:
         before = told = time.monotonic()

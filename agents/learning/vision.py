@@ -12,7 +12,7 @@ import numpy.typing as npt
 GRID = 7
 """Rows and columns of cells into which an image is divided."""
 
-DEFAULT = "pooled"
+DEFAULT = "eyes"
 """Name of the encoder that is used where none is named."""
 
 
@@ -65,7 +65,8 @@ def encoder_names() -> list[str]:
 
 def quantise(features: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
     """Return features in [0, 1] as whole numbers of 0 to 255, of the same shape: as agents are trained and play."""
-    return np.rint(np.clip(features, 0.0, 1.0) * 255.0).astype(np.uint8)
+    whole: npt.NDArray[np.uint8] = np.rint(np.clip(features, 0.0, 1.0) * 255.0).astype(np.uint8)
+    return whole
 
 
 def resize(

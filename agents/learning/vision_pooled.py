@@ -87,4 +87,5 @@ def _blocks(plane: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
 
 def _shares(plane: npt.NDArray[np.generic]) -> npt.NDArray[np.float32]:
     """Return the share of each cell's pixels that are set, (B, 7, 7)."""
-    return _blocks(plane.astype(np.float32)).mean((2, 4))
+    shares: npt.NDArray[np.float32] = _blocks(plane.astype(np.float32)).mean((2, 4))
+    return shares

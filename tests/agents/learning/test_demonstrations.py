@@ -39,6 +39,12 @@ def test_what_is_there_is_not_drawn_again(data: Path, tmp_path: Path) -> None:
         np.testing.assert_array_equal(one.features, other.features)
 
 
+def test_for_the_blind_nothing_is_drawn(data: Path, tmp_path: Path) -> None:
+    found = gathered(Source(data, "train", ("en", "hi"), "", 1), tmp_path)
+    assert [each.features.shape for each in found] == [(len(each.actions), 7, 7, 0) for each in found]
+    assert sum(len(each.actions) for each in found) == len(tiny.ACTIONS)
+
+
 def test_several_processes_draw_the_same(data: Path, tmp_path: Path) -> None:
     source = Source(data, "train", ("en",), "pooled", 3)
     alone = gathered(source, tmp_path / "alone")

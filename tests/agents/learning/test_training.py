@@ -50,7 +50,7 @@ def test_another_recipe_does_not_go_on(tmp_path: Path) -> None:
 
 def test_inflection_weighs_changes_of_action(tmp_path: Path) -> None:
     plain = Training(recipe(), place(tmp_path), demonstrations())
-    weighted = Training(replace(recipe(), inflection=3.0), place(tmp_path), demonstrations())
+    weighted = Training(replace(recipe(), inflection=1.0), place(tmp_path), demonstrations())
     assert plain.update() != weighted.update()
 
 
