@@ -32,7 +32,7 @@ FROM builder AS agent-builder
 ARG TORCH=torch==2.13.0
 ARG TORCH_INDEX=https://download.pytorch.org/whl/cpu
 RUN --mount=type=secret,id=ca trusting /opt/arramon/bin/pip install ${TORCH_INDEX:+--index-url "$TORCH_INDEX"} "$TORCH"
-RUN --mount=type=secret,id=ca trusting /opt/arramon/bin/pip install safetensors scipy sentencepiece
+RUN --mount=type=secret,id=ca trusting /opt/arramon/bin/pip install numba safetensors scipy sentencepiece
 COPY agents agents
 COPY lang lang
 RUN cp -r agents lang /opt/arramon/lib/python3*/site-packages/
@@ -49,6 +49,8 @@ RUN install -d -o arramon -g arramon /data/results
 USER 10001
 # Without --output, results go into /data/arramon-results.
 WORKDIR /data
+# For what the visual encoder compiles, in containers that may write nowhere else.
+ENV NUMBA_CACHE_DIR=/tmp/compiled
 ENTRYPOINT ["arramon-client"]
 CMD ["--help"]
 
