@@ -45,7 +45,7 @@ def card(policy: Policy, recipe: Recipe) -> str:
         "model": f"the paper's (`agents/learning/paper.py`), {size:,} parameters, reader `{recipe.reader}`",
         "tokenizer": f"`{policy.tokenizer.name}`, {policy.tokenizer.size} pieces, for {' and '.join(recipe.languages)}",
         "visual encoder": encoder,
-        "training data": about.get("data", "unknown"),
+        "training data": f"{about.get('data', 'unknown')}; SHA-256 of `train` {about.get('data_hash', 'unknown')[:12]}",
         "command": f"`{command_of(recipe)}`",
         "seed": recipe.seed,
         "updates": about.get("updates", "unknown"),

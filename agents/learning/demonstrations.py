@@ -136,6 +136,15 @@ def write_demonstrations(path: Path, demonstrations: Sequence[Demonstration]) ->
 _VERSION = 1
 
 
+def data_hash_of(source: Source) -> str:
+    """Return the hash of a source's data.
+
+    Raises:
+        UsageError: if the data folder does not have the split or a language.
+    """
+    return _episodes(source)[1]
+
+
 def _episodes(source: Source) -> tuple[list[str], str]:
     """Return the ids of the episodes, and the hash of their data."""
     player = _backend(source).player(_settings(source, source.languages[0]))

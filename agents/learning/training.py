@@ -13,7 +13,7 @@ from agents.learning.agent import LearnedAgent
 from agents.learning.batches import draw_text, epoch, loss_of, make_batch
 from agents.learning.card import card
 from agents.learning.checkpoint import SUFFIX, Policy, read_tensors, save_policy, write_tensors
-from agents.learning.demonstrations import ROOMS, Demonstration, Source, collect
+from agents.learning.demonstrations import ROOMS, Demonstration, Source, collect, data_hash_of
 from agents.learning.paper import PHASES, Config, Model
 from agents.learning.recipe import Place, Recipe
 from agents.learning.rollouts import Plan, mean, play
@@ -243,6 +243,15 @@ def data_of(demonstrations: Sequence[Demonstration]) -> str:
     episodes = {each.episode_id for each in demonstrations} - rooms
     steps = sum(len(each.actions) for each in demonstrations)
     return f"{len(episodes)} episodes of `train` and {len(rooms)} drawn rooms, {steps:,} steps of the expert"
+
+
+def train_data_hash(recipe: Recipe, place: Place) -> str:
+    """Return the hash of the training split.
+
+    Raises:
+        UsageError: if the data folder does not have it, or not the recipe's first language.
+    """
+    return data_hash_of(Source(place.data, "train", recipe.languages, "", recipe.episodes))
 
 
 def demonstrations_of(recipe: Recipe, place: Place, tell: Tell = lambda _: None) -> list[Demonstration]:
