@@ -2,8 +2,9 @@
 
     python benchmarks/results.py [--data DIR] [--runs DIR] [--episodes N] [--agents A,B] [--splits S,T] [--page FILE]
 
-Each agent plays the first N episodes of each split in each language. Runs that are in the folder of runs already, with
-the same weights, are not played again: after an interruption the command goes on; name another folder for other data. A
+Each agent plays the first N episodes of each split in each language. Runs that are in the folder of runs already, of N
+episodes or more with the same weights, are not played again: after an interruption the command goes on; name another
+folder for other data. Differences are over the episodes that both agents played. A
 learned agent's weights are those that come along. "PTC alone" is the placement after perfect navigation, played in
 process by the same rules.
 """
@@ -67,10 +68,12 @@ class Played:
     results: dict[str, Any]
     alone: float | None
 
-    def of(self, metric: str) -> list[float]:
-        """Return a metric of each episode, both turns' mean, in the order of ids."""
-        episodes = sorted(self.results["episodes"], key=lambda each: str(each["episode_id"]))
-        return [sum(turn[metric] for turn in _turns(each)) / 2 for each in episodes]
+    def of(self, metric: str) -> dict[str, float]:
+        """Return a metric of each episode, both turns' mean, by id."""
+        return {
+            each["episode_id"]: sum(turn[metric] for turn in each["turns"].values()) / len(each["turns"])
+            for each in self.results["episodes"]
+        }
 
 
 def main() -> None:
@@ -99,13 +102,15 @@ def play_one(given: argparse.Namespace, agent: str, split: str, language: str) -
     """Return what an agent reaches on a split in a language, from the folder of runs or by playing."""
     weights = WEIGHTS / f"{agent}{SUFFIX}"
     mark = hashlib.sha256(weights.read_bytes()).hexdigest()[:8] if weights.exists() else "fixed"
-    path = given.runs / f"{agent}-{mark}-{split}-{language}-{given.episodes}.json"
+    name = f"{agent}-{mark}-{split}-{language}"
+    there = {int(each.stem.rsplit("-", 1)[1]): each for each in given.runs.glob(f"{name}-*.json")}
+    most = max(there, default=0)
+    path = there[most] if most >= given.episodes else given.runs / f"{name}-{given.episodes}.json"
     if not path.exists():
         _run(given, agent, split, language, path)
     kept = json.loads(path.read_text())
     if weights.exists() and "alone" not in kept:
-        size = 224
-        plan = Plan(given.data, split, (language,), given.episodes, size, phases=("assembly",))
+        plan = Plan(given.data, split, (language,), given.episodes, 224, phases=("assembly",))
         kept["alone"] = mean(play(load_agent(f"agents.{agent}"), plan), "PTC")
         path.write_text(json.dumps(kept))
     return Played(agent, split, language, kept, kept.get("alone"))
@@ -114,14 +119,14 @@ def play_one(given: argparse.Namespace, agent: str, split: str, language: str) -
 def section(split: str, played: Sequence[Played]) -> str:
     """Return a split's tables in Markdown."""
     here = [each for each in played if each.split == split]
-    count = len(here[0].results["episodes"])
-    lines = [f"## {split}, {count} episodes", "", _header("agent", "language", *COLUMNS, "PTC alone")]
+    lines = [f"## {split}", "", _header("agent", "language", "episodes", *COLUMNS, "PTC alone")]
     for each in here:
-        values = [sum(each.of(metric)) / count for metric in COLUMNS]
+        count = len(each.results["episodes"])
+        values = [sum(each.of(metric).values()) / count for metric in COLUMNS]
         alone = "" if each.alone is None else f"{each.alone:.3f}"
-        lines.append(f"| `{each.agent}` | {each.language} | {_numbers(values)} | {alone} |")
+        lines.append(f"| `{each.agent}` | {each.language} | {count} | {_numbers(values)} | {alone} |")
     for name, row in PAPER.get(split, {}).items():
-        lines.append(f"| *the paper's {name}: other data* | *en* | {_numbers(row)} | |")
+        lines.append(f"| *the paper's {name}: other data* | *en* | | {_numbers(row)} | |")
     lines += ["", _header("difference, paired by episode", "language", "nDTW", "CTC-3")]
     by_key = {(each.agent, each.language): each for each in here}
     for better, worse in COMPARED:
@@ -147,14 +152,9 @@ def _run(given: argparse.Namespace, agent: str, split: str, language: str, path:
     print(f"{agent} {split} {language}: done", file=sys.stderr, flush=True)
 
 
-def _turns(episode: dict[str, Any]) -> list[dict[str, float]]:
-    turns = episode["turns"]
-    return list(turns.values()) if isinstance(turns, dict) else turns
-
-
-def _difference(better: Sequence[float], worse: Sequence[float]) -> str:
-    """Return the mean difference with its 95% interval, by the normal approximation over episodes."""
-    differences = np.array(better) - np.array(worse)
+def _difference(better: dict[str, float], worse: dict[str, float]) -> str:
+    """Return the mean difference over common episodes with its 95% interval, by the normal approximation."""
+    differences = np.array([better[each] - worse[each] for each in sorted(better.keys() & worse.keys())])
     half = 1.96 * differences.std(ddof=1) / len(differences) ** 0.5
     return f"{differences.mean():+.3f} ({differences.mean() - half:+.3f} to {differences.mean() + half:+.3f})"
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 import torch
 from torch import Tensor
 
@@ -96,7 +97,7 @@ class LearnedAgent:
         return min(int((shares < threshold).sum()), ACTIONS - 1)
 
 
-def _sensed(observation: Observation, sensor: str) -> np.ndarray:  # type: ignore[type-arg]
+def _sensed(observation: Observation, sensor: str) -> npt.NDArray[np.generic]:
     image = getattr(observation, sensor)
     if image is None:
         raise ValueError(f"the observation has no {sensor}, which the agent needs: run it with --sensors rgb,depth")

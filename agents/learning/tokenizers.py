@@ -7,7 +7,7 @@ import json
 import tempfile
 import unicodedata
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -166,7 +166,11 @@ class XlmrPieces:
         return cls(**json.loads(dumped))
 
 
-RESTORERS = {"word": Words.restore, "sentencepiece": SentencePieces.restore, "xlmr": XlmrPieces.restore}
+RESTORERS: dict[str, Callable[[bytes], Tokenizer]] = {
+    "word": Words.restore,
+    "sentencepiece": SentencePieces.restore,
+    "xlmr": XlmrPieces.restore,
+}
 
 
 def train_tokenizer(name: str, texts: Sequence[str], source: str = "") -> Tokenizer:

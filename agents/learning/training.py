@@ -185,7 +185,7 @@ class Training:
             BadWeights: if it cannot be read.
         """
         tensors, header = read_tensors(self.checkpoint)
-        if header["recipe"] != self.recipe.as_json():
+        if header["recipe"] | self.recipe.without_effect() != self.recipe.as_json():
             raise OtherRecipe(f"{self.checkpoint} is of another recipe: name another --output, or remove it")
         model = self.policy.model
         model.load_state_dict({name[6:]: value for name, value in tensors.items() if name.startswith("model.")})

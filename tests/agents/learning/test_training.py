@@ -48,6 +48,16 @@ def test_another_recipe_does_not_go_on(tmp_path: Path) -> None:
         second.run()
 
 
+def test_longer_training_goes_on_as_if_it_had_been_meant_to(tmp_path: Path) -> None:
+    shown = demonstrations()
+    long = Training(recipe(passes=4), place(tmp_path / "long"), shown)
+    long.run()
+    Training(recipe(passes=2), place(tmp_path / "two"), shown).run()
+    longer = Training(recipe(passes=4), place(tmp_path / "two"), shown)
+    longer.run()
+    assert longer.losses == long.losses
+
+
 def test_inflection_weighs_changes_of_action(tmp_path: Path) -> None:
     plain = Training(recipe(), place(tmp_path), demonstrations())
     weighted = Training(replace(recipe(), inflection=1.0), place(tmp_path), demonstrations())
