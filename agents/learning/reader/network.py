@@ -45,10 +45,10 @@ class ReaderNetwork(nn.Module):
         self.words = nn.Embedding(sizes.words, embedding, padding_idx=0)
         self.encoder = nn.LSTM(embedding, sizes.encoder, 2, batch_first=True, bidirectional=True, dropout=sizes.dropout)
         self.start = nn.Linear(both, state)
-        self.slots = nn.ModuleDict({name: nn.Embedding(len(values), embedding) for name, values in SLOTS.items()})
+        self.slots = nn.ModuleList(nn.Embedding(len(values), embedding) for values in SLOTS.values())
         self.decoder = nn.LSTM(embedding, state, batch_first=True)
         self.queries = nn.ModuleList(nn.Linear(state, both) for _ in PARTS)
-        self.heads = nn.ModuleDict({name: nn.Linear(state + both, len(values)) for name, values in SLOTS.items()})
+        self.heads = nn.ModuleList(nn.Linear(state + both, len(values)) for values in SLOTS.values())
         self.dropout = nn.Dropout(sizes.dropout)
 
     def forward(self, texts: Tensor, rows: Tensor) -> dict[str, Tensor]:
@@ -90,14 +90,15 @@ class ReaderNetwork(nn.Module):
         return memory, (first, torch.zeros_like(first))
 
     def _embed(self, rows: Tensor) -> Tensor:
-        embedded = [self.slots[name](rows[:, :, number]) for number, name in enumerate(SLOTS)]
+        embedded = [slot(rows[:, :, number]) for number, slot in enumerate(self.slots)]
         return self.dropout(torch.stack(embedded).sum(0))
 
     def _slots(self, hidden: Tensor, memory: Tensor, is_filling: Tensor) -> dict[str, Tensor]:
         found = {}
+        heads = dict(zip(SLOTS, self.heads, strict=True))
         for names, query in zip(PARTS, self.queries, strict=True):
             match = query(hidden) @ memory.transpose(1, 2) / memory.shape[2] ** 0.5  # (B, rows, words)
             match = match.masked_fill(is_filling[:, None], float("-inf"))
             features = self.dropout(torch.cat([hidden, match.softmax(2) @ memory], 2))
-            found |= {name: self.heads[name](features) for name in names}
+            found |= {name: heads[name](features) for name in names}
         return found
