@@ -5,7 +5,8 @@
 Written apart from the gate of generation: it sees only the files of a data set. It finds the nouns of things in a text
 with what stands around them, and looks for objects that all of them can be, in order along the ground truth's path: one
 that is called the same must be the same, another must be another, of two there must be two, and nothing may be left
-behind long before it is mentioned. A text without such objects holds a false reference.
+behind long before it is mentioned. A text without such objects holds a false reference. So does one that names nothing
+by the target, where another object looks like it.
 """
 
 import argparse
@@ -24,9 +25,10 @@ sys.path.insert(0, str(Path(__file__).parent.parent))
 from lang import load
 from lang.grammar import INSIDE
 
-FAR, PASSED, BEHIND, TOGETHER = 14.0, 4.0, 6, 9.0
+FAR, PASSED, BEHIND, TOGETHER, BESIDE = 14.0, 4.0, 6, 9.0, 4.0
 """Maximum distance of a thing from the path, and of one that the path passes, in units; number of steps by which a
-thing may lie behind when it is mentioned; maximum distance of two things from each other, in units."""
+thing may lie behind when it is mentioned; maximum distance of two things from each other, and of the target from what
+tells its place, in units."""
 
 MARKERS = {
     "en": {
@@ -213,6 +215,26 @@ def is_consistent(told: Sequence[Mention], things: Sequence[Object]) -> bool:
     return fits(0, (), 0)
 
 
+def is_told_apart(told: Sequence[Mention], turn: dict[str, Any], things: Sequence[Object]) -> bool:
+    """Return whether a text names something by the target that is not by another object that looks like it."""
+    target, *others = ((item["type"], item["position"][0], item["position"][2]) for item in turn["street"])
+    twins = [(x, z) for kind, x, z in others if kind == target[0]]
+
+    def is_by(mention: Mention, place: tuple[float, float], limit: float) -> bool:
+        return any(
+            o.kind == mention.kind
+            and mention.colour in ("", o.colour)
+            and mention.look in ("", o.look)
+            and 0.1 < math.dist((o.x, o.z), place) <= limit
+            for o in things
+        )
+
+    return not twins or any(
+        is_by(mention, target[1:], BESIDE) and not any(is_by(mention, twin, BESIDE) for twin in twins)
+        for mention in told[-3:]
+    )
+
+
 def _is_repeated(mention: Mention, earlier: Mention) -> bool:
     return (mention.kind, mention.words, mention.marker) == (earlier.kind, earlier.words, earlier.marker)
 
@@ -241,7 +263,7 @@ def check(data: Path, splits: Sequence[str], show: int) -> None:
                     count = counts.setdefault((episode["section"], code), [0, 0, 0])
                     count[0] += 1
                     count[1] += len(told)
-                    if not is_consistent(told, things):
+                    if not is_consistent(told, things) or not is_told_apart(told, turn, things):
                         count[2] += 1
                         if show > 0:
                             show -= 1

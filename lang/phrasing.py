@@ -160,7 +160,9 @@ class Phraser:
             assert isinstance(thing, Thing)
             if slot in ("pair", "several"):
                 fillers[slot] = self._plural(thing, noun, slot)
-            elif self._must_be_short(thing) or (self._may_be_short(thing) and self.random.random() < REFER_BACK):
+            elif self._must_be_short(thing) or (
+                self._may_be_short(thing) and (thing.is_same(self.focus) or self.random.random() < REFER_BACK)
+            ):
                 fillers[slot] = self._short(thing, noun)
             else:
                 fillers[slot] = self.thing(thing, noun, self.grammar.nested, top=False)

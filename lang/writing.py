@@ -40,6 +40,9 @@ _TURN_JOINED = 0.6
 _OPENED = {"first": 0.04, "later": 0.25, "last": 0.2}
 """Probability that a sentence has opening words, by its place in the text."""
 
+SHORTER = 12
+"""Factor of the weight of wordings without a noun for the thing that was spoken of last ("walk to it")."""
+
 _LABELS = "abc"
 
 
@@ -174,7 +177,7 @@ class _Draft(Phraser):
             special = self.fitting(listed.get(f"{clause.key} {thing.kind}", ()), said, tables)
             patterns = special if special and thing.kind in STREETS else patterns + 2 * special
             if thing.is_same(self.focus):
-                patterns += 4 * self.fitting(listed.get(f"{clause.key} same", ()), said - {"thing"}, tables)
+                patterns += SHORTER * self.fitting(listed.get(f"{clause.key} same", ()), said - {"thing"}, tables)
         return [pattern for pattern in patterns if not (bent and pattern.main_only)]
 
     def _clause(self, clause: Clause, marked: Mapping[str, str], *, front: bool) -> str:

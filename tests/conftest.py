@@ -1,8 +1,10 @@
 """Shared fixtures: a PostgreSQL server, a proxy, an undisturbed run, and servers that start quickly."""
 
+import json
 import os
 import signal
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -10,6 +12,7 @@ from tests import tiny
 from tests.faults.clients import EPISODES, Peace, journal_url, undisturbed
 from tests.forked import Forked
 from tests.serving import Server
+from tests.shared import shared_folder
 
 pytest_plugins = ["tests.postgres", "tests.proxy"]
 
@@ -19,12 +22,16 @@ Server.fork = Forked
 @pytest.fixture(scope="session")
 def peace(tmp_path_factory: pytest.TempPathFactory) -> Peace:
     """One undisturbed run for all tests that disturb one: by the same agent, on the same episodes."""
-    folder = tmp_path_factory.mktemp("peace")
+    folder = shared_folder(tmp_path_factory, "peace", _play_undisturbed)
+    return Peace(json.loads((folder / "peace.json").read_text()), journal_url(folder / "data"))
+
+
+def _play_undisturbed(folder: Path) -> None:
     tiny.write(folder / "data", count=EPISODES)
     server = Server(folder / "data", "127.0.0.1:0", log=folder / "log")
     results = undisturbed(server, folder / "results")
     assert server.stop() == 0
-    return Peace(results, journal_url(server.data))
+    (folder / "peace.json").write_text(json.dumps(results))
 
 
 @pytest.fixture

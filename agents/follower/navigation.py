@@ -8,7 +8,7 @@ from agents.follower.navigation_body import Body, rotated
 from agents.follower.navigation_motion import HEADINGS, TURN, turns
 from agents.follower.navigation_places import Openings, find_opening
 from agents.follower.navigation_reference import ORDINALS, Marks, Referents
-from agents.follower.navigation_target import REACH_TO, find_target, is_reached
+from agents.follower.navigation_target import REACH_TO, find_target, is_in_place, is_reached, knows_place
 from agents.follower.navigation_walk import Walker
 from arramon_client.agent import Action
 from lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
@@ -97,10 +97,8 @@ class Navigator:
         if target is None:
             return None
         body = self._body
-        if not self._committed and self._number < len(self._meaning.steps):
-            distance = body.distance(target.x, target.z)
-            if distance > NEAR_TARGET or not body.ground.sees(body.x, body.z, target.x, target.z):
-                return None
+        if not (self._committed or self._is_worth_going_for(target)):
+            return None
         self._committed = True
         if is_reached(body, target, *body.pose):
             self._interacted = target
@@ -108,6 +106,24 @@ class Navigator:
         return self._walker.go(
             (target.x, target.z), REACH_TO + 0.2, lambda x, z, heading: is_reached(body, target, x, z, heading)
         )
+
+    def _is_worth_going_for(self, target: Landmark) -> bool:
+        """Return whether what may be the target is the likeliest to be it, from what is known so far.
+
+        Before the last step only one in its place is, near by. Afterwards one that is not is left for the end of the
+        search, unless it lies ahead and nothing is known by which the target's place is told.
+        """
+        body, wanted = self._body, self._meaning.target
+        is_sure = is_in_place(body, wanted, target)
+        is_near = body.distance(target.x, target.z) <= NEAR_TARGET
+        is_near = is_near and body.ground.sees(body.x, body.z, target.x, target.z)
+        if self._number < len(self._meaning.steps):
+            return is_sure and is_near
+        if is_sure or not self._searches:
+            return True
+        right, ahead = rotated(target.x - body.x, target.z - body.z, self._course)
+        has_looked = self._looked and not self._looks
+        return is_near and has_looked and ahead > abs(right) and not knows_place(body, wanted)
 
     # The steps
 

@@ -10,6 +10,9 @@ from lang.meaning import Thing
 REACH_SIDE, REACH_FROM, REACH_TO = 0.42, 0.8, 1.9
 """Range of the target for the pick-up, in units to the side and ahead; the rules' box is 0.5 and 3."""
 
+BY, BY_BUILDING = 4.5, 9.0
+"""Maximum distance of the target from what tells its place, in units: a thing, or a building."""
+
 
 def find_target(body: Body, wanted: Thing, missed: set[tuple[float, float]]) -> Landmark | None:
     """Return the likeliest landmark that fits a target, except those at `missed` places; None if there is none."""
@@ -18,14 +21,32 @@ def find_target(body: Body, wanted: Thing, missed: set[tuple[float, float]]) -> 
         return None
     near = [thing for where in wanted.where for thing in where.things]
 
-    def cost(mark: Landmark) -> tuple[float, float]:
+    def cost(mark: Landmark) -> tuple[bool, float, float]:
         cost = body.distance(mark.x, mark.z)
         for thing in near:
             others = body.landmarks.fitting(thing)
             cost += min([20.0, *(2.0 * math.hypot(o.x - mark.x, o.z - mark.z) for o in others)])
-        return cost, mark.x
+        return not is_in_place(body, wanted, mark), cost, mark.x
 
     return min(fitting, key=cost)
+
+
+def is_in_place(body: Body, wanted: Thing, mark: Landmark) -> bool:
+    """Return whether a landmark is near what tells the target's place, as far as is known; true if nothing tells it."""
+    if not wanted.where:
+        return True
+    things = [thing for where in wanted.where for thing in where.things]
+    return any(
+        math.hypot(other.x - mark.x, other.z - mark.z) <= (BY_BUILDING if thing.kind == "building" else BY)
+        for thing in things
+        for other in body.landmarks.fitting(thing)
+        if other is not mark
+    )
+
+
+def knows_place(body: Body, wanted: Thing) -> bool:
+    """Return whether anything has been seen that may tell the target's place."""
+    return any(body.landmarks.fitting(thing) for where in wanted.where for thing in where.things)
 
 
 def is_reached(body: Body, target: Landmark, x: float, z: float, heading: int) -> bool:

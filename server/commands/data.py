@@ -29,6 +29,11 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
         "--seed", type=int, default=1, help="seed of open splits; hidden ones use the host's secret (default: 1)"
     )
     generate.add_argument("--jobs", type=int, default=0, help="number of processes (default: one for each core)")
+    generate.add_argument(
+        "--no-trial",
+        action="store_true",
+        help="keep episodes that no agent has tried: quicker, and marked in the split's header",
+    )
     generate.set_defaults(command=_generate)
 
 
@@ -52,5 +57,6 @@ def _generate(arguments: argparse.Namespace) -> None:
         seed=arguments.seed,
         jobs=arguments.jobs,
         tell=tell,
+        trial=not arguments.no_trial,
     ):
         print(describe(split))

@@ -22,8 +22,8 @@ from server.dataset.instructions.gate_world import GateWorld
 from server.dataset.instructions.navigation import plan_navigation
 from server.dataset.instructions.sight import Landmark, find_landmarks, poses_along
 from server.dataset.randomness import seeded
-from server.dataset.trial import TrialWorld, play
-from server.episodes.episode import Instructions, Turn
+from server.dataset.trial import Hope, TrialWorld, leads
+from server.episodes.episode import Episode, Instructions, Turn
 from server.episodes.splits import Split
 from server.scoring.episode import EpisodeScores
 from server.sim.cameras import Camera
@@ -57,18 +57,20 @@ class InstructionWriter:
     Args:
         languages: codes of the languages to write in.
         make_follower: returns a new agent that plays from text, depth and segmentation; called once per trial.
+        trial: whether the follower tries the texts. Without it, the first that pass the checks are taken.
 
     Attributes:
         make_follower: as it was given.
     """
 
-    def __init__(self, languages: tuple[str, ...], make_follower: Callable[[], Agent]) -> None:
-        self._languages = languages
+    def __init__(self, languages: tuple[str, ...], make_follower: Callable[[], Agent], trial: bool = True) -> None:
+        self._languages, self._trial = languages, trial
         self.make_follower = make_follower
 
     def __call__(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Texts | None:
         """Return instructions for a draft, or None if no plan passes; see `server.dataset.generation.Writer`."""
-        return next((texts for texts in self.candidates(draft, site, names) if self._leads(draft, site, texts)), None)
+        candidates = self.candidates(draft, site, names)
+        return next((texts for texts in candidates if not self._trial or self._leads(draft, site, texts)), None)
 
     def candidates(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Iterator[Texts]:
         """Yield candidate instructions, one plan after another: they pass the quality checks and are untested."""
@@ -102,7 +104,11 @@ class InstructionWriter:
         episode = draft.with_instructions(texts)
         world = TrialWorld(site.world, site.camera, room_camera())
         first_of = {_readings(texts[code], code): code for code in reversed(self._languages)}
-        return all(passes(play(self.make_follower(), episode, code, world)) for code in first_of.values())
+        return all(self._passes(episode, code, world) for code in first_of.values())
+
+    def _passes(self, episode: Episode, code: str, world: TrialWorld) -> bool:
+        scores = leads(self.make_follower(), episode, code, world, Hope(episode.turns, MIN_NDTW))
+        return scores is not None and passes(scores)
 
 
 def make_instruction_writer() -> InstructionWriter:
@@ -111,6 +117,20 @@ def make_instruction_writer() -> InstructionWriter:
     Raises:
         ValueError: if a language's data cannot express even the simplest meaning.
     """
+    return InstructionWriter(_languages(), type(load_agent(FOLLOWER)))
+
+
+def make_untried_writer() -> InstructionWriter:
+    """Return an instruction writer for all languages whose texts no agent tries; a `MakeWriter`.
+
+    Raises:
+        ValueError: if a language's data cannot express even the simplest meaning.
+    """
+    return InstructionWriter(_languages(), type(load_agent(FOLLOWER)), trial=False)
+
+
+def _languages() -> tuple[str, ...]:
+    """Return the codes of all languages, each of which can express the simplest meanings."""
     thing = Thing("mug", "red", "dotted")
     for code in lang.available():
         for meaning in (
@@ -118,23 +138,40 @@ def make_instruction_writer() -> InstructionWriter:
             Assembly((), thing, (Where("behind", (Thing("ball"),)),)),
         ):
             lang.load(code).write(meaning, seeded(code))
-    return InstructionWriter(lang.available(), type(load_agent(FOLLOWER)))
+    return lang.available()
 
 
 def generate_splits(
-    data: Path, names: list[str] | None, *, scale: float, seed: int, jobs: int, tell: Callable[[str], None]
+    data: Path,
+    names: list[str] | None,
+    *,
+    scale: float,
+    seed: int,
+    jobs: int,
+    tell: Callable[[str], None],
+    trial: bool = True,
 ) -> list[Split]:
-    """Generate the named splits (None: all) for `arramon-server generate`; see `generation.command.generate`."""
+    """Generate the named splits (None: all) for `arramon-server generate`; see `generation.command.generate`.
+
+    Without the trial, an episode is kept once its texts have passed the gate.
+    """
     told: dict[str, float] = {}
 
     def tell_of(progress: Progress) -> None:
         since = progress.seconds - told.get(progress.split, 0.0)
-        if since >= REPORT_SECONDS or progress.done == progress.total:
+        if since >= REPORT_SECONDS or progress.done in (progress.kept, progress.total):
             told[progress.split] = progress.seconds
             tell(str(progress))
 
     return generate(
-        data, select_plans(names), scale=scale, seed=seed, jobs=jobs, make_writer=make_instruction_writer, tell=tell_of
+        data,
+        select_plans(names),
+        scale=scale,
+        seed=seed,
+        jobs=jobs,
+        make_writer=make_instruction_writer if trial else make_untried_writer,
+        tell=tell_of,
+        tried=trial,
     )
 
 

@@ -13,7 +13,7 @@ from agents.follower.navigation_body import Body
 from agents.follower.navigation_motion import can_step, find_path, turns
 from agents.follower.navigation_places import find_openings
 from arramon_client.agent import Action, Label, Observation
-from lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk
+from lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk, Where
 from server.dataset.trial import AGENT_LABELS
 from server.sim import rules
 from server.sim.bullet import World
@@ -211,3 +211,18 @@ def test_near_landmarks_ahead_come_first() -> None:
 )
 def test_a_thing_matches_by_its_given_attributes(name: Thing, label: Label, fitting: bool) -> None:
     assert fits(name, label) is fitting
+
+
+TWIN = thing("striped red mug", 1.5, -7.0)
+"""In view from the start, and nearer than the target."""
+
+
+def test_another_object_like_the_target_is_passed_by_where_the_place_is_told(street: Street) -> None:
+    ball = thing("dotted blue ball", 12.0, 1.5)
+    listed = (*STREET, TWIN, ball)
+    named = Thing("mug", "red", "striped", where=(Where("near", (Thing("ball", "blue", "dotted"),)),))
+    steps = (Rotate("right", "at", Thing("intersection")),)
+    told, _ = street.play(Navigation(steps, named), street=listed)
+    by_name, _ = street.play(Navigation(steps, MUG), street=listed)
+    assert math.dist((told.pose.x, told.pose.z), (13.5, 0.0)) < 3.0
+    assert math.dist((by_name.pose.x, by_name.pose.z), (1.5, -7.0)) < 3.0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from arramon_client.agent import Action, Episode, Label, Observation
-from server.dataset.trial import AGENT_LABELS, TrialWorld, play
+from server.dataset.trial import AGENT_LABELS, Hope, TrialWorld, leads, play
 from server.episodes import episode as episodes
 from server.sim.bullet import World
 from server.sim.city import city_scene
@@ -76,3 +76,24 @@ def test_agent_that_only_turns_is_stopped_at_the_step_limit(place: TrialWorld) -
     scores = play(agent, episode(), "en", place, size=16)
     assert len(agent.seen) == 600
     assert [turn["PTC"] for turn in scores.turns] == [0.0, 0.0]
+
+
+def test_a_trial_with_hope_is_played_to_its_end(place: TrialWorld) -> None:
+    actions = [*ACTIONS, P, P, P]
+    scores = leads(Replaying(actions), episode(), "en", place, Hope(episode().turns, 0.2))
+    assert scores == play(Replaying(actions), episode(), "en", place)
+
+
+@pytest.mark.parametrize(
+    ("actions", "most"),
+    [
+        ([*[Action.FORWARD] * 27, *[Action.FORWARD, Action.LEFT] * 50], 100),  # Past the crossing.
+        ([*ACTIONS[:15], *[Action.LEFT] * 3, *[Action.FORWARD] * 7, P], 30),  # Another object, far from the target.
+    ],
+)
+def test_a_trial_ends_when_there_is_no_hope(place: TrialWorld, actions: list[int], most: int) -> None:
+    agent = Replaying([*actions, *[Action.FORWARD] * 150])
+    assert leads(agent, episode(), "en", place, Hope(episode().turns, 0.2)) is None
+    assert len(agent.seen) < most
+    scores = play(Replaying([*actions, *[Action.FORWARD] * 150]), episode(), "en", place, size=16)
+    assert scores.turns[0]["CTC-3"] == 0.0 or scores.turns[0]["nDTW"] <= 0.2

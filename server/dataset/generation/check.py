@@ -6,6 +6,7 @@ from itertools import combinations
 import numpy as np
 
 from server.dataset.generation.draft import Draft
+from server.dataset.generation.streets import TWINS_APART
 from server.dataset.layout.solids import Solids
 from server.dataset.release.extras import DECOYS
 from server.episodes.episode import Episode, Turn
@@ -26,7 +27,8 @@ def problems(episode: Draft | Episode, solids: Solids, ground: Ground) -> tuple[
     """Return descriptions of everything wrong with an episode; empty if it is valid.
 
     The ground truth is replayed with the rules and must match its paths, objects and cells. Nothing may lie or start
-    inside a solid. No two objects of a street, or of the room on entry, may look the same.
+    inside a solid. No two objects of a street, or of the room on entry, may look the same, except one in the street
+    that looks like the target and lies elsewhere.
 
     Args:
         episode: with or without instructions; they are not checked.
@@ -45,9 +47,10 @@ def _street_problems(episode: Draft | Episode, solids: Solids) -> Iterator[str]:
             if distance < EXTENT:
                 yield f"turn {number}: the {item.type} lies inside something solid"
         for one, other in combinations(turn.street, 2):
-            if one.type == other.type:
+            apart = np.hypot(one.position.x - other.position.x, one.position.z - other.position.z)
+            if one.type == other.type and (one != turn.target or apart < TWINS_APART):
                 yield f"turn {number}: two objects are a {one.type}"
-            if np.hypot(one.position.x - other.position.x, one.position.z - other.position.z) < MIN_SEPARATION:
+            if apart < MIN_SEPARATION:
                 yield f"turn {number}: the {one.type} and the {other.type} are too close to each other"
 
 

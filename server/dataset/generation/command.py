@@ -3,10 +3,12 @@
 import os
 import time
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+from server.dataset.generation.checkpoint import FOLDER, Checkpoint, origin_of
 from server.dataset.generation.secret import host_secret
 from server.dataset.generation.sizes import SplitPlan
 from server.dataset.generation.work import (
@@ -25,6 +27,9 @@ from server.sim.section import Section
 SOURCE = "generated"
 """Prefix of the `source` of generated splits."""
 
+NO_TRIAL = "not tried by the follower"
+"""Mark in the `source` of a split whose instructions no agent has tried."""
+
 MAX_JOBS = 256
 
 
@@ -36,7 +41,8 @@ class Progress:
         split: name of the split.
         done, total: numbers of episodes.
         drafts: number of drafts tried so far, rejected ones included.
-        seconds: since the split was started.
+        seconds: since the split was started, or gone on with.
+        kept: how many of the episodes an earlier call made that was killed.
     """
 
     split: str
@@ -44,9 +50,12 @@ class Progress:
     total: int
     drafts: int
     seconds: float
+    kept: int = 0
 
     def __str__(self) -> str:
-        left = self.seconds / self.done * (self.total - self.done)
+        if self.done == self.kept:
+            return f"{self.split}: going on after {self.done} of {self.total} episodes"
+        left = self.seconds / (self.done - self.kept) * (self.total - self.done)
         return (
             f"{self.split}: {self.done} of {self.total} episodes from {self.drafts} drafts "
             f"in {_clock(self.seconds)}, {_clock(left)} left"
@@ -66,8 +75,11 @@ def generate(
     jobs: int = 0,
     make_writer: MakeWriter,
     tell: Callable[[Progress], None],
+    tried: bool = True,
 ) -> list[Split]:
     """Generate splits. Each is written when it is complete, and replaces an existing split of that name only then.
+
+    Episodes of an incomplete split are kept in the data folder (see `checkpoint`), and not made again by the next call.
 
     The same seed, scale and version of the project give the same bytes on any machine. A hidden split is seeded by the
     host's secret instead of `seed` (see `secret`).
@@ -80,6 +92,7 @@ def generate(
         jobs: number of processes; 0 for one per core.
         make_writer: returns the instruction writer of a process.
         tell: receives the progress, in this thread.
+        tried: whether an agent tries what the writer writes; the header of a split says if not.
 
     Returns:
         The splits that were written.
@@ -88,42 +101,55 @@ def generate(
         BadInput: if the scale or the number of jobs is out of range.
         BadFile: if the host's secret is malformed, or others can read it.
         StorageError: if the data folder cannot be written.
+        Conflict: if another process generates one of the splits in this data folder.
         ArraMonError: if an episode cannot be made.
     """
     if not 0 <= jobs <= MAX_JOBS:
         raise BadInput(f"the number of jobs is {jobs}; expected 1 to {MAX_JOBS}, or 0 for one per core")
-    episodes = {plan.name: list(plan.episodes(scale)) for plan in plans}
+    sizes = [(plan, list(plan.episodes(scale))) for plan in plans]  # Checks the scale before anything is made.
     with batch_runner(jobs or len(os.sched_getaffinity(0))) as run:
         written = []
-        for plan in plans:
+        for plan, episodes in sizes:
             key = host_secret(data) if plan.hidden else str(seed)
-            sections = {name: _section(key, name) for name in plan.sections}
-            made = _generate_episodes(
-                run, plan.name, make_batches(key, plan.name, episodes[plan.name], sections, make_writer), tell
-            )
             source = f"{SOURCE}, scale {scale:g}, " + ("from the host's secret" if plan.hidden else f"seed {seed}")
-            written.append(
-                write_split(
+            sections = {name: _section(key, name) for name in plan.sections}
+            origin = origin_of(key, make_writer.__module__, make_writer.__qualname__)
+            with closing(Checkpoint(data / FOLDER / f"{plan.name}.jsonl", origin)) as checkpoint:
+                missing = [(name, section) for name, section in episodes if name not in checkpoint.episodes]
+                kept = [checkpoint.episodes[name] for name, _ in episodes if name in checkpoint.episodes]
+                batches = make_batches(key, plan.name, missing, sections, make_writer)
+                made = kept + _generate_episodes(run, plan.name, batches, kept, checkpoint, tell)
+                split = write_split(
                     data,
                     plan.name,
                     hidden=plan.hidden,
-                    source=source,
+                    source=source if tried else f"{source}, {NO_TRIAL}",
                     episodes=sorted((one.episode for one in made), key=lambda episode: int(episode.episode_id)),
                     sections=sections.values(),
                 )
-            )
+                checkpoint.remove()
+            written.append(split)
     return written
 
 
 def _generate_episodes(
-    run: RunBatches, split: str, batches: Sequence[EpisodeBatch], tell: Callable[[Progress], None]
+    run: RunBatches,
+    split: str,
+    batches: Sequence[EpisodeBatch],
+    kept: Sequence[GeneratedEpisode],
+    checkpoint: Checkpoint,
+    tell: Callable[[Progress], None],
 ) -> list[GeneratedEpisode]:
-    begun, made = time.monotonic(), []
-    total = sum(len(batch.episode_ids) for batch in batches)
+    """Return the episodes of the batches. Each batch is written down before the next one is waited for."""
+    begun, made, drafts = time.monotonic(), [], sum(one.attempts for one in kept)
+    total = len(kept) + sum(len(batch.episode_ids) for batch in batches)
+    if kept:
+        tell(Progress(split, len(kept), total, drafts, 0.0, len(kept)))
     for generated in run(batches):
+        checkpoint.add(generated)
         made += generated
-        drafts = sum(one.attempts for one in made)
-        tell(Progress(split, len(made), total, drafts, time.monotonic() - begun))
+        drafts += sum(one.attempts for one in generated)
+        tell(Progress(split, len(kept) + len(made), total, drafts, time.monotonic() - begun, len(kept)))
     return made
 
 

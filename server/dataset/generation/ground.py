@@ -79,6 +79,12 @@ class Ground:
         column, row = self.cell(x, z)
         return min((column + STRIDE // 2) // STRIDE, columns - 1), min((row + STRIDE // 2) // STRIDE, rows - 1)
 
+    def is_in_sight(self, x: float, z: float, to_x: float, to_z: float) -> bool:
+        """Return whether nothing solid is on the line between two places."""
+        samples = math.ceil(math.hypot(to_x - x, to_z - z) / CELL)
+        shares = ((i + 1) / samples for i in range(samples))
+        return all(self.clear_at(x + share * (to_x - x), z + share * (to_z - z)) > 0.0 for share in shares)
+
     def clear_at(self, x: float, z: float) -> float:
         """Return the clearance of a place's cell, in units."""
         return float(self.clearance[self.cell(x, z)]) / 1000.0

@@ -1,5 +1,6 @@
 """Random navigation tasks in a section's streets: start poses, objects, and the ground truth."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from random import Random
@@ -18,6 +19,9 @@ from server.sim.section import Section
 
 LATTICE = 0.5
 """Offset of a lattice of spacing 1 that holds all starts, targets and distracters, as in the original."""
+
+TWINS_APART = 8.0
+"""Minimum distance of two objects of one type in a street, in units: nobody who stands at one has reached the other."""
 
 MIN_CLEARANCE = 0.5
 """Minimum distance of starts, targets and distracters from everything solid, in units."""
@@ -46,6 +50,24 @@ BESIDE_SHARE = 0.3
 
 BESIDE, BESIDE_PATH = (1.2, 2.6), 0.8
 """Range of its distance from the target, and its minimum distance from the path, in units."""
+
+TWIN_SHARE = 0.45
+"""Share of turns in which another object of the target's type lies along a wrong turn, where there is a place: the text
+tells the two apart by where they stand."""
+
+TWIN_PATH, TWIN_NEARER = 3.0, 0.9
+"""Minimum distance of that other object from the path, in units, and maximum length of the way to it compared with the
+target's: who goes by the name alone comes to it first."""
+
+TWIN_TRIED = 60
+"""Places tried for it."""
+
+IN_VIEW = 60.0
+"""Angle to both sides of the first heading in which it is preferred, in degrees: a look to both sides shows it."""
+
+WINDING = 2
+"""Number of places drawn for a target, of which the one nearest to the start by air is taken: the way there turns most,
+as do the original's."""
 
 MAX_ACTIONS = STEPS_PER_PHASE - 10
 """Maximum number of actions of a ground truth: more would leave an agent no margin for mistakes."""
@@ -115,7 +137,8 @@ class Streets:
             points: approximate number of points of the path.
             random: draws everything else.
         """
-        place = self._draw_target(points, self._walker.field(start.x, start.z), random)
+        field = self._walker.field(start.x, start.z)
+        place = self._draw_target(points, start, field, random)
         if place is None:
             return None
         actions = self._walker.actions(start, place, self._walker.field(*place))
@@ -129,15 +152,23 @@ class Streets:
         if others and others[-1][0].kind != target.kind and random.random() < BESIDE_SHARE:
             beside = self._beside(lying, np.array(path), end, [at for _, at in others[:-1]], random)
             others = (*others[:-1], (others[-1][0], beside or others[-1][1]))
+        if random.random() < TWIN_SHARE:
+            twin = self._twin(lying, np.array(path), start, field, [at for _, at in others[1:]], random)
+            others = others if twin is None else ((target, twin), *others[1:])
         street = tuple(
             Collectible(kind, Point(at.x, round(height_of(kind.kind) / 2, 3), at.z))
             for kind, at in ((target, lying), *others)
         )
         return NavigationTask(start, end, path, (*actions, Action.INTERACT), street)
 
-    def _draw_target(self, points: int, field: Field, random: Random) -> tuple[float, float] | None:
+    def _length(self, field: Field) -> Points:
+        """Return the length of the cheapest path to each of the places, in units, (n,)."""
+        length: Points = field.length[self._columns, self._rows] / 1000.0
+        return length
+
+    def _draw_target(self, points: int, start: Pose, field: Field, random: Random) -> tuple[float, float] | None:
         """Return a random place to which the path has about `points` points."""
-        length = field.length[self._columns, self._rows] / 1000.0
+        length = self._length(field)
         wanted = FIELD_LENGTH_RATIO * (points - 1) + REACH_TO - 0.5
         fitting = np.flatnonzero(np.abs(length - wanted) <= SLACK)
         preferred = fitting[self._is_beside_landmark[fitting]]
@@ -145,8 +176,34 @@ class Streets:
             fitting = preferred
         if not len(fitting):
             return None
-        x, z = self._places[fitting[random.randrange(len(fitting))]].tolist()
+        drawn = [self._places[fitting[random.randrange(len(fitting))]].tolist() for _ in range(WINDING)]
+        x, z = min(drawn, key=lambda place: (round(math.dist(place, (start.x, start.z)), 6), place))
         return x, z
+
+    def _twin(
+        self, target: Point, path: Points, start: Pose, field: Field, others: Sequence[Point], random: Random
+    ) -> Point | None:
+        """Return a place for another object of the target's type, or None if there is none.
+
+        It is off the path and nearer to the start than the target is, and if possible in view from the start.
+        """
+        own = field.length[self.ground.node(target.x, target.z)] / 1000.0
+        near = np.flatnonzero(self._length(field) < TWIN_NEARER * own)
+        tried = self._places[near[random.sample(range(len(near)), min(TWIN_TRIED, len(near)))]]
+        far = np.hypot(tried[:, 0] - target.x, tried[:, 1] - target.z)
+        tried = tried[(distance_to_path(tried, path) >= TWIN_PATH) & (far >= TWINS_APART)]
+        taken = [np.array((at.x, at.z)) for at in others]
+        free = [place for place in tried if is_apart(place, taken)]
+        shown = [place for place in free if self._is_in_view(start, *place.tolist())]
+        if not free:
+            return None
+        x, z = (shown or free)[0].tolist()
+        return Point(x, 0.0, z)
+
+    def _is_in_view(self, pose: Pose, x: float, z: float) -> bool:
+        """Return whether a place is in view after a look to both sides from a pose."""
+        right, ahead = pose.local(x, z)
+        return abs(math.degrees(math.atan2(right, ahead))) <= IN_VIEW and self.ground.is_in_sight(pose.x, pose.z, x, z)
 
     def _beside(self, target: Point, path: Points, end: Pose, others: Sequence[Point], random: Random) -> Point | None:
         """Return a place beside the target for a distracter by which it can be told, or None if there is none."""

@@ -15,6 +15,10 @@ AT, BY, NEAR = 4.5, 7.0, 4.0
 """Maximum distances: of the path from what one turns at or walks to, from what one passes, and of a target from the
 landmark that tells where it is, in units."""
 
+TWIN_NEAR = 6.0
+"""Distance from an object that looks like the target within which nothing is called as what tells the target's place,
+in units."""
+
 TURN_AT = 4.0
 """Maximum distance from a thing of a turn that is made at it, in units."""
 
@@ -54,6 +58,7 @@ class _Check:
             yield from self._step(step)
         yield from self._described(meaning.target)
         yield from self._related(meaning.target)
+        yield from self._told_apart(meaning.target)
 
     def _step(self, step: Step) -> Iterator[str]:
         if isinstance(step, Rotate):
@@ -136,6 +141,24 @@ class _Check:
             others = [mark for landmark in where.things for mark in self._world.landmarks(landmark.identity)]
             if marks and others and not self._holds(where, marks[0], others):
                 yield f"{thing.identity} is not {where.relation} {where.things[0].identity}"
+
+    def _told_apart(self, target: Thing) -> Iterator[str]:
+        """Yield each other object in the street that what is said of the target fits as well."""
+        own = self._world.landmarks(target.identity)
+        for other in self._world.marks:
+            if not own or other in own or not _is_called(target, other):
+                continue
+            if not any(self._stands_alone(where, other) for where in target.where):
+                yield f"{target.identity} may be taken for {other.identity}"
+
+    def _stands_alone(self, where: Where, other: Landmark) -> bool:
+        """Return whether nothing near an object is called as what a relation names."""
+        return not any(
+            _distance(mark, other) <= TWIN_NEAR
+            for mark in self._world.marks
+            for thing in where.things
+            if _is_called(thing, mark)
+        )
 
     def _holds(self, where: Where, mark: Landmark, others: list[Landmark]) -> bool:
         if min(_distance(mark, other) for other in others) > (BY if others[0].label.kind == "building" else NEAR):
@@ -262,6 +285,12 @@ def _is_kind(junction: Junction, kind: str, heading: float) -> bool:
     if kind == "t_junction":
         return len(junction.arms) >= 3 and junction.arm_towards(heading) is None
     return junction.kind == "square" if kind == "square" else True
+
+
+def _is_called(thing: Thing, mark: Landmark) -> bool:
+    """Return whether the words of a name fit a landmark."""
+    label = mark.label
+    return thing.kind == label.kind and thing.colour in ("", label.colour) and thing.look in ("", label.look)
 
 
 def _distance(one: Landmark, other: Landmark) -> float:

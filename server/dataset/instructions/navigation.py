@@ -120,7 +120,7 @@ class _Planner:
             return None
         turns = tuple(Rotate(word) for word in words)
         far = math.dist(here, route.goal)
-        if far > 4.0 and self._target.look and self._random.random() < UNTIL_SEEN:
+        if far > 4.0 and self._target.look and not route.has_twin and self._random.random() < UNTIL_SEEN:
             way = self._random.choice(("until", "to", "towards", "until") if abs(off) < 25.0 else ("to", "towards"))
             return (*turns, Walk(way, (self._target,)))
         return turns

@@ -28,11 +28,14 @@ from server.sim.labels import Label
 AMBIGUITY_COST = 2.0
 """Cost of naming a landmark that could be confused with one not visible from the path."""
 
-COLLECTIBLE_COST, BUILDING_COST, COUNTED_COST, GROUP_COST = 0.5, 1.0, -1.0, -3.0
+COLLECTIBLE_COST, BUILDING_COST, COUNTED_COST, GROUP_COST = 0.5, 1.5, -1.0, -3.0
 """Additional costs of what an option names: an object that is not the target, a building, an ordinal, several."""
 
 GAP_WIDTH = (1.5, 7.0)
 """Range of the distance between two landmarks to walk between, in units."""
+
+NO_POST = ("building", "zebra_crossing", "shop_sign", "banner", "awning", "speed_sign")
+"""Kinds of things that nobody walks between: what lies on the ground or hangs on a wall, and buildings."""
 
 AT_THING = 3.0
 """Maximum distance of the walk from a thing that one turns at, in units: nobody turns at what they never come to."""
@@ -56,7 +59,7 @@ def landmark_options(route: Route, waypoint: Waypoint) -> Iterator[Option]:
         distance = math.dist(here, (mark.x, mark.z))
         if mark.label == UNTOLD or (waypoint.turned and waypoint.about == mark.identity != ""):
             continue
-        if mark.label.kind in PLACES or (mark.x, mark.z) == route.goal or not 2.0 <= distance <= MAX_STEP_LENGTH:
+        if mark.label.kind in PLACES or mark.label == route.target or not 2.0 <= distance <= MAX_STEP_LENGTH:
             continue
         off = turn_between(waypoint.pose.heading, bearing(here, (mark.x, mark.z)))
         words = turn_towards(off)
@@ -204,7 +207,7 @@ def _group_options(route: Route, group: Group, turns: tuple[Step, ...], waypoint
 def _gaps(route: Route, waypoint: Waypoint, named: list[tuple[Landmark, Thing, float]]) -> Iterator[Option]:
     """Yield walks between two landmarks, of one name or of two."""
     for (one, first, cost), (other, second, more) in combinations(named, 2):
-        if "building" in (first.kind, second.kind) or first.which or second.which:
+        if first.kind in NO_POST or second.kind in NO_POST or first.which or second.which:
             continue
         if GAP_WIDTH[0] <= math.dist((one.x, one.z), (other.x, other.z)) <= GAP_WIDTH[1]:
             end = pose_after_passing(waypoint.pose, (one.x + other.x) / 2, (one.z + other.z) / 2, 0.3)

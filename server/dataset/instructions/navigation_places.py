@@ -16,12 +16,12 @@ MAX_BEND = 25.0
 """If the path's next steps differ by more degrees from its later direction, the path has not turned yet."""
 
 NAMES: dict[str, tuple[tuple[str, int], ...]] = {
-    "crossing": (("intersection", 6), ("corner", 1), ("street", 2)),
-    "t_junction": (("t_junction", 1), ("street_end", 2), ("intersection", 4), ("corner", 1)),
-    "side street": (("street", 3), ("corner", 1), ("intersection", 5)),
+    "crossing": (("intersection", 9), ("corner", 1), ("street", 1)),
+    "t_junction": (("t_junction", 1), ("street_end", 2), ("intersection", 6), ("corner", 1)),
+    "side street": (("street", 2), ("corner", 1), ("intersection", 7)),
     "alley": (("alley", 3), ("corner", 1)),
     "bend": (("corner", 4), ("street_end", 1)),
-    "fork": (("intersection", 2), ("corner", 1), ("street", 1)),
+    "fork": (("intersection", 4), ("corner", 1), ("street", 1)),
     "square": (("square", 2), ("corner", 1)),
     "": (("corner", 1),),
 }
@@ -32,10 +32,13 @@ ORDINALS = ("", "second", "third")
 PLACE_COST = -3.0
 """Additional cost of a turn at a place: people tell the way by streets and corners first."""
 
+WALK_COST = 0.7
+"""Additional cost of a walk to a place, or across it."""
+
 NEAR_CORNER = 4.5
 """Maximum distance of a building's corner from where one turns at it, in units."""
 
-BUILDING_SHARE = 0.35
+BUILDING_SHARE = 0.25
 """Probability that a corner is told by its building where it can be."""
 
 
@@ -207,7 +210,7 @@ def _walks(
     if kind in ("crossing", "t_junction"):
         name = "intersection" if kind == "crossing" else route.random.choice(("intersection", "street_end"))
         step = Walk("to", (Thing(name, identity=junction.identity),))
-        yield from route.option(waypoint, turns, step, pose.ahead(along), PLACE_COST + 0.9)
+        yield from route.option(waypoint, turns, step, pose.ahead(along), PLACE_COST + WALK_COST)
     if kind == "crossing":
         step = Walk("past", (Thing("intersection", identity=junction.identity),))
-        yield from route.option(waypoint, turns, step, pose.ahead(along + ACROSS), PLACE_COST + 0.7)
+        yield from route.option(waypoint, turns, step, pose.ahead(along + ACROSS), PLACE_COST + WALK_COST)

@@ -59,6 +59,10 @@ class Route:
         goal: (x, z) of the target.
         graph: of the section's streets, or None.
         random: draws all choices.
+
+    Attributes:
+        target: the target's label; None if it is not among the landmarks.
+        has_twin: whether another object looks like the target.
     """
 
     def __init__(
@@ -74,6 +78,8 @@ class Route:
         self.start = poses[0]
         # Index -1, a look around at the start, does not count: those landmarks are not seen while walking.
         self._first = {id(mark): next((n for n in mark.seen if n >= 0), len(poses)) for mark in marks}
+        self.target = next((mark.label for mark in marks if (mark.x, mark.z) == goal), None)
+        self.has_twin = sum(mark.label == self.target for mark in marks) > 1
         self.corners = [leg.last for leg in legs_of(path)]
         self.departures = [0] * len(path)
         place = 0

@@ -24,6 +24,13 @@ COLLECTIBLE_LIKING = 1.0
 UNSUITED = ("intersection", "junction", "corner")
 """Kinds of landmarks that a target's place is not told by."""
 
+UNPLACED = 0.15
+"""Probability that the place is not told of a target that looks like no other object."""
+
+APART = 8.0
+"""Distance from another object that looks like the target within which nothing may be called as what tells the target's
+place, in units."""
+
 FULL = 0.85
 """Probability that the name is complete though fewer words suffice."""
 
@@ -40,6 +47,7 @@ def describe(
         poses: along the path.
         random: draws the words.
     """
+    every = marks
     marks = [mark for mark in marks if mark.seen]
     own, at = Label.of(target.type), (target.position.x, target.position.z)
     if not any(
@@ -61,16 +69,34 @@ def describe(
             colour, pattern = said_colour, said_pattern
             break
     identity = next((mark.identity for mark in marks if mark.label == own and (mark.x, mark.z) == at), "target")
-    return Thing(kind, colour, pattern, where=_where(target, marks, poses, random), identity=identity)
+    twins = [mark for mark in every if mark.label == own and (mark.x, mark.z) != at]
+    where = _where(target, marks, poses, random, [mark for mark in every if _is_by_any(mark, twins)] if twins else None)
+    return None if twins and not where else Thing(kind, colour, pattern, where=where, identity=identity)
 
 
-def _where(target: Collectible, marks: Sequence[Landmark], poses: Sequence[Pose], random: Random) -> tuple[Where, ...]:
-    """Return the target's relation to a landmark near it, as seen when arriving along the path."""
+def _is_by_any(mark: Landmark, twins: Sequence[Landmark]) -> bool:
+    """Return whether a landmark could tell where one of the target's twins is."""
+    return any(math.dist((mark.x, mark.z), (twin.x, twin.z)) < APART for twin in twins)
+
+
+def _where(
+    target: Collectible,
+    marks: Sequence[Landmark],
+    poses: Sequence[Pose],
+    random: Random,
+    elsewhere: Sequence[Landmark] | None,
+) -> tuple[Where, ...]:
+    """Return the target's relation to a landmark near it, as seen when arriving along the path.
+
+    `elsewhere` are the landmarks near others that look like the target: what is called the same is not used, and no
+    building. None if there are no others.
+    """
     view = poses[max(len(poses) - 6, 0)]
     x, z = target.position.x, target.position.z
     heading = math.degrees(math.atan2(x - view.x, z - view.z))
     came = Pose(x, z, heading % 360.0)
-    unsuited = UNSUITED if random.random() < BUILDING_SHARE else (*UNSUITED, "building")
+    is_alone = elsewhere is None
+    unsuited = UNSUITED if random.random() < BUILDING_SHARE and is_alone else (*UNSUITED, "building")
     near = []
     for mark in marks:
         right, ahead = came.local(mark.x, mark.z)
@@ -81,11 +107,12 @@ def _where(target: Collectible, marks: Sequence[Landmark], poses: Sequence[Pose]
             or distance > NEAR
             or distance < 0.1
             or mark.seen[-1] < len(poses) - 10
+            or any(mark.label == other.label for other in elsewhere or ())
         ):
             continue
         liking = COLLECTIBLE_LIKING if mark.label.kind in KINDS else 0.0
         near.append((distance + random.random() - liking, right, ahead, mark))
-    if not near or random.random() < 0.15:
+    if not near or (random.random() < UNPLACED and is_alone):
         return ()
     _, right, ahead, mark = min(near, key=lambda item: (item[0], item[3].identity))
     name = full_name(mark)

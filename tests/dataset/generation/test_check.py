@@ -1,11 +1,15 @@
+import math
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from server.dataset.generation import Draft, Site, problems
+from server.dataset.generation.streets import TWIN_PATH, TWINS_APART
 from server.dataset.plans import build_section, read_plan
+from server.dataset.release.extras import distance_to_path
 from server.sim.geometry import Point
 from server.sim.room import START, Placement
 from server.sim.rules import Action, PlacedObject
@@ -34,6 +38,21 @@ def test_drafts_are_determined_by_their_seed_names(site: Site) -> None:
     )
 
 
+def test_another_object_like_the_target_lies_off_the_way_and_nearer(site: Site) -> None:
+    found = 0
+    for i in range(20):
+        draft = site.sampler.draw(str(i), ("twins", i))
+        for turn in draft.turns:
+            target, *others = turn.street
+            for twin in (other for other in others if other.type == target.type):
+                found += 1
+                place = np.array([(twin.position.x, twin.position.z)])
+                apart = math.hypot(twin.position.x - target.position.x, twin.position.z - target.position.z)
+                assert apart >= TWINS_APART
+                assert distance_to_path(place, np.array(turn.path))[0] >= TWIN_PATH
+    assert 8 <= found <= 30
+
+
 def of_turn(draft: Draft, number: int, **changes: object) -> Draft:
     turns = list(draft.turns)
     turns[number - 1] = replace(turns[number - 1], **changes)  # type: ignore[arg-type]
@@ -47,9 +66,15 @@ def moved_to_a_building(draft: Draft, site: Site) -> Draft:
     return of_turn(draft, 2, street=(*street[:-1], item))
 
 
-def twice_the_target(draft: Draft, site: Site) -> Draft:
+def beside_the_target(draft: Draft, site: Site) -> Draft:
+    target, *others = draft.turns[0].street
+    near = replace(target, position=target.position._replace(x=target.position.x + 2.0))
+    return of_turn(draft, 1, street=(target, *others[:-1], near))
+
+
+def twice_a_distracter(draft: Draft, site: Site) -> Draft:
     street = draft.turns[0].street
-    return of_turn(draft, 1, street=(*street[:-1], replace(street[-1], type=street[0].type)))
+    return of_turn(draft, 1, street=(*street[:-1], replace(street[-1], type=street[-2].type)))
 
 
 def in_one_place(draft: Draft, site: Site) -> Draft:
@@ -63,7 +88,8 @@ def decoy_on(draft: Draft, cell: Placement) -> Draft:
 
 CASES: list[tuple[Callable[[Draft, Site], Draft], str]] = [
     (moved_to_a_building, "turn 2: .* inside something solid"),
-    (twice_the_target, "turn 1: two objects are a"),
+    (beside_the_target, "turn 1: two objects are a"),
+    (twice_a_distracter, "turn 1: two objects are a"),
     (in_one_place, "turn 1: .* too close"),
     (lambda d, _: replace(d, start=replace(d.start, heading=d.start.heading + 1)), "turn 1, navigation"),
     (lambda d, s: replace(d, start=replace(d.start, x=s.section.buildings[0].x, z=s.section.buildings[0].z)), "start"),

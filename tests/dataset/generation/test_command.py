@@ -104,3 +104,41 @@ def test_batches_are_grouped_by_section() -> None:
 def test_jobs_out_of_range_are_refused(tmp_path: Path, jobs: int) -> None:
     with pytest.raises(BadInput, match="jobs"):
         make(tmp_path, "val_unseen", jobs=jobs)
+
+
+def test_header_tells_that_no_agent_tried_the_texts(tmp_path: Path) -> None:
+    plans, told = [SPLITS["val_unseen"]], list[Progress]()
+    (split,) = generate(tmp_path, plans, scale=0.0005, make_writer=make_plain, tell=told.append, jobs=1, tried=False)
+    (tried,), _ = make(tmp_path, "val_unseen", count=1)
+
+    assert split.source == "generated, scale 0.0005, seed 0, not tried by the follower"
+    assert "tried" not in tried.source
+
+
+def test_interrupted_split_is_finished_with_what_it_has(tmp_path: Path) -> None:
+    """Of another seed, nothing is taken."""
+
+    class Interrupted(Exception):
+        pass
+
+    def interrupt(progress: Progress) -> None:
+        raise Interrupted
+
+    def cut(data: Path) -> None:
+        with pytest.raises(Interrupted):
+            generate(
+                data, [SPLITS["val_unseen"]], scale=13 / 1155, seed=1, jobs=1, make_writer=make_fussy, tell=interrupt
+            )
+
+    cut(tmp_path / "cut")
+    cut(tmp_path / "other")
+    (split,), told = make(tmp_path / "cut", "val_unseen", count=13, writer=make_fussy)
+    (whole,), undisturbed = make(tmp_path / "whole", "val_unseen", count=13, writer=make_fussy)
+    _, other = make(tmp_path / "other", "val_unseen", count=13, seed=2, writer=make_fussy)
+
+    assert split.data_hash == whole.data_hash
+    assert files_of(tmp_path / "cut") == files_of(tmp_path / "whole")
+    assert [(progress.done, progress.kept) for progress in told] == [(6, 6), (12, 6), (13, 6)]
+    assert [(progress.done, progress.kept) for progress in other] == [(6, 0), (12, 0), (13, 0)]
+    assert told[-1].drafts == undisturbed[-1].drafts
+    assert str(told[0]) == "val_unseen: going on after 6 of 13 episodes"

@@ -1,4 +1,4 @@
-"""Killed generation: no partial split and no process remain."""
+"""Killed generation: no partial split and no process remain, and the next call goes on where it stopped."""
 
 import os
 import signal
@@ -43,3 +43,41 @@ def test_killed_generation_leaves_no_split_and_no_process(tmp_path: Path) -> Non
     assert processes_in_group(run.pid) == []
     assert not (tmp_path / "data" / "splits").exists()
     run.stderr.close()
+
+
+def command(data: Path) -> list[str]:
+    options = [
+        "--split",
+        "val_unseen",
+        "--scale",
+        "0.016",
+        "--jobs",
+        "1",
+        "--no-trial",
+    ]  # 18 episodes, in three batches
+    return [sys.executable, "-m", "server", "generate", "--data", str(data), *options]
+
+
+def finish(data: Path) -> tuple[str, dict[str, bytes]]:
+    """Generate to the end; returns what was printed about it, and the files of the data folder."""
+    done = subprocess.run(command(data), stderr=subprocess.PIPE, text=True, check=True)
+    return done.stderr, {str(path.relative_to(data)): path.read_bytes() for path in data.rglob("*") if path.is_file()}
+
+
+@pytest.mark.slow
+def test_generation_goes_on_where_it_was_killed(tmp_path: Path) -> None:
+    """The files are those of a generation that nothing disturbed, and what was made before is not made again."""
+    run = subprocess.Popen(command(tmp_path / "killed"), stderr=subprocess.DEVNULL)
+    unfinished = tmp_path / "killed" / "unfinished" / "val_unseen.jsonl"
+    while run.poll() is None and not (unfinished.exists() and unfinished.read_bytes().count(b"\n") > 6):
+        time.sleep(0.02)
+    os.kill(run.pid, signal.SIGKILL)
+    assert run.wait() == -signal.SIGKILL
+    kept = unfinished.read_bytes().count(b"\n") - 1
+
+    told, files = finish(tmp_path / "killed")
+
+    assert 6 <= kept < 18
+    assert told.startswith(f"val_unseen: going on after {kept} of 18 episodes\n")
+    assert files == finish(tmp_path / "undisturbed")[1]
+    assert not unfinished.parent.exists()

@@ -107,6 +107,27 @@ def test_what_is_not_so_is_a_fault(meaning: Navigation, fault: str) -> None:
     assert any(fault in each for each in faults_of_navigation(meaning, WORLD)), faults_of_navigation(meaning, WORLD)
 
 
+OTHER_MUG = replace(MARKS[6], x=-9.0, z=-9.0, identity="collectible/9")
+BESIDE_IT = replace(MARKS[8], x=-10.0, z=-9.0, identity="collectible/8")
+
+
+@pytest.mark.parametrize(
+    ("target", "more", "is_clear"),
+    [
+        (MUG, (OTHER_MUG,), True),
+        (replace(MUG, where=()), (OTHER_MUG,), False),
+        (MUG, (OTHER_MUG, BESIDE_IT), False),
+        (replace(MUG, where=()), (replace(OTHER_MUG, label=Label("mug", "blue", "striped")),), True),
+    ],
+)
+def test_the_target_is_told_apart_from_what_looks_like_it(
+    target: Thing, more: tuple[Landmark, ...], is_clear: bool
+) -> None:
+    world = replace(WORLD, marks=(*MARKS, *more))
+    faults = faults_of_navigation(told(target=target), world)
+    assert faults == () if is_clear else "collectible/0 may be taken for collectible/9" in faults
+
+
 PLAIN = Thing("mug", "red", "striped", identity="m")
 TWO = told(Walk("past", (NEAR,)), Walk("to", (replace(FAR, which="another"),)), target=PLAIN)
 ONE = told(Walk("past", (NEAR,)), Walk("to", (NEAR,)), target=PLAIN)
