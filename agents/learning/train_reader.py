@@ -21,7 +21,7 @@ from agents.learning.reader.slots import rows_of
 from agents.learning.reader.task import Examples, ReadingTask, test
 from agents.learning.reader.weights import write_reader
 from agents.learning.reader.words import Vocabulary
-from agents.learning.simulated.meanings import Sample, draw_samples, read_samples
+from agents.learning.simulated.meanings import Sample, draw_samples, read_samples, write_plans
 from agents.learning.trainer import Plan, Trainer
 from agents.learning.training_run import train
 from server.episodes.splits import folder_of
@@ -41,13 +41,16 @@ def main() -> None:
     began = time.thread_time()
     given = read_samples(folder_of(options.data, options.split))
     each = 4 * len(lang.available())  # Texts of an episode.
-    held = [sample for number, sample in enumerate(given) if number // each % HELD_OUT == 0]
-    kept = [sample for number, sample in enumerate(given) if number // each % HELD_OUT]
-    plans = [sample.meaning for sample in kept]
-    drawn = kept + list(draw_samples(plans, lang.available(), options.texts, options.seed))
+    parts = [number // each % HELD_OUT == 0 for number in range(len(given))]
+    plans, held = (
+        [one.meaning for one, is_held in zip(given, parts, strict=True) if is_held is wanted]
+        for wanted in (False, True)
+    )
+    drawn = list(draw_samples(plans, lang.available(), options.texts, options.seed))
+    written = list(write_plans(held, lang.available(), options.seed))
     vocabulary = Vocabulary.of(sample.text for sample in drawn)
     LOG.info("%d texts, %d words, in %.0f s", len(drawn), len(vocabulary), time.thread_time() - began)
-    learned, tested = examples_of(drawn, vocabulary), examples_of(held, vocabulary)
+    learned, tested = examples_of(drawn, vocabulary), examples_of(written, vocabulary)
 
     def make_task() -> ReadingTask:
         return ReadingTask(ReaderNetwork(Sizes(len(vocabulary))), learned, options.seed)

@@ -15,7 +15,7 @@ from agents.learning.eyes.weights import read_weights
 
 WEIGHTS = Path(__file__).parent / "weights" / "vision_eyes.safetensors"
 
-VERSION = "2"
+VERSION = "3"
 """Changes whenever equal weights give other features."""
 
 BATCH = 8

@@ -14,6 +14,7 @@ from agents.learning.eyes.vocabulary import (
     BANNER_COLOURS,
     COLLECTIBLE_COLOURS,
     COLLECTIBLES,
+    COLOURED,
     COLOURS,
     FURNITURE,
     FURNITURE_COLOURS,
@@ -46,7 +47,7 @@ BOARD_CHANNELS = (
     *(f"{group.name}:{look}" for group in LOOK_GROUPS[1:3] for look in group.looks),
 )
 NAMED_CHANNELS = (*THING_CHANNELS, *FURNITURE_CHANNELS, *BOARD_CHANNELS)
-"""Channels of what is cut out and named; furniture is told by blocks too."""
+"""Channels of what is cut out and named; of these only zebra crossings, which lie on the road, are told by blocks."""
 
 CHANNEL_NAMES = (
     *NAMED_CHANNELS,
@@ -62,25 +63,24 @@ CHANNEL_NAMES = (
 _KIND = {kind: number for number, kind in enumerate(KINDS)}
 _THINGS = slice(len(KINDS) - len(COLLECTIBLES), len(KINDS))
 _PROPS = slice(_THINGS.start - len(FURNITURE), _THINGS.start)
-_FURNITURE = slice(len(THING_CHANNELS), len(THING_CHANNELS) + len(FURNITURE_CHANNELS))
+_ZEBRA = CHANNEL_NAMES.index("furniture:zebra_crossing")
+_COLOURED = [_KIND[kind] for kind in COLOURED]
 
 Floats = npt.NDArray[np.float32]
 
 
 def grid_of_blocks(found: Probabilities, depth: Tensor) -> Floats:
-    """Return what is in each cell by the blocks, (B, 7, 7, channels) in [0, 1]; of NAMED_CHANNELS only furniture.
+    """Return what is in each cell by the blocks, (B, 7, 7, channels) in [0, 1]; of NAMED_CHANNELS only crossings.
 
     Args:
         found: probabilities by block.
         depth: (B, size, size) units, 0 where there is nothing.
     """
-    kinds, colours, looks = found
+    kinds, _, looks = found
     slices = look_slices()
-    banner, props = kinds[:, _one("banner")], kinds[:, _PROPS].sum(1, keepdim=True)
     nearness = torch.where(depth > 0.0, 1.0 / (1.0 + depth), 0.0)[:, None]
     blocks = [
-        kinds[:, _PROPS],
-        (props - banner) * colours[:, [COLOURS.index(colour) for colour in FURNITURE_COLOURS]],
+        kinds[:, _one("zebra_crossing")],
         kinds[:, _one("building")] * looks[:, slices["facade"]],
         kinds[:, _one("wall")] * looks[:, slices["wall"]],
         kinds[:, _one("start_tile")],
@@ -92,8 +92,8 @@ def grid_of_blocks(found: Probabilities, depth: Tensor) -> Floats:
     mean = functional.avg_pool2d(nearness, nearness.shape[-1] // GRID)
     cells = torch.cat([most, mean], 1).permute(0, 2, 3, 1).clamp(0.0, 1.0).numpy()
     filled = np.zeros((*cells.shape[:3], len(CHANNEL_NAMES)), np.float32)
-    filled[..., _FURNITURE] = cells[..., : len(FURNITURE_CHANNELS)]
-    filled[..., len(NAMED_CHANNELS) :] = cells[..., len(FURNITURE_CHANNELS) :]
+    filled[..., _ZEBRA] = cells[..., 0]
+    filled[..., len(NAMED_CHANNELS) :] = cells[..., 1:]
     return filled
 
 
@@ -117,7 +117,7 @@ def _said(named: NamedThing) -> Floats:
     kinds, colours, looks = named.kinds, named.colours, named.looks
     collectible = kinds[_THINGS].sum()
     banner, sign = kinds[_KIND["banner"]], kinds[_KIND["shop_sign"]]
-    furniture = kinds[_PROPS].sum() - banner
+    furniture = kinds[_COLOURED].sum()
     slices = look_slices()
     return np.concatenate(
         [

@@ -58,7 +58,7 @@ class BlocksTask:
     """
 
     def __init__(self, sizes: Sizes, frame_of: FrameOf, table: LabelTable) -> None:
-        self.network = EyesNetwork(sizes).to(memory_format=torch.channels_last)
+        self.network = EyesNetwork(sizes)
         self._frame_of, self._table = frame_of, table
 
     def loss(self, numbers: range) -> Tensor:
@@ -78,7 +78,7 @@ class NamingTask:
     """
 
     def __init__(self, frame_of: FrameOf, table: LabelTable) -> None:
-        self.network = NamingNetwork().to(memory_format=torch.channels_last)
+        self.network = NamingNetwork()
         self._frame_of, self._table = frame_of, table
 
     def loss(self, numbers: range) -> Tensor:

@@ -90,11 +90,12 @@ class ReaderNetwork(nn.Module):
         return memory, (first, torch.zeros_like(first))
 
     def _embed(self, rows: Tensor) -> Tensor:
-        embedded = [slot(rows[:, :, number]) for number, slot in enumerate(self.slots)]
-        return self.dropout(torch.stack(embedded).sum(0))
+        embedded = torch.stack([slot(rows[:, :, number]) for number, slot in enumerate(self.slots)])
+        dropped: Tensor = self.dropout(embedded.sum(0))
+        return dropped
 
     def _slots(self, hidden: Tensor, memory: Tensor, is_filling: Tensor) -> dict[str, Tensor]:
-        found = {}
+        found: dict[str, Tensor] = {}
         heads = dict(zip(SLOTS, self.heads, strict=True))
         for names, query in zip(PARTS, self.queries, strict=True):
             match = query(hidden) @ memory.transpose(1, 2) / memory.shape[2] ** 0.5  # (B, rows, words)
