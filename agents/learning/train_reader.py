@@ -18,7 +18,7 @@ import torch
 import lang
 from agents.learning.reader.network import ReaderNetwork, Sizes
 from agents.learning.reader.slots import rows_of
-from agents.learning.reader.task import Examples, ReadingTask, test
+from agents.learning.reader.task import Examples, ReadingTask, score
 from agents.learning.reader.weights import write_reader
 from agents.learning.reader.words import Vocabulary
 from agents.learning.simulated.meanings import Sample, draw_samples, read_samples, write_plans
@@ -82,7 +82,7 @@ def examples_of(samples: Sequence[Sample], vocabulary: Vocabulary) -> Examples:
 def _scores(trainer: Trainer, tested: Examples) -> dict[str, object]:
     network = trainer.network
     assert isinstance(network, ReaderNetwork)
-    return {language: asdict(scores) for language, scores in test(network, tested).items()}
+    return {language: asdict(scores) for language, scores in score(network, tested).items()}
 
 
 def _options() -> argparse.Namespace:

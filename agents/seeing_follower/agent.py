@@ -94,10 +94,9 @@ class _SeeingRoom(RoomFollower):
 
     def act(self, observation: Observation) -> int:
         """Return the next action."""
-        if self._ahead or not self._looks_left:
-            return super().act(observation)
         sight = self._look(observation)
-        self._seen_room.add_things(sight.things, self._cell, self._heading)
+        if not self._ahead and self._looks_left:
+            self._seen_room.add_things(sight.things, self._cell, self._heading)
         return super().act(_seen(observation, sight))
 
 
