@@ -56,7 +56,7 @@ def main() -> None:
         return ReadingTask(ReaderNetwork(Sizes(len(vocabulary))), learned, options.seed)
 
     about = f"{len(drawn)} texts, {len(vocabulary)} words"
-    plan = Plan(options.rounds * len(drawn), batch=64, rate=0.003, seed=options.seed, about=about)
+    plan = Plan(options.rounds * len(drawn), batch=32, rate=0.003, seed=options.seed, about=about)
     trainer = Trainer(plan, make_task)
     train(trainer, options.out, "reader", lambda: _scores(trainer, tested))
     network = trainer.network
