@@ -75,7 +75,8 @@ def _work(command: Sequence[str], environment: Mapping[str, str], stdin: int, st
         _let_go_of_files()
         os.environ.clear()
         os.environ.update(environment)
-        values.ValueClass = values.get_value_class()  # chosen by the environment, when the module was imported
+        # Chosen by the environment when the module was imported:
+        values.ValueClass = values.get_value_class()  # type: ignore[no-untyped-call]
         threading.Thread(target=lifeline._stop_at_end_of_input, daemon=True).start()
         status = server.cli.main(list(command[LAUNCHER:]))
         sys.stdout.flush()
@@ -98,4 +99,4 @@ def install() -> None:
     """From now on the workers of this process are forked."""
     names = ("PIPE", "TimeoutExpired")
     stand_in = SimpleNamespace(Popen=ForkedWorker, **{name: getattr(subprocess, name) for name in names})
-    workers.subprocess = stand_in  # type: ignore[assignment]
+    workers.subprocess = stand_in  # type: ignore[assignment, attr-defined]

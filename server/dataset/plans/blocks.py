@@ -147,7 +147,8 @@ def built_cells(grid: Grid, buildings: list[Building]) -> Mask:
     for building in buildings:
         reach = math.hypot(building.half_width, building.half_length) + 1e-3
         near = tree.query_ball_point((building.x, building.z), reach)
-        built[near] |= covers(building, *centres[near].T, 1e-6)
+        x, z = centres[near].T
+        built[near] |= covers(building, x, z, 1e-6)
     return built.reshape(grid.shape)
 
 
