@@ -10,8 +10,8 @@ from pathlib import Path
 
 from PIL import Image
 
-from server.dataset.generation.split_maker import SOURCE
 from server.dataset.generation.site import Site
+from server.dataset.generation.split_maker import SOURCE
 from server.dataset.paraphrases.room import room_facts
 from server.dataset.paraphrases.route import Leg, RouteFacts, name_of, route_facts
 from server.dataset.pictures.canvas import BLACK, PINK, SWATCHES, WHITE, Canvas, add_title
