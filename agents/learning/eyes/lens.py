@@ -1,0 +1,22 @@
+"""The camera: where the rays of its pixels go."""
+
+import math
+from functools import cache
+
+import numpy as np
+import numpy.typing as npt
+
+FIELD_OF_VIEW = 60.0
+"""Degrees, vertical and horizontal: frames are square."""
+
+EYE_HEIGHT = 0.525
+"""Height of the camera above the ground, in units."""
+
+
+@cache
+def rays(size: int) -> npt.NDArray[np.float32]:
+    """Return how far the rays of each row go down, and those of each column to the right, (size,), per unit ahead."""
+    focal = size / 2 / math.tan(math.radians(FIELD_OF_VIEW / 2))
+    directions = ((np.arange(size) + 0.5 - size / 2) / focal).astype(np.float32)
+    directions.flags.writeable = False
+    return directions

@@ -1,0 +1,102 @@
+"""What the encoder is to predict, from the simulator's labels of pixels: for each block, the rarest kind of thing."""
+
+from collections.abc import Sequence
+from functools import cache
+
+import numpy as np
+import numpy.typing as npt
+import torch
+from torch import Tensor
+from torch.nn import functional
+
+from agents.learning.eyes.network import BLOCKS, Predictions
+from agents.learning.eyes.vocabulary import (
+    COLLECTIBLES,
+    FURNITURE,
+    KINDS,
+    NONE,
+    SURFACES,
+    Codes,
+    codes_of,
+    look_slices,
+)
+
+WEIGHTS = {**dict.fromkeys(SURFACES, 0.5), **dict.fromkeys(FURNITURE, 1.0), **dict.fromkeys(COLLECTIBLES, 0.5)}
+"""Weights of kinds in the loss: a frame is mostly street and buildings, and collectibles are named otherwise."""
+
+LOOK_WEIGHTS = {"facade": 1.0, "wall": 0.5, "pattern": 0.1, "shape": 0.2, "shop": 0.1}
+"""Weights of looks in the loss, by group."""
+
+LEAST = 0.04
+"""Share of a block's pixels from which it counts as showing a thing."""
+
+_FIRST_THING, _FIRST_PROP = len(KINDS) - len(COLLECTIBLES), len(SURFACES)
+
+
+class LabelTable:
+    """The simulator's labels in the encoder's vocabulary.
+
+    Args:
+        labels: (kind, colour, look) of each label, by its number in a segmentation.
+
+    Raises:
+        ValueError: for a label that the vocabulary cannot express.
+    """
+
+    def __init__(self, labels: Sequence[tuple[str, str, str]]) -> None:
+        self.codes = np.array([codes_of(*label) for label in labels], np.int64)
+        kinds = self.codes[:, Codes._fields.index("kind")]
+        self._ranks = np.select([kinds >= _FIRST_THING, kinds >= _FIRST_PROP], [2, 1], 0).astype(np.uint8)
+
+    def blocks(self, labels: npt.NDArray[np.uint16]) -> npt.NDArray[np.int64]:
+        """Return kind, colour and look of each block, (3, 28, 28), NONE where there is none.
+
+        A collectible comes before furniture, and furniture before everything else, if it covers a LEAST of the block.
+
+        Args:
+            labels: (size, size), a segmentation.
+        """
+        side = len(labels) // BLOCKS
+        pixels = labels.reshape(BLOCKS, side, BLOCKS, side).transpose(0, 2, 1, 3).reshape(BLOCKS, BLOCKS, -1)
+        pixels = pixels[:, :, _from_middle(side)]
+        ranks = self._ranks[pixels]
+        shown = [(ranks == rank).mean(2) >= LEAST for rank in (2, 1)]
+        rank = np.where(shown[0], 2, np.where(shown[1], 1, 0))
+        chosen = (ranks == rank[:, :, None]).argmax(2)[:, :, None]
+        label = np.take_along_axis(pixels, chosen, 2)[:, :, 0]
+        return np.moveaxis(self.codes[label], 2, 0)
+
+
+@cache
+def _from_middle(side: int) -> npt.NDArray[np.int64]:
+    """Return the places of a block's pixels from the middle outwards: among equals the first one counts."""
+    offset = np.abs(np.arange(side) - (side - 1) / 2)
+    return np.argsort(np.hypot(offset[:, None], offset[None]).ravel(), kind="stable")
+
+
+def loss_of(predictions: Predictions, targets: Tensor) -> Tensor:
+    """Return the loss, a scalar: kinds, kinds among furniture alone, colours, and looks in their groups.
+
+    Args:
+        predictions: logits, (B, n, rows, columns) each.
+        targets: (B, 3, rows, columns) int64 of `LabelTable.blocks`.
+    """
+    kinds, colours, looks = (part.permute(0, 2, 3, 1).flatten(0, 2) for part in predictions)
+    kind, colour, look = (targets[:, number].flatten() for number in range(3))
+    weights = torch.tensor([WEIGHTS[name] for name in KINDS])
+    total = functional.cross_entropy(kinds, kind, weights)
+    is_prop = (kind >= _FIRST_PROP) & (kind < _FIRST_THING)
+    total = total + 0.3 * among(kinds[:, _FIRST_PROP:_FIRST_THING], kind - _FIRST_PROP, is_prop)
+    total = total + 0.3 * among(colours, colour, colour != NONE)
+    for name, places in look_slices().items():
+        inside = (look >= places.start) & (look < places.stop)
+        total = total + LOOK_WEIGHTS[name] * among(looks[:, places], look - places.start, inside)
+    return total
+
+
+def among(logits: Tensor, classes: Tensor, chosen: Tensor) -> Tensor:
+    """Return the mean cross entropy of the chosen rows; 0 without any."""
+    rows = chosen.nonzero().squeeze(1)
+    if not len(rows):
+        return logits.sum() * 0.0
+    return functional.cross_entropy(logits[rows], classes[rows])

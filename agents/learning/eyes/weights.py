@@ -1,0 +1,56 @@
+"""Files of the encoder's weights: safetensors, as half-precision numbers, with the network's sizes beside them."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import torch
+from safetensors import safe_open
+from safetensors.torch import save_file
+from torch import nn
+
+from agents.learning.eyes.naming import NamingNetwork
+from agents.learning.eyes.network import EyesNetwork, Sizes, folded
+
+BLOCKS, NAMING = "blocks.", "naming."
+"""Before the names of each network's tensors."""
+
+
+def write_weights(path: Path, blocks: EyesNetwork, naming: NamingNetwork) -> None:
+    """Write both networks for use: their weights, and the first one's sizes as the key "sizes" of the metadata."""
+    tensors = {
+        prefix + name: value.to(torch.float16).contiguous() if value.is_floating_point() else value
+        for prefix, network in ((BLOCKS, blocks), (NAMING, naming))
+        for name, value in network.state_dict().items()
+    }
+    save_file(tensors, path, {"sizes": json.dumps(asdict(blocks.sizes))})
+
+
+def read_weights(path: Path) -> tuple[EyesNetwork, NamingNetwork]:
+    """Return both networks, ready for use.
+
+    Raises:
+        FileNotFoundError: if there is no such file.
+        ValueError: if it does not hold networks of this kind.
+    """
+    if not path.is_file():
+        raise FileNotFoundError(f"there are no weights at {path}; train them: python -m agents.learning.train_eyes")
+    with safe_open(path, "pt") as file:
+        about = file.metadata() or {}
+        if "sizes" not in about:
+            raise ValueError(f"{path} holds no weights of the visual encoder: its metadata has no 'sizes'")
+        blocks, naming = EyesNetwork(Sizes(**json.loads(about["sizes"]))), NamingNetwork()
+        tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - not a mapping
+    for prefix, network in ((BLOCKS, blocks), (NAMING, naming)):
+        _fill(network, {name.removeprefix(prefix): value for name, value in tensors.items() if name.startswith(prefix)})
+    return blocks, naming
+
+
+def _fill(network: nn.Module, tensors: dict[str, torch.Tensor]) -> None:
+    network.load_state_dict(
+        {name: value.float() if value.is_floating_point() else value for name, value in tensors.items()}
+    )
+    network.requires_grad_(requires_grad=False)
+    network.eval()
+    folded(network)
+    network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]

@@ -1,0 +1,55 @@
+"""Reading texts with trained weights."""
+
+from functools import lru_cache
+from pathlib import Path
+
+import torch
+
+from agents.learning.reader.network import ReaderNetwork
+from agents.learning.reader.slots import END, SLOTS, TYPES, Row, meaning_of
+from agents.learning.reader.weights import read_reader
+from agents.learning.reader.words import Vocabulary
+from lang.meaning import Meaning
+
+WEIGHTS = Path(__file__).parent.parent / "weights" / "reader.safetensors"
+
+CACHED = 512
+"""Texts whose rows are kept."""
+
+
+class LearnedReader:
+    """Reads instructions as meanings, in the languages that it was trained on; it is not told which.
+
+    Args:
+        network: trained, in evaluation mode.
+        vocabulary: that it was trained with.
+    """
+
+    def __init__(self, network: ReaderNetwork, vocabulary: Vocabulary) -> None:
+        self._network, self._vocabulary = network, vocabulary
+        self._rows = lru_cache(CACHED)(self._read)
+
+    def read(self, text: str, phase: str) -> Meaning:
+        """Return what an instruction says, as far as it was understood.
+
+        Args:
+            text: the instruction.
+            phase: "navigation" for a `lang.meaning.Navigation`, "assembly" for an `Assembly`.
+        """
+        return meaning_of(self._rows(text), phase)
+
+    def _read(self, text: str) -> tuple[Row, ...]:
+        rows = self._network.read(torch.tensor([self._vocabulary.numbers(text)]))[0].tolist()
+        end, place = TYPES.index(END), list(SLOTS).index("type")
+        ends = [number for number, row in enumerate(rows) if row[place] == end]
+        return tuple(tuple(row) for row in rows[: ends[0] if ends else len(rows)])
+
+
+def load(source: Path | None = None) -> LearnedReader:
+    """Return the reader with the weights that come along, or those of a file.
+
+    Raises:
+        FileNotFoundError: if there is no such file.
+        ValueError: if it holds no reader.
+    """
+    return LearnedReader(*read_reader(source or WEIGHTS))

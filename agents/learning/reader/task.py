@@ -1,0 +1,128 @@
+"""What the reader learns from: texts as numbers of words, meanings as rows of slots; and how well it reads."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+from torch.nn import functional
+
+from agents.learning.reader.network import ReaderNetwork
+from agents.learning.reader.slots import EMPTY, SLOTS, Row
+from agents.learning.reader.words import UNKNOWN
+
+UNKNOWN_SHARE = 0.02
+"""Share of words that are made unknown in training."""
+
+TESTED = 256
+"""Texts that are read at a time."""
+
+
+@dataclass(frozen=True, eq=False)
+class Examples:
+    """Texts and what they mean.
+
+    Attributes:
+        texts: (n, most words) int64, 0 after a text's end.
+        rows: (n, most rows, slots) int64, the end included.
+        lengths: (n,) rows of each, the end included.
+        languages: of each text.
+    """
+
+    texts: Tensor
+    rows: Tensor
+    lengths: Tensor
+    languages: tuple[str, ...]
+
+    @classmethod
+    def of(cls, texts: Sequence[list[int]], rows: Sequence[list[Row]], languages: Sequence[str]) -> "Examples":
+        """Return examples of numbers of words, and rows without the end."""
+        most_words, most_rows = max(map(len, texts)), max(map(len, rows)) + 1
+        padded = torch.tensor([text + [0] * (most_words - len(text)) for text in texts])
+        filled = torch.tensor([[*one, *[EMPTY] * (most_rows - len(one))] for one in rows])
+        return cls(padded, filled, torch.tensor([len(one) + 1 for one in rows]), tuple(languages))
+
+
+class ReadingTask:
+    """To predict the rows of texts.
+
+    Args:
+        network: that learns.
+        examples: that it learns from, in a new order each time through.
+        seed: of the orders.
+    """
+
+    def __init__(self, network: ReaderNetwork, examples: Examples, seed: int) -> None:
+        self.network, self._examples, self._seed = network, examples, seed
+
+    def loss(self, numbers: range) -> Tensor:
+        """Return the loss of a batch, the sum over slots of the mean over rows."""
+        chosen = self._order(numbers)
+        texts, rows, lengths = (
+            part[chosen] for part in (self._examples.texts, self._examples.rows, self._examples.lengths)
+        )
+        texts = texts[:, : int((texts != 0).sum(1).max())]
+        rows = rows[:, : int(lengths.max())]
+        hidden = (torch.rand(texts.shape) < UNKNOWN_SHARE) & (texts != 0)
+        logits = self.network(texts.masked_fill(hidden, UNKNOWN), rows)
+        counted = torch.arange(rows.shape[1]) < lengths[:, None]
+        losses = [
+            functional.cross_entropy(logits[name][counted], rows[:, :, number][counted])
+            for number, name in enumerate(SLOTS)
+        ]
+        return torch.stack(losses).sum()
+
+    def _order(self, numbers: range) -> Tensor:
+        """Return the places of a batch's examples."""
+        count = len(self._examples.texts)
+        places = []
+        for number in numbers:
+            time, place = divmod(number, count)
+            if time != getattr(self, "_time", None):
+                self._time = time
+                self._places = np.random.default_rng((self._seed, time)).permutation(count)
+            places.append(int(self._places[place]))
+        return torch.tensor(places)
+
+
+@dataclass(frozen=True, slots=True)
+class ReadingScores:
+    """Shares of what was read exactly right, 0 to 1.
+
+    Attributes:
+        rows: of the steps, targets and relations.
+        texts: of the texts, all of whose rows are right.
+        count: number of texts.
+    """
+
+    rows: float
+    texts: float
+    count: int
+
+
+def score(network: ReaderNetwork, examples: Examples) -> Mapping[str, ReadingScores]:
+    """Return by language how well examples are read."""
+    network.eval()
+    right: dict[str, list[tuple[int, int, bool]]] = {}
+    for first in range(0, len(examples.texts), TESTED):
+        some = slice(first, first + TESTED)
+        texts = examples.texts[some]
+        found = network.read(texts)
+        for row, truth, length, language in zip(
+            found, examples.rows[some], examples.lengths[some].tolist(), examples.languages[some], strict=True
+        ):
+            said = functional.pad(row, (0, 0, 0, max(0, length - len(row))), value=-1)[:length]
+            same = (said == truth[:length]).all(1)
+            # The end, which has no other slots, counts for the whole text alone.
+            has_ended = bool(said[length - 1, 0] == 0)
+            rows = same[: length - 1]
+            right.setdefault(language, []).append((int(rows.sum()), len(rows), bool(rows.all()) and has_ended))
+    return {
+        language: ReadingScores(
+            sum(hits for hits, _, _ in each) / sum(rows for _, rows, _ in each),
+            sum(whole for _, _, whole in each) / len(each),
+            len(each),
+        )
+        for language, each in right.items()
+    }

@@ -1,0 +1,86 @@
+"""Visual encoders behind one interface: from RGB and depth to a 7-by-7 grid of features."""
+
+import importlib
+import importlib.util
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol, cast
+
+import numpy as np
+import numpy.typing as npt
+
+GRID = 7
+"""Rows and columns of cells into which an image is divided."""
+
+DEFAULT = "eyes"
+"""Name of the encoder that is used where none is named."""
+
+
+class VisualEncoder(Protocol):
+    """Turns images into features, without gradients; equal images give equal features in every batch.
+
+    Attributes:
+        name: by which `open_encoder` finds it.
+        channels: features of a cell, C.
+        image_size: side length of the images for which it was made, in pixels.
+        channel_names: the meaning of each feature, such as "kind:mug"; empty if they have none.
+        fingerprint: a short hash of its code's version and its weights; features are kept under it.
+    """
+
+    name: str
+    channels: int
+    image_size: int
+    channel_names: tuple[str, ...]
+    fingerprint: str
+
+    def encode(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """Return the features of a batch of images.
+
+        Args:
+            rgb: (B, size, size, 3) uint8.
+            depth: (B, size, size) float32, in metres; 0 where there is nothing.
+
+        Returns:
+            (B, 7, 7, C) float32 in [0, 1]; the first row is the top of the image, the first column its left.
+        """
+
+
+def open_encoder(name: str) -> VisualEncoder:
+    """Return the encoder of the module `agents.learning.vision_NAME`.
+
+    Raises:
+        ValueError: if there is no such module.
+    """
+    module = f"agents.learning.vision_{name}"
+    if not name.isidentifier() or importlib.util.find_spec(module) is None:
+        raise ValueError(f"there is no visual encoder {name!r}; there are {', '.join(encoder_names())}")
+    load = cast(Callable[[], VisualEncoder], importlib.import_module(module).load)
+    return load()
+
+
+def encoder_names() -> list[str]:
+    """Return the names of all encoders, sorted."""
+    return sorted(path.stem.removeprefix("vision_") for path in Path(__file__).parent.glob("vision_*.py"))
+
+
+def quantise(features: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
+    """Return features in [0, 1] as whole numbers of 0 to 255, of the same shape: as agents are trained and play."""
+    whole: npt.NDArray[np.uint8] = np.rint(np.clip(features, 0.0, 1.0) * 255.0).astype(np.uint8)
+    return whole
+
+
+def resize(
+    rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32], size: int
+) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]:
+    """Return images of another side length, by the nearest pixel; the same arrays if they have it already.
+
+    Args:
+        rgb: (B, H, H, 3) uint8.
+        depth: (B, H, H) float32.
+        size: the wanted side length.
+    """
+    given = rgb.shape[1]
+    if given == size:
+        return rgb, depth
+    nearest = (np.arange(size) * 2 + 1) * given // (2 * size)
+    return rgb[:, nearest][:, :, nearest], depth[:, nearest][:, :, nearest]
