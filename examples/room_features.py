@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 import arramon_client.environments  # noqa: F401 - registers the environments
 from arramon_client.environments.labels import factored
-from arramon_client.environments.tokens import words
+from arramon_client.words import words
 
 Vector = npt.NDArray[np.float32]
 
