@@ -134,7 +134,8 @@ def _offered(name: str, encoding: Encoding.ValueType, quality: int = 0, *, depth
 
     def encode(pixels: Pixels) -> Image:
         image = Image()
-        encoder.write("", [(pixels, image)], latest=True)
+        (data,) = encoder.encode("", [(pixels, image)], latest=True)
+        image.data = bytes(data)
         return image
 
     return Way(name, encode, decoder.depth if depth else decoder.rgb, lambda image: len(image.data))

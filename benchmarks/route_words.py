@@ -1,14 +1,15 @@
-"""How often English navigation instructions tell the way as people do: `python benchmarks/route_words.py DATA`.
+"""How often navigation instructions tell the way as people do: `python benchmarks/route_words.py DATA`.
 
 Prints the share of instructions that name a building, a crossing, a corner, a street, another or the next thing,
-several things, and so on, in a generated data set and, if the environment variable ARRAMON_RELEASE names its folder, in
-the official release's val-seen file.
+several things, and so on, in a generated data set, in English and Hindi, and, if the environment variable
+ARRAMON_RELEASE names its folder, in the official release's val-seen file. In English a pile of bags is several things.
 """
 
 import argparse
 import json
 import os
 import re
+import unicodedata
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -33,22 +34,40 @@ SHARES = {
 }
 """Regular expressions over a text's words, in small letters, without marks."""
 
+_HINDI_OBJECTS = "गेंद|बॉल|घड़ी|मग|कप|प्याल|टीवी|टेलीविज़न|किताब|पुस्तक|कटोर|बाउल|बाल्टी"
 
-def shares(texts: Sequence[str]) -> dict[str, float]:
-    """Return the percentage of texts that each pattern of SHARES is found in."""
-    words = [" ".join(re.findall(r"[a-z0-9'-]+", text.lower())) for text in texts]
+HINDI = {
+    "building, house, store": "इमारत|बिल्डिंग|भवन",
+    "intersection, junction": "चौराह|तिराह|(?<!ज़ेबरा )क्रॉसिंग",
+    "corner": "नुक्कड़|मोड़ (पर|से|के)|कोने (पर|से|के)",
+    "street, road, alley": "सड़क|गली|रोड(?! ब्लॉक)",
+    "second, next, another": "दूसर|तीसर|अगल|एक और",
+    "until": "जब तक|(आने|दिखने|छूटने) तक",
+    "several of a kind": "(दोनों|कई) |(?<!टायर)(?<!थैलिय)(?<!खिड़किय)(?<!बिंदिय)(?<!धारिय)(?<!मेहराब)(?<!ईंट)"
+    "(?<!दोन)ों (के|से|की|तक) ",
+    "two collectibles": f"({_HINDI_OBJECTS}).*(?!\\1)({_HINDI_OBJECTS})",
+    "counted paces": "क़दम",
+}
+"""The same over Hindi texts without marks; nouns of several things are recognised by their oblique plural."""
+
+
+def shares(texts: Sequence[str], patterns: dict[str, str] = SHARES) -> dict[str, float]:
+    """Return the percentage of texts that each pattern is found in."""
+    words = [" ".join(re.sub(r"[.,;:।]", " ", text.lower()).split()) + " " for text in texts]
     return {
-        name: 100.0 * sum(re.search(pattern, text) is not None for text in words) / len(words)
-        for name, pattern in SHARES.items()
+        name: 100.0
+        * sum(re.search(unicodedata.normalize("NFC", pattern), text) is not None for text in words)
+        / len(words)
+        for name, pattern in patterns.items()
     }
 
 
-def generated(data: Path) -> list[str]:
-    """Return all English navigation instructions of a data folder."""
+def generated(data: Path, language: str) -> list[str]:
+    """Return all navigation instructions of a data folder in a language."""
     found = []
     for path in sorted(data.glob("splits/*/episodes.jsonl")):
         for line in path.read_text(encoding="utf-8").splitlines()[1:]:
-            found += [turn["navigation"] for turn in json.loads(line)["instructions"]["en"]]
+            found += [turn["navigation"] for turn in json.loads(line)["instructions"][language]]
     return found
 
 
@@ -57,7 +76,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="route_words", description=__doc__.split("\n\n")[0])
     parser.add_argument("data", type=Path, help="folder of `arramon-server generate`")
     arguments = parser.parse_args()
-    columns = {"generated": shares(generated(arguments.data))}
+    columns = {"en": shares(generated(arguments.data, "en")), "hi": shares(generated(arguments.data, "hi"), HINDI)}
     release = Path(os.environ.get("ARRAMON_RELEASE", "")) / "val_seen.json"
     if release.is_file():
         episodes = json.loads(release.read_text(encoding="utf-8"))

@@ -68,6 +68,8 @@ SETTINGS = (
     Setting("16, over TCP", tcp=True, encoding=types_pb2.ENCODING_RAW),
     Setting("16, lossless", encoding=types_pb2.ENCODING_ZSTD),
     Setting("16, JPEG", encoding=types_pb2.ENCODING_JPEG),
+    Setting("16, lossless, over TCP", tcp=True, encoding=types_pb2.ENCODING_ZSTD),
+    Setting("16, JPEG, over TCP", tcp=True, encoding=types_pb2.ENCODING_JPEG),
     Setting("16, 128x128", size=128),
     Setting("16, 128x128, JPEG", size=128, encoding=types_pb2.ENCODING_JPEG),
     Setting("16, 2 workers", workers=2),

@@ -21,7 +21,6 @@ import random
 import re
 import signal
 import statistics
-import subprocess
 import sys
 import tempfile
 import time
@@ -39,6 +38,7 @@ from soak_players import Player
 from soak_rude import RudeStreams
 from soak_service import AUTHORITY, KILL, OF_DATABASE, OTHERS, Fault, Faults, Service, Stuck, service
 
+import server.cli
 from arramon_client.commands import verify
 from server.runs.accounts.accounts import Accounts
 from server.runs.accounts.callers import Role
@@ -195,11 +195,12 @@ def compare(there: Service, once: Any, player: Player, run: str) -> Iterator[str
 
 def rescore(there: Service, runs: Sequence[str]) -> list[str]:
     """Replay the journal; return descriptions of the differences."""
-    command = [sys.executable, "-m", "server", "rescore", "--data", str(there.data), "--journal", there.url, *runs]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    lines = [line for line in done.stdout.splitlines() if not line.endswith(": identical")]
-    if done.returncode and not lines:
-        lines = [done.stderr.strip()]
+    said, errors = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(errors):
+        status = server.cli.main(["rescore", "--data", str(there.data), "--journal", there.url, *runs])
+    lines = [line for line in said.getvalue().splitlines() if not line.endswith(": identical")]
+    if status and not lines:
+        lines = [errors.getvalue().strip()]
     return [f"replayed: {line}" for line in lines]
 
 
@@ -220,7 +221,7 @@ def show(figures: dict[str, Any]) -> None:
             print(f"{name:40} {value:>10}")
 
 
-def main() -> int:
+def main(argv: Sequence[str] | None = None) -> int:
     """Run the soak test; return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     add = parser.add_argument
@@ -245,7 +246,7 @@ def main() -> int:
     add("--rude", type=int, default=0, help="number of streams that end without a proper close (default: %(default)s)")
     add("--spread", type=float, default=0.0, help="minutes over which the faults are spread (default: no pauses)")
     add("--json", type=Path, help="output file for the results")
-    options = parser.parse_args()
+    options = parser.parse_args(argv)
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that everything is stopped on exit
     started = time.monotonic()
     try:

@@ -2,14 +2,13 @@
 
 import json
 import signal
-import subprocess
 import threading
 import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from tests.faults.clients import client
+from tests.faults.clients import Client, client
 from tests.relay import Relay
 
 REST_SECONDS = 0.5
@@ -44,7 +43,7 @@ class Player:
         self.refusals = 0
         self.more = more
         self._output = output
-        self._process: subprocess.Popen[str] | None = None
+        self._process: Client | None = None
         self._ending = threading.Event()
         self._given_up = threading.Event()
         self._thread = threading.Thread(target=self._play_runs)
@@ -120,7 +119,7 @@ class Player:
                 self.complaints.append(f"a client of run {self.run or '?'} ended with status {status}: {said}")
             time.sleep(REST_SECONDS)
 
-    def _listen(self, process: "subprocess.Popen[str]") -> str:
+    def _listen(self, process: Client) -> str:
         assert process.stdout is not None
         said = []
         with process.stdout:

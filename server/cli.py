@@ -17,6 +17,8 @@ from server.process import logs
 FAMILIES = {
     "serve": ("serve", "health"),
     "data": ("import-release", "generate"),
+    "demonstrations": ("export-demos",),
+    "sheets": ("sheets", "add-paraphrased"),
     "inspection": ("show", "stats", "check-instruction"),
     "settings": ("config",),
     "token": ("token",),

@@ -1,15 +1,18 @@
 """Shared fixtures: a PostgreSQL server, a proxy, an undisturbed run, and servers that start quickly."""
 
+import json
 import os
 import signal
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
-from tests import tiny
+from tests import ROOT, tiny
 from tests.faults.clients import EPISODES, Peace, journal_url, undisturbed
 from tests.forked import Forked
 from tests.serving import Server
+from tests.shared import shared_folder
 
 pytest_plugins = ["tests.postgres", "tests.proxy"]
 
@@ -19,12 +22,16 @@ Server.fork = Forked
 @pytest.fixture(scope="session")
 def peace(tmp_path_factory: pytest.TempPathFactory) -> Peace:
     """One undisturbed run for all tests that disturb one: by the same agent, on the same episodes."""
-    folder = tmp_path_factory.mktemp("peace")
+    folder = shared_folder(tmp_path_factory, "peace", _play_undisturbed)
+    return Peace(json.loads((folder / "peace.json").read_text()), journal_url(folder / "data"))
+
+
+def _play_undisturbed(folder: Path) -> None:
     tiny.write(folder / "data", count=EPISODES)
     server = Server(folder / "data", "127.0.0.1:0", log=folder / "log")
     results = undisturbed(server, folder / "results")
     assert server.stop() == 0
-    return Peace(results, journal_url(server.data))
+    (folder / "peace.json").write_text(json.dumps(results))
 
 
 @pytest.fixture
@@ -40,10 +47,23 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     return 2 * (os.cpu_count() or 1)
 
 
+LONGEST = (
+    "hostile/test_hostile.py", "faults/test_soak.py", "deploy/test_wheels.py", "client/test_first_episodes.py",
+    "hostile/test_endings.py", "conformance/test_servers.py", "dataset/generation/test_command.py",
+    "environments/test_experts.py", "faults/test_clock.py", "faults/test_kill.py", "dataset/plans/test_build.py",
+    "sim/raster/test_camera.py", "web/test_site.py", "conformance/test_checks.py",
+)  # fmt: skip
+"""The files that take longest, in this order."""
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Files with slow tests come first: at the end, one of several processes is not to be left with one of these."""
+    """The longest files come first, then those with slow tests: at the end, no process is to be left with one of them.
+
+    With xdist a file goes as a whole to one process, in this order.
+    """
     slow = {item.path for item in items if item.get_closest_marker("slow")}
-    items.sort(key=lambda item: item.path not in slow)
+    places = {ROOT / "tests" / name: place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: (places.get(item.path, len(LONGEST)), item.path not in slow))
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

@@ -1,4 +1,4 @@
-"""Server processes for tests, forked from one with all modules loaded, which makes their start quick."""
+"""Servers and clients for tests, forked from a process with all modules loaded, which makes their start quick."""
 
 import multiprocessing
 import os
@@ -7,26 +7,43 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from server.cli import main
+import arramon_client.cli
+import server.cli
+from tests import forked_workers
+
+Main = Callable[[list[str]], int]
+"""Runs a command with these arguments; returns its exit status."""
 
 _CONTEXT = multiprocessing.get_context("forkserver")
 _CONTEXT.set_forkserver_preload(["tests.loaded"])
 
 
 class Forked:
-    """`arramon-server` with these arguments (`serving.Process`).
+    """`arramon-server` with these arguments (`serving.Process`), or another command.
 
     A process like any other, but for its beginning, and its very end: Python's own last steps are left out.
+
+    Args:
+        arguments: of the command.
+        stdout: the writing end of a pipe.
+        stderr: file to which standard error is appended; None for standard output.
+        command: the command's function.
     """
 
-    def __init__(self, arguments: Sequence[str], stdout: "Connection[Any, Any]", stderr: Path) -> None:
-        given = (list(arguments), dict(os.environ), stdout, stderr)
+    def __init__(
+        self,
+        arguments: Sequence[str],
+        stdout: "Connection[Any, Any]",
+        stderr: Path | None,
+        command: Main = server.cli.main,
+    ) -> None:
+        given = (command, list(arguments), dict(os.environ), stdout, stderr)
         self._process = _CONTEXT.Process(target=_run, args=given, daemon=True)
         self._process.start()
         assert self._process.pid is not None
@@ -43,39 +60,71 @@ class Forked:
     def kill(self) -> None:
         self.send_signal(signal.SIGKILL)
 
-    def wait(self, timeout: float) -> int:
+    def wait(self, timeout: float | None = None) -> int:
         self._process.join(timeout)
         status = self.poll()
         if status is None:
-            raise subprocess.TimeoutExpired("arramon-server", timeout)
+            raise subprocess.TimeoutExpired("arramon-server", timeout or 0.0)
         return status
 
 
-def run(*arguments: object) -> "subprocess.CompletedProcess[str]":
-    """`arramon-server` with these arguments, to its end: its status, and what it said."""
+class ForkedClient(Forked):
+    """`arramon-client` with these arguments, as `subprocess.Popen` would start it with errors on standard output."""
+
+    def __init__(self, arguments: Sequence[str]) -> None:
+        said, says = multiprocessing.Pipe(duplex=False)
+        with said, says:
+            super().__init__(arguments, says, None, arramon_client.cli.main)
+            self.stdout = os.fdopen(os.dup(said.fileno()))
+
+    @property
+    def returncode(self) -> int | None:
+        return self.poll()
+
+    def communicate(self, timeout: float | None = None) -> tuple[str, None]:
+        """What it said from now on to its end, or nothing if that was read already."""
+        text = "" if self.stdout.closed else self.stdout.read()
+        self.stdout.close()
+        self.wait(timeout)
+        return text, None
+
+
+def run(*arguments: object, command: Main = server.cli.main) -> "subprocess.CompletedProcess[str]":
+    """`arramon-server` with these arguments, or another command, to its end: its status, and what it said."""
     words = list(map(str, arguments))
     said, says = multiprocessing.Pipe(duplex=False)
     with tempfile.NamedTemporaryFile(prefix="arramon-server-") as errors, said:
         with says:
-            process = Forked(words, says, Path(errors.name))
+            process = Forked(words, says, Path(errors.name), command)
         with os.fdopen(os.dup(said.fileno())) as output:
             stdout = output.read()
         return subprocess.CompletedProcess(words, process.wait(240), stdout, Path(errors.name).read_text())
 
 
-def _run(arguments: list[str], environment: Mapping[str, str], stdout: "Connection[Any, Any]", stderr: Path) -> None:
+def _run(
+    command: Main,
+    arguments: list[str],
+    environment: Mapping[str, str],
+    stdout: "Connection[Any, Any]",
+    stderr: Path | None,
+) -> None:
     os.dup2(stdout.fileno(), sys.stdout.fileno())
     stdout.close()
-    with stderr.open("ab") as log:
-        os.dup2(log.fileno(), sys.stderr.fileno())
+    if stderr is None:
+        os.dup2(sys.stdout.fileno(), sys.stderr.fileno())
+    else:
+        with stderr.open("ab") as log:
+            os.dup2(log.fileno(), sys.stderr.fileno())
     os.environ.clear()
     os.environ.update(environment)
+    if sys.platform == "linux":
+        forked_workers.install()
     threading.Thread(target=_stop_with_parent, daemon=True).start()
-    sys.exit(main(arguments))
+    sys.exit(command(arguments))
 
 
 def _stop_with_parent() -> None:
-    """However the tests end, they leave no server behind."""
+    """However the tests end, they leave no process behind."""
     parent = multiprocessing.parent_process()
     assert parent is not None
     parent.join()

@@ -58,6 +58,11 @@ ALLOWED: dict[str, set[str]] = {
         "server.dataset", "server.api.messages", "lang", "arramon",
         "arramon_client",  # It is the backend of the client's environments, in the client's own types.
     },
+    "server/demonstrations": {
+        *SHARED, *WORLD, "server.__version__", "server.episodes", "server.environments", "server.runs.play.session",
+        "server.runs.play.worlds", "server.runs.results.reports", "server.runs.storage",
+        "arramon_client",  # What is exported are the observations of the client's environments.
+    },
     "agents": {"arramon_client", "arramon", "lang"},
     "clients/python/arramon_client": {"arramon"},
     "lang": set(),
@@ -110,7 +115,8 @@ def test_serve_imports_no_dataset_language_or_agent_code() -> None:
     """Neither when it is started, with all of its pages, nor when it plays."""
     code = (
         "import sys, server.commands.serve, server.process.assembly, server.process.workers, server.web.pages; "
-        "print([name for name in sys.modules if name.startswith(('server.dataset', 'lang', 'agents', 'torch'))])"
+        "print([name for name in sys.modules if name.startswith("
+        "('server.dataset', 'server.demonstrations', 'lang', 'agents', 'torch'))])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
     assert done.stdout.strip() == "[]"

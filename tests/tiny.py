@@ -49,7 +49,9 @@ def episode(episode_id: str, languages: tuple[str, ...] = ("en", "hi")) -> Episo
     return Episode(episode_id, "1", Pose(0.0, 0.0, 0.0), turns, decoys, instructions)
 
 
-def write(data: Path, name: str = "tiny", count: int = 6, *, hidden: bool = False) -> Split:
+def write(data: Path, name: str = "tiny", count: int = 6, *, hidden: bool = False, training: bool = False) -> Split:
     """Writes the split into a data folder. Every third episode has no Hindi."""
     episodes = [episode(str(i), ("en",) if i % 3 == 0 else ("en", "hi")) for i in range(count)]
-    return write_split(data, name, hidden=hidden, source="tests", episodes=episodes, sections=[SECTION])
+    return write_split(
+        data, name, hidden=hidden, training=training, source="tests", episodes=episodes, sections=[SECTION]
+    )

@@ -39,11 +39,23 @@ class Agent:
         """
         if not episode.labels:
             raise ValueError("follower requires the sensor segmentation, which this run does not have")
-        self._episodes[episode.episode_id] = _Memory(episode, Body(episode.labels))
+        self._episodes[episode.episode_id] = _Memory(episode, self.make_body(episode))
 
     def act(self, observations: Sequence[Observation]) -> list[Action]:
         """Return one action for each observation."""
         return [self._act(observation, self._episodes[observation.episode_id]) for observation in observations]
+
+    def make_body(self, episode: Episode) -> Body:
+        """Return what perceives the streets of an episode."""
+        return Body(episode.labels)
+
+    def make_room(self, meaning: Assembly, episode: Episode) -> RoomFollower:
+        """Return what plays an assembly phase."""
+        return RoomFollower(meaning, episode.labels)
+
+    def read(self, language: str, text: str, phase: str) -> Navigation | Assembly:
+        """Return the meaning of an instruction."""
+        return read(language, text, phase)
 
     def _act(self, observation: Observation, memory: _Memory) -> Action:
         if (observation.turn, observation.phase) != memory.phase:
@@ -60,12 +72,12 @@ class Agent:
     def _begin_phase(self, observation: Observation, memory: _Memory) -> None:
         memory.navigator = memory.room = None
         memory.body.record_action(None)
-        meaning = read(memory.episode.language, observation.instruction, observation.phase)
+        meaning = self.read(memory.episode.language, observation.instruction, observation.phase)
         if isinstance(meaning, Navigation):
             memory.body.landmarks.forget()
             memory.navigator = Navigator(memory.body, meaning)
         else:
-            memory.room = RoomFollower(meaning, memory.episode.labels)
+            memory.room = self.make_room(meaning, memory.episode)
 
 
 def read(language: str, text: str, phase: str) -> Navigation | Assembly:

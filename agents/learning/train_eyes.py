@@ -50,10 +50,10 @@ def main() -> None:
         trained = {name: Trainer(*tasks[name]) for name in NAMES}
         for name, trainer in trained.items():
             trainer.restore(options.out / f"{name}.state.safetensors")
-        networks = trained["blocks"].network, trained["naming"].network
-        assert isinstance(networks[0], EyesNetwork)
-        assert isinstance(networks[1], NamingNetwork)
-        write_weights(options.out / "vision_eyes.safetensors", *networks)
+        seeing, calling = trained["blocks"].network, trained["naming"].network
+        assert isinstance(seeing, EyesNetwork)
+        assert isinstance(calling, NamingNetwork)
+        write_weights(options.out / "vision_eyes.safetensors", seeing, calling)
 
 
 def _options() -> argparse.Namespace:

@@ -18,10 +18,10 @@ import torch
 import lang
 from agents.learning.reader.network import ReaderNetwork, Sizes
 from agents.learning.reader.slots import rows_of
-from agents.learning.reader.task import Examples, ReadingTask, test
+from agents.learning.reader.task import Examples, ReadingTask, score
 from agents.learning.reader.weights import write_reader
 from agents.learning.reader.words import Vocabulary
-from agents.learning.simulated.meanings import Sample, draw_samples, read_samples
+from agents.learning.simulated.meanings import Sample, draw_samples, read_samples, write_plans
 from agents.learning.trainer import Plan, Trainer
 from agents.learning.training_run import train
 from server.episodes.splits import folder_of
@@ -41,19 +41,22 @@ def main() -> None:
     began = time.thread_time()
     given = read_samples(folder_of(options.data, options.split))
     each = 4 * len(lang.available())  # Texts of an episode.
-    held = [sample for number, sample in enumerate(given) if number // each % HELD_OUT == 0]
-    kept = [sample for number, sample in enumerate(given) if number // each % HELD_OUT]
-    plans = [sample.meaning for sample in kept]
-    drawn = kept + list(draw_samples(plans, lang.available(), options.texts, options.seed))
+    parts = [number // each % HELD_OUT == 0 for number in range(len(given))]
+    plans, held = (
+        [one.meaning for one, is_held in zip(given, parts, strict=True) if is_held is wanted]
+        for wanted in (False, True)
+    )
+    drawn = list(draw_samples(plans, lang.available(), options.texts, options.seed))
+    written = list(write_plans(held, lang.available(), options.seed))
     vocabulary = Vocabulary.of(sample.text for sample in drawn)
     LOG.info("%d texts, %d words, in %.0f s", len(drawn), len(vocabulary), time.thread_time() - began)
-    learned, tested = examples_of(drawn, vocabulary), examples_of(held, vocabulary)
+    learned, tested = examples_of(drawn, vocabulary), examples_of(written, vocabulary)
 
     def make_task() -> ReadingTask:
         return ReadingTask(ReaderNetwork(Sizes(len(vocabulary))), learned, options.seed)
 
     about = f"{len(drawn)} texts, {len(vocabulary)} words"
-    plan = Plan(options.rounds * len(drawn), batch=64, rate=0.003, seed=options.seed, about=about)
+    plan = Plan(options.rounds * len(drawn), batch=32, rate=0.003, seed=options.seed, about=about)
     trainer = Trainer(plan, make_task)
     train(trainer, options.out, "reader", lambda: _scores(trainer, tested))
     network = trainer.network
@@ -79,7 +82,7 @@ def examples_of(samples: Sequence[Sample], vocabulary: Vocabulary) -> Examples:
 def _scores(trainer: Trainer, tested: Examples) -> dict[str, object]:
     network = trainer.network
     assert isinstance(network, ReaderNetwork)
-    return {language: asdict(scores) for language, scores in test(network, tested).items()}
+    return {language: asdict(scores) for language, scores in score(network, tested).items()}
 
 
 def _options() -> argparse.Namespace:

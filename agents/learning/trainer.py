@@ -58,7 +58,10 @@ class Plan:
 class Task(Protocol):
     """A network, and the loss of a batch of frames given by their numbers."""
 
-    network: nn.Module
+    @property
+    def network(self) -> nn.Module:
+        """What learns."""
+        ...
 
     def loss(self, numbers: range) -> Tensor:
         """Return a scalar."""

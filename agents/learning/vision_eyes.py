@@ -7,15 +7,15 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from agents.learning.eyes.grid import CHANNEL_NAMES, Probabilities, add_things, grid_of_blocks, probabilities
+from agents.learning.eyes.grid import CHANNEL_NAMES, add_things, grid_of_blocks
 from agents.learning.eyes.names import NamedThing, name_things
 from agents.learning.eyes.naming import NamingNetwork
-from agents.learning.eyes.network import EyesNetwork, prepare
+from agents.learning.eyes.network import EyesNetwork, Probabilities, prepare, probabilities
 from agents.learning.eyes.weights import read_weights
 
 WEIGHTS = Path(__file__).parent / "weights" / "vision_eyes.safetensors"
 
-VERSION = "1"
+VERSION = "3"
 """Changes whenever equal weights give other features."""
 
 BATCH = 8

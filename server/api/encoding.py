@@ -14,13 +14,14 @@ import zstandard
 
 from arramon.v1.evaluation_pb2 import Opened
 from arramon.v1.types_pb2 import ENCODING_JPEG, ENCODING_RAW, ENCODING_ZSTD, Encoding, Image
+from server.api.wire import Data
 from server.errors import BadInput
 
 Pixels = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
 """(height, width, 3) uint8 for RGB; (height, width) uint16 for depth and segmentation."""
 
 Images = Iterable[tuple[Pixels, Image]]
-"""Pairs of pixels and the empty message for them."""
+"""Pairs of pixels and the empty message for them. The pixels are not changed later."""
 
 STANDARD_ENCODINGS = (ENCODING_RAW, ENCODING_ZSTD, ENCODING_JPEG)
 """Encodings that every server offers, in its order of preference."""
@@ -50,13 +51,16 @@ class ImageEncoder(Protocol):
     def announce(self, opened: Opened) -> None:
         """Write to a stream's first message what the client needs to decode the images."""
 
-    def write(self, episode_id: str, images: Images, *, latest: bool) -> None:
-        """Write the images of one observation into their empty messages.
+    def encode(self, episode_id: str, images: Images, *, latest: bool) -> list[Data]:
+        """Encode the images of one observation: write their empty messages, all but the data, and return the data.
 
         Args:
             episode_id: the observation's episode.
             images: pairs of pixels and message.
             latest: False for an observation of a history, which later ones of the same delivery follow.
+
+        Returns:
+            The data of each message; empty for images in shared memory. It may be a view of the pixels.
         """
 
     def forget(self, episode_id: str) -> None:
@@ -95,14 +99,9 @@ class MessageEncoder:
         """Write the encoding to a stream's first message."""
         opened.encoding, opened.jpeg_quality = self.encoding, self.jpeg_quality
 
-    def write(self, episode_id: str, images: Images, *, latest: bool) -> None:  # noqa: ARG002, part of the contract
-        """Write the images of one observation into their empty messages, in place, which saves a copy."""
-        for pixels, image in images:
-            image.height, image.width = pixels.shape[:2]
-            if pixels.ndim == 3 and self.encoding == ENCODING_JPEG:
-                self._write_jpeg(pixels, image)
-            else:
-                self._write_lossless(pixels, image)
+    def encode(self, episode_id: str, images: Images, *, latest: bool) -> list[Data]:  # noqa: ARG002, part of the contract
+        """Encode the images of one observation: write their empty messages, all but the data, and return the data."""
+        return [self._encode(pixels, image) for pixels, image in images]
 
     def forget(self, episode_id: str) -> None:
         """Do nothing: no episode's images are held."""
@@ -114,21 +113,22 @@ class MessageEncoder:
     def __exit__(self, *error: object) -> None:
         """Do nothing."""
 
-    def _write_jpeg(self, pixels: Pixels, image: Image) -> None:
-        image.encoding = ENCODING_JPEG
-        image.data = simplejpeg.encode_jpeg(
-            np.ascontiguousarray(pixels), quality=self.jpeg_quality, colorspace="RGB", colorsubsampling="420"
-        )
-
-    def _write_lossless(self, pixels: Pixels, image: Image) -> None:
-        pixels = little_endian(pixels)
+    def _encode(self, pixels: Pixels, image: Image) -> Data:
+        image.height, image.width = pixels.shape[:2]
+        contiguous = np.ascontiguousarray(little_endian(pixels))
+        if pixels.ndim == 3 and self.encoding == ENCODING_JPEG:
+            image.encoding = ENCODING_JPEG
+            jpeg: bytes = simplejpeg.encode_jpeg(
+                contiguous, quality=self.jpeg_quality, colorspace="RGB", colorsubsampling="420"
+            )
+            return jpeg
         image.encoding = self._lossless
+        content = contiguous.reshape(-1).view(np.uint8).data
         if self._lossless == ENCODING_RAW:
-            image.data = pixels.tobytes()
-        else:
-            # No filter comes first (neighbour differences, byte planes): none makes these frames smaller. A level
-            # camera sees walls as repeated rows, which the compressor handles best unfiltered.
-            image.data = _threads.compressor.compress(np.ascontiguousarray(pixels).data)
+            return content
+        # No filter comes first (neighbour differences, byte planes): none makes these frames smaller. A level
+        # camera sees walls as repeated rows, which the compressor handles best unfiltered.
+        return _threads.compressor.compress(content)
 
 
 def check_quality(encoding: Encoding.ValueType, jpeg_quality: int) -> None:

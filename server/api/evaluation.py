@@ -127,9 +127,9 @@ class Servicer(EvaluationServicer):
 
         return await asyncio.to_thread(account)
 
-    async def Play(
+    async def Play(  # type: ignore[override]  # its responses are serialized already, see `server.api.wire`
         self, request_iterator: AsyncIterator[pb.PlayRequest], context: _Context
-    ) -> AsyncIterator[pb.PlayResponse]:
+    ) -> AsyncIterator[bytes]:
         first = await _first_message(request_iterator)
         if first is None or first.WhichOneof("message") != "open":
             raise BadInput("a stream's first message is `open`")

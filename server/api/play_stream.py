@@ -9,12 +9,13 @@ from arramon.v1 import types_pb2
 from server.api.encoding_choice import choose_encoder, offered_encodings
 from server.api.messages import ACTIONS, LABEL_MESSAGES, PHASES, oracle_message, pose_message, run_message
 from server.api.shared_memory import IMAGE_SENSORS
+from server.api.wire import Parts, observation_event, response_of
 from server.configuration.config import Config
 from server.errors import ArraMonError, BadInput
 from server.runs.accounts.accounts import is_visible
 from server.runs.accounts.callers import Caller
 from server.runs.play.engine import Engine
-from server.runs.play.events import EpisodeEnded, EpisodeStarted, Event, Observed, Opened, PhaseOver, Problem
+from server.runs.play.events import EpisodeEnded, EpisodeStarted, Event, Observed, Opened, PhaseOver, Problem, RunEnded
 from server.runs.play.stream import Act, Stream
 from server.runs.service import Runs
 from server.sim.view import visible_pose
@@ -38,7 +39,7 @@ class PlayHandler:
     """
 
     def __init__(self, open_: pb.Open, caller: Caller, runs: Runs, engine: Engine, config: Config) -> None:
-        self._outbox: asyncio.Queue[pb.PlayResponse | ArraMonError | None] = asyncio.Queue()
+        self._outbox: asyncio.Queue[bytes | ArraMonError | None] = asyncio.Queue()
         self._waiting = 0  # Bytes in the outbox.
         self._engine = engine
         if open_.image_size and open_.image_size not in config.image_sizes:
@@ -78,8 +79,8 @@ class PlayHandler:
         """The stream, as the engine handles it."""
         return self._stream
 
-    async def serve(self, requests: AsyncIterator[pb.PlayRequest]) -> AsyncGenerator[pb.PlayResponse]:
-        """Yield responses until the run ends, the client leaves, or an error closes the stream.
+    async def serve(self, requests: AsyncIterator[pb.PlayRequest]) -> AsyncGenerator[bytes]:
+        """Yield responses in their wire format until the run ends, the client leaves, or an error closes the stream.
 
         Raises:
             ArraMonError: the error that closed the stream.
@@ -92,7 +93,7 @@ class PlayHandler:
                     if isinstance(item, ArraMonError):
                         raise item
                     yield item
-                    self._waiting -= item.ByteSize()
+                    self._waiting -= len(item)
                     self._engine.wake()
             finally:
                 self._engine.leave(self._stream)
@@ -110,17 +111,20 @@ class PlayHandler:
             self._outbox.put_nowait(None)
 
     def _deliver(self, events: Sequence[Event]) -> None:
-        response = pb.PlayResponse()
-        for event in events:
-            self._write(event, response.events.add())
-        self._waiting += response.ByteSize()
+        response = response_of([self._event(event) for event in events])
+        self._waiting += len(response)
         self._outbox.put_nowait(response)
 
+    def _event(self, event: Event) -> Parts:
+        """Return an event in its wire format."""
+        if isinstance(event, Observed):
+            return self._observation(event)
+        message = pb.Event()
+        self._write(event, message)
+        return [message.SerializeToString()]
+
     def _write(self, event: Event, message: pb.Event) -> None:
-        """Fill a message in place: an observation is large, and assigning one message to another copies it."""
         match event:
-            case Observed():
-                self._write_observation(event, message.observation)
             case EpisodeStarted():
                 message.episode_started.CopyFrom(self._started(event))
             case PhaseOver(episode_id, phase):
@@ -144,7 +148,7 @@ class PlayHandler:
                 problem = message.problem
                 problem.message, problem.episode_id, problem.step = text, episode_id, step
                 problem.code = pb.Problem.Code.Value(f"CODE_{code}")
-            case _:
+            case RunEnded():
                 message.run_ended.run.CopyFrom(run_message(event.run, event.progress))
 
     def _started(self, event: EpisodeStarted) -> pb.EpisodeStarted:
@@ -155,8 +159,8 @@ class PlayHandler:
             message.oracle.CopyFrom(oracle_message(event.episode, event.scene))
         return message
 
-    def _write_observation(self, event: Observed, message: pb.Observation) -> None:
-        state, sensors = event.state, event.run.sensors
+    def _observation(self, event: Observed) -> Parts:
+        state, sensors, message = event.state, event.run.sensors, pb.Observation()
         message.episode_id, message.step, message.turn = event.episode.episode_id, state.step, state.turn
         message.phase = PHASES[state.phase]
         message.instruction = event.episode.instruction(event.run.language, state.turn, state.phase.value)
@@ -166,11 +170,14 @@ class PlayHandler:
         if event.time_left is not None:
             message.step_seconds_left = event.time_left.step_seconds
             message.bank_seconds_left = event.time_left.bank_seconds
-        if event.frame is not None:
-            images = [(getattr(event.frame, name), getattr(message, name)) for name in self._image_sensors]
-            self._encoder.write(message.episode_id, images, latest=event.taken is None)
         if "pose" in sensors:
             message.pose.CopyFrom(pose_message(visible_pose(state)))
+        if event.frame is None:
+            return observation_event(message, ())
+        images = [(getattr(event.frame, name), types_pb2.Image()) for name in self._image_sensors]
+        data = self._encoder.encode(message.episode_id, images, latest=event.taken is None)
+        heads = (image for _, image in images)
+        return observation_event(message, list(zip(self._image_sensors, heads, data, strict=True)))
 
 
 def _acts(request: pb.PlayRequest) -> list[Act]:

@@ -1,6 +1,7 @@
 """The writer of streamed responses, which closes their generator before gRPC releases the call."""
 
 import inspect
+from collections.abc import Callable
 from contextlib import aclosing
 from typing import Any
 
@@ -35,5 +36,16 @@ class Responses(grpc.aio.ServerInterceptor):
 
         many = handler.request_streaming
         make: Any = grpc.stream_stream_rpc_method_handler if many else grpc.unary_stream_rpc_method_handler
-        made: Handler = make(write, handler.request_deserializer, handler.response_serializer)
+        made: Handler = make(write, handler.request_deserializer, _serializer(handler.response_serializer))
         return made
+
+
+def _serializer(serialize: Callable[[Any], bytes] | None) -> Callable[[Any], bytes]:
+    """Return a serializer that takes responses in their wire format too."""
+
+    def write(response: Any) -> bytes:
+        if isinstance(response, bytes) or serialize is None:
+            return bytes(response)
+        return serialize(response)
+
+    return write

@@ -16,6 +16,7 @@ import numpy as np
 from arramon.v1.evaluation_pb2 import Opened
 from arramon.v1.types_pb2 import ENCODING_RAW, ENCODING_SHARED, SharedMemory
 from server.api.encoding import Images, MessageEncoder, little_endian
+from server.api.wire import Data
 
 IMAGE_SENSORS = {"rgb": 3, "depth": 2, "segmentation": 2}
 """Bytes per pixel of the images that sensors give."""
@@ -63,10 +64,12 @@ class SharedMemoryEncoder:
         if self._memory is not None:
             opened.shared.CopyFrom(self._memory.message)
 
-    def write(self, episode_id: str, images: Images, *, latest: bool) -> None:
+    def encode(self, episode_id: str, images: Images, *, latest: bool) -> list[Data]:
         """Write the images of one observation: the latest one over those of the episode's last one."""
-        if not (latest and self._memory is not None and self._memory.write(episode_id, images)):
-            self._in_messages.write(episode_id, images, latest=latest)
+        images = list(images)
+        if latest and self._memory is not None and self._memory.write(episode_id, images):
+            return [b""] * len(images)
+        return self._in_messages.encode(episode_id, images, latest=latest)
 
     def forget(self, episode_id: str) -> None:
         """Free the room of an episode that has ended."""

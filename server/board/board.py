@@ -90,8 +90,12 @@ class Board:
         self._kept: tuple[object, dict[tuple[str, str, str], Listing]] = (None, {})
 
     def languages(self) -> dict[str, tuple[str, ...]]:
-        """Return the languages of each split that can be listed, by name: of served splits, and of old entries."""
-        found = {name: set(languages) for name, languages in self._episodes.items()}
+        """Return the languages of each split that can be listed, by name: of served splits, and of old entries.
+
+        Splits for training alone are not ranked, and not listed.
+        """
+        ranked = {name: languages for name, languages in self._episodes.items() if not self._splits[name].training}
+        found = {name: set(languages) for name, languages in ranked.items()}
         for split, language in self._entries.languages():
             found.setdefault(split, set()).add(language)
         return {name: tuple(sorted(found[name])) for name in sorted(found)}

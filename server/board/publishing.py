@@ -49,9 +49,9 @@ class Publishing:
             NotFound: if there is no such run that the caller may see.
             Forbidden: if the caller is anonymous on a public server, where anyone who reads the run's id on the
                 leaderboard could pass for its participant; or if the host has withdrawn the run.
-            Conflict: if the run is still being played; if the data of its split has changed; if the split is hidden and
-                the run lacks some of its episodes, as the mean over a few reveals scores of single ones; or if none of
-                its episodes was played to its end.
+            Conflict: if the run is still being played; if the data of its split has changed; if the split is for
+                training alone; if it is hidden and the run lacks some of its episodes, as the mean over a few reveals
+                scores of single ones; or if none of its episodes was played to its end.
             BadInput: if the note is too long, or has more than one line.
         """
         run = self._own(caller, run_id)
@@ -61,6 +61,7 @@ class Publishing:
         if entry is not None and entry.withdrawn_by_host and not by_host:
             raise _withdrawn_by_host(run_id)
         report = report_of(run, self._journal, self._splits)
+        _check_ranked(report, self._splits[run.split])
         _check_whole(report, self._splits[run.split])
         _check_played(report)
         self._receipts.of(caller, run_id)
@@ -101,6 +102,14 @@ def _withdrawn_by_host(run_id: str) -> Forbidden:
 
 def _is_listed(entry: Published | None) -> bool:
     return entry is not None and entry.withdrawn_at is None
+
+
+def _check_ranked(report: Report, split: Split) -> None:
+    if split.training:
+        raise Conflict(
+            f"run {report.run.run_id!r} is on the split {split.name!r}, which is for training alone; "
+            "runs on such splits are not ranked"
+        )
 
 
 def _check_whole(report: Report, split: Split) -> None:

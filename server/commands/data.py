@@ -7,6 +7,7 @@ from pathlib import Path
 from server.commands import Commands
 from server.commands.wording import describe
 from server.dataset.release.importer import import_release
+from server.errors import BadInput
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:
@@ -21,7 +22,18 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
     import_.set_defaults(command=_import)
 
     generate = commands.add_parser("generate", parents=[common], help="generate the data set, or a part of it")
-    generate.add_argument("--split", nargs="+", metavar="S", help="splits, such as val_unseen (default: all four)")
+    generate.add_argument(
+        "--split", nargs="+", metavar="S", help="splits, such as val_unseen or train_extra (default: the paper's four)"
+    )
+    generate.add_argument(
+        "--sections",
+        type=int,
+        metavar="N",
+        help="number of sections of train_extra, whose streets are drawn by program",
+    )
+    generate.add_argument(
+        "--rooms", type=int, metavar="N", help="generate the split rooms instead: N tasks in the room alone"
+    )
     generate.add_argument(
         "--scale", type=float, default=1.0, help="share of each split's episodes (default: %(default)s)"
     )
@@ -45,11 +57,20 @@ def _import(arguments: argparse.Namespace) -> None:
 
 
 def _generate(arguments: argparse.Namespace) -> None:
-    from server.dataset.instruction_writer import generate_splits
+    from server.dataset.generation.command import generate_rooms
+    from server.dataset.instruction_writer import generate_splits, seldom
 
     def tell(line: str) -> None:
         print(line, file=sys.stderr, flush=True)
 
+    if arguments.rooms is not None:
+        if arguments.split or arguments.sections is not None:
+            raise BadInput("--rooms makes the split rooms alone; leave --split and --sections out")
+        tasks = generate_rooms(
+            arguments.data, arguments.rooms, seed=arguments.seed, jobs=arguments.jobs, tell=seldom(tell)
+        )
+        print(describe(tasks))
+        return
     for split in generate_splits(
         arguments.data,
         arguments.split,
@@ -58,5 +79,6 @@ def _generate(arguments: argparse.Namespace) -> None:
         jobs=arguments.jobs,
         tell=tell,
         trial=not arguments.no_trial,
+        sections=arguments.sections,
     ):
         print(describe(split))

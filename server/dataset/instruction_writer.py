@@ -11,8 +11,9 @@ from lang.meaning import Assembly, Meaning, Navigation, Rotate, Thing, Where
 from lang.quality import check, is_blocked
 from lang.voice import Voice
 from server.dataset.generation import Draft, Site
-from server.dataset.generation.command import Progress, generate
+from server.dataset.generation.command import generate
 from server.dataset.generation.sizes import select_plans
+from server.dataset.generation.split_maker import Progress
 from server.dataset.instructions.assembly import plan_assembly
 from server.dataset.instructions.assembly_sight import whole_room
 from server.dataset.instructions.gate import faults_of_text
@@ -150,11 +151,27 @@ def generate_splits(
     jobs: int,
     tell: Callable[[str], None],
     trial: bool = True,
+    sections: int | None = None,
 ) -> list[Split]:
-    """Generate the named splits (None: all) for `arramon-server generate`; see `generation.command.generate`.
+    """Generate the named splits (None: the paper's) for `arramon-server generate`; see `generation.command.generate`.
 
-    Without the trial, an episode is kept once its texts have passed the gate.
+    Without the trial, an episode is kept once its texts have passed the gate. `sections` is the number of those of
+    `train_extra`.
     """
+    return generate(
+        data,
+        select_plans(names, sections),
+        scale=scale,
+        seed=seed,
+        jobs=jobs,
+        make_writer=make_instruction_writer if trial else make_untried_writer,
+        tell=seldom(tell),
+        tried=trial,
+    )
+
+
+def seldom(tell: Callable[[str], None]) -> Callable[[Progress], None]:
+    """Return what tells of a split's progress in lines: the first, the last, and one in REPORT_SECONDS between."""
     told: dict[str, float] = {}
 
     def tell_of(progress: Progress) -> None:
@@ -163,16 +180,7 @@ def generate_splits(
             told[progress.split] = progress.seconds
             tell(str(progress))
 
-    return generate(
-        data,
-        select_plans(names),
-        scale=scale,
-        seed=seed,
-        jobs=jobs,
-        make_writer=make_instruction_writer if trial else make_untried_writer,
-        tell=tell_of,
-        tried=trial,
-    )
+    return tell_of
 
 
 def passes(scores: EpisodeScores) -> bool:

@@ -1,51 +1,33 @@
-"""Tasks in the room alone, drawn from a seed: no city, no data folder, instructions in every language."""
+"""Tasks in the room alone, drawn as they are played: no city, no data folder, no end."""
 
 from functools import cache, lru_cache
 from pathlib import Path
-from random import Random
 
 import lang
 from arramon_client.environments.backend import Settings, SplitInfo
 from arramon_client.environments.backend import Texts as ClientTexts
 from arramon_client.errors import UsageError
-from lang.meaning import Assembly, Navigation, Rotate, Thing
-from server.dataset.generation.rooms import draw_decoys, draw_tasks
-from server.dataset.instructions.assembly import plan_assembly
-from server.dataset.randomness import seeded
+from server.dataset.generation.room_tasks import PREFIX, ROOM_SECTION, draw_task
 from server.environments.library import Library
-from server.episodes.episode import Episode, Instructions, Turn
-from server.episodes.splits import SENSORS, Split
+from server.episodes.episode import Episode
+from server.episodes.splits import ROOMS, SENSORS, Split
 from server.episodes.texts import instructions_in
 from server.runs.play.worlds import Worlds
-from server.sim.catalogue import ALL_TYPES, ObjectType
-from server.sim.geometry import Point, Pose
-from server.sim.rules import STEPS_PER_PHASE, Action, Collectible, PlacedObject
-from server.sim.section import Section
+from server.sim.rules import STEPS_PER_PHASE
 
-ROOMS = "rooms"
+DRAWN = "drawn_rooms"
 """Name of the split that holds the drawn tasks."""
-
-PREFIX = "room-"
-"""Before the seed, in an episode's id."""
-
-ATTEMPTS = 200
-"""Drafts of one task before drawing fails."""
 
 SURVEYED = 24
 """Tasks whose instructions give the length that no instruction may exceed."""
-
-SECTION = Section(ROOMS, 0.0, (-5.0, -5.0, 5.0, 5.0), (), ())
-"""The empty ground on which the agent picks each object up."""
-
-BEFORE_AGENT = Point(0.0, 0.1, 1.5)
-"""Where each object lies: within reach of the start pose."""
 
 
 @lru_cache(2)
 def room_library(camera: str) -> Library:
     """Return the split and the worlds of drawn tasks. The split's episodes are not listed: there is no end of them."""
-    split = Split(ROOMS, hidden=False, source="drawn", episodes={}, sections={SECTION.id: SECTION}, data_hash="")
-    return Library(split, Worlds({ROOMS: split}, camera))
+    sections = {ROOM_SECTION.id: ROOM_SECTION}
+    split = Split(DRAWN, hidden=False, source="drawn", episodes={}, sections=sections, data_hash="", training=True)
+    return Library(split, Worlds({DRAWN: split}, camera))
 
 
 def room_split(settings: Settings) -> SplitInfo:
@@ -58,7 +40,7 @@ def room_split(settings: Settings) -> SplitInfo:
         there = ", ".join(lang.available())
         raise UsageError(f"there is no language {settings.language!r}; there are {there}")
     return SplitInfo(
-        name=ROOMS,
+        name=DRAWN,
         hidden=False,
         sensors=tuple(name for name in SENSORS if name != "oracle"),
         steps_per_phase=settings.steps_per_phase or STEPS_PER_PHASE,
@@ -95,60 +77,12 @@ def draw_room(seed: int, language: str, episode_id: str | None = None) -> Episod
 
 
 def _draw(seed: int, language: str, longest: int, longest_utf8: int) -> Episode | None:
-    for attempt in range(ATTEMPTS):
-        names = (ROOMS, seed, attempt)
-        episode = _draft(f"{PREFIX}{seed}", language, names)
-        if episode is None:
-            continue
+    def fits(episode: Episode, _: object) -> bool:
         texts = instructions_in([episode], language)
-        if all(len(text) <= longest and len(text.encode()) <= longest_utf8 for text in texts):
-            return episode
-    return None
+        return all(len(text) <= longest and len(text.encode()) <= longest_utf8 for text in texts)
 
-
-def _draft(episode_id: str, language: str, names: tuple[object, ...]) -> Episode | None:
-    """Return a task, or None if its decoys or its instructions do not come out."""
-    random = seeded(*names, "task")
-    first, second = random.sample(ALL_TYPES, 2)
-    tasks = draw_tasks(random)
-    decoys = draw_decoys(f"{names}", (first, second), tasks)
-    if decoys is None:
-        return None
-    turns, texts, room = [], [], decoys
-    for number, (target, task) in enumerate(zip((first, second), tasks, strict=True), start=1):
-        try:
-            meaning = plan_assembly(target, task.cell, room, seeded(*names, number, "plan"))
-        except ValueError:  # A draft that puts the target on another level than the room's objects allow.
-            return None
-        if meaning is None:
-            return None
-        instructions = _write(language, target, meaning, seeded(*names, number, language))
-        if instructions is None:
-            return None
-        texts.append(instructions)
-        turns.append(
-            Turn(
-                path=((0.0, 0.0),),
-                actions=(Action.INTERACT,),
-                room_path=task.path,
-                room_actions=task.actions,
-                street=(Collectible(target, BEFORE_AGENT),),
-                target_cell=task.cell,
-            )
-        )
-        room = (*room, PlacedObject(target, task.cell))
-    start = Pose(0.0, 0.0, 0.0)
-    return Episode(episode_id, SECTION.id, start, (turns[0], turns[1]), decoys, {language: (texts[0], texts[1])})
-
-
-def _write(language: str, target: ObjectType, meaning: Assembly, random: Random) -> Instructions | None:
-    """Return the instructions of a turn, or None if the language cannot express the meaning."""
-    speech = lang.load(language)
-    thing = Thing(target.kind, target.colour, target.pattern)
-    try:
-        return Instructions(speech.write(Navigation((Rotate("right"),), thing), random), speech.write(meaning, random))
-    except ValueError:
-        return None
+    drawn = draw_task(f"{PREFIX}{seed}", (ROOMS, seed), (language,), fits)
+    return None if drawn is None else drawn.episode
 
 
 @cache

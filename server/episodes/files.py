@@ -4,7 +4,9 @@ The first line of an episode file is the header; every further line is one `Epis
 `docs/episodes.md` describes the format for authors of such files.
 """
 
+import gzip
 import json
+import zlib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,6 +35,7 @@ class Header:
         split: name of the split, such as "val_seen".
         hidden: whether targets, goals and paths must never leave the server.
         source: origin of the episodes, as free text.
+        training: whether the episodes are for training alone, and runs on them not ranked. Written where true.
     """
 
     format: str
@@ -40,6 +43,7 @@ class Header:
     split: str
     hidden: bool
     source: str
+    training: bool = False
 
 
 _HEADER = TypeAdapter(Header)
@@ -50,13 +54,13 @@ _SECTION = TypeAdapter(Section)
 def write_episodes(path: Path, header: Header, episodes: Iterable[Episode]) -> None:
     """Write an episode file. The same episodes give the same bytes."""
     with path.open("wb") as file:
-        file.write(_HEADER.dump_json(header) + b"\n")
+        file.write(_HEADER.dump_json(header, exclude_defaults=True) + b"\n")
         for episode in episodes:
             file.write(_EPISODE.dump_json(episode) + b"\n")
 
 
 def read_episodes(path: Path) -> tuple[Header, list[Episode]]:
-    """Read and validate an episode file.
+    """Read and validate an episode file; one whose name ends in ".gz" is decompressed.
 
     Raises:
         BadFile: if the content is wrong, naming the line and the field.
@@ -95,7 +99,10 @@ def read_bytes(path: Path) -> bytes:
         BadFile: if it cannot be read.
     """
     try:
-        return path.read_bytes()
+        content = path.read_bytes()
+        return gzip.decompress(content) if path.suffix == ".gz" else content
+    except (gzip.BadGzipFile, EOFError, zlib.error) as error:
+        raise BadFile(path, f"cannot be decompressed: {error}") from error
     except OSError as error:
         raise BadFile(path, f"cannot be read: {error.strerror}") from error
 

@@ -29,6 +29,9 @@ from server.sim.section import Section
 SENSORS = ("rgb", "depth", "segmentation", "pose", "oracle")
 """All sensors. A hidden split offers only the first two: segmentation would name the visible objects."""
 
+ROOMS = "rooms"
+"""The split of tasks in the room alone, without a city."""
+
 SECRET = "secret"  # noqa: S105 - a file's name
 """The file of the host's secret, in the data folder."""
 
@@ -44,6 +47,7 @@ class Split:
         episodes: by id.
         sections: by id.
         data_hash: SHA-256 of the names and contents of all its files, in hexadecimal.
+        training: whether it is for training alone, and runs on it are not ranked.
     """
 
     name: str
@@ -52,6 +56,7 @@ class Split:
     episodes: Mapping[str, Episode]
     sections: Mapping[str, Section]
     data_hash: str
+    training: bool = False
 
     @property
     def sensors(self) -> tuple[str, ...]:
@@ -68,9 +73,9 @@ class Split:
         """What the instructions in each language are made of, by code."""
         return texts_by_language(self.episodes.values())
 
-    def in_playing_order(self, language: str) -> list[Episode]:
-        """Return the episodes in `language` in a fixed shuffled order, so that any prefix is a fair sample."""
-        spoken = [episode for episode in self.episodes.values() if language in episode.instructions]
+    def in_playing_order(self, *languages: str) -> list[Episode]:
+        """Return the episodes in any of `languages` in a fixed shuffled order, so that any prefix is a fair sample."""
+        spoken = [one for one in self.episodes.values() if not one.instructions.keys().isdisjoint(languages)]
         return sorted(spoken, key=lambda episode: hashlib.sha256(episode.episode_id.encode()).digest())
 
 
@@ -122,11 +127,18 @@ def read_split(folder: Path) -> Split:
             problem = f"is {episode.section!r}; there are {', '.join(sections) or 'none'} in {folder / 'sections'}"
             raise BadFile(folder / "episodes.jsonl", problem, line=line, field="section")
     by_id = {episode.episode_id: episode for episode in episodes}
-    return Split(header.split, header.hidden, header.source, by_id, sections, hash_of(folder))
+    return Split(header.split, header.hidden, header.source, by_id, sections, hash_of(folder), header.training)
 
 
 def write_split(
-    data: Path, name: str, *, hidden: bool, source: str, episodes: Iterable[Episode], sections: Iterable[Section]
+    data: Path,
+    name: str,
+    *,
+    hidden: bool,
+    source: str,
+    episodes: Iterable[Episode],
+    sections: Iterable[Section],
+    training: bool = False,
 ) -> Split:
     """Write a split and read it back. An existing split is replaced only once the new one is complete.
 
@@ -141,7 +153,8 @@ def write_split(
             (new / "sections").mkdir(parents=True)
             if hidden:
                 new.chmod(0o700)  # Targets, goals and paths stay private to the owner on this machine, too.
-            write_episodes(new / "episodes.jsonl", Header(FORMAT, VERSION, name, hidden, source), episodes)
+            header = Header(FORMAT, VERSION, name, hidden, source, training)
+            write_episodes(new / "episodes.jsonl", header, episodes)
             for section in sections:
                 write_section(new / "sections" / f"{section.id}.json", section)
             split = read_split(new)

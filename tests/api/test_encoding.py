@@ -40,7 +40,8 @@ def rgb(
     encoding: Encoding.ValueType, pixels: npt.NDArray[np.uint8], quality: int = 0
 ) -> tuple[Image, npt.NDArray[np.uint8]]:
     image = Image()
-    MessageEncoder(encoding, quality).write("", [(pixels, image)], latest=True)
+    (data,) = MessageEncoder(encoding, quality).encode("", [(pixels, image)], latest=True)
+    image.data = bytes(data)
     return image, ImageDecoder().rgb(image)
 
 
@@ -50,7 +51,8 @@ def chosen(encoding: Encoding.ValueType, quality: int) -> ImageEncoder:
 
 def depth(encoding: Encoding.ValueType, pixels: npt.NDArray[np.uint16]) -> tuple[Image, npt.NDArray[np.uint16]]:
     image = Image()
-    MessageEncoder(encoding).write("", [(pixels, image)], latest=True)
+    (data,) = MessageEncoder(encoding).encode("", [(pixels, image)], latest=True)
+    image.data = bytes(data)
     return image, np.rint(ImageDecoder().depth(image).astype(np.float64) * 1000).astype(np.uint16)
 
 

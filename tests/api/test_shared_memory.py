@@ -58,7 +58,7 @@ def test_shared_image_is_readable_until_its_episode_overwrites_it() -> None:
         for episode_id in ("a", "b", "a"):
             rgb, depth = RANDOM.integers(0, 256, (4, 4, 3), np.uint8), RANDOM.integers(0, 65536, (4, 4), np.uint16)
             message = pb.Observation()
-            encoder.write(episode_id, [(rgb, message.rgb), (depth, message.depth)], latest=True)
+            encoder.encode(episode_id, [(rgb, message.rgb), (depth, message.depth)], latest=True)
             shown[episode_id] = rgb, depth, message
             assert not message.rgb.data
         for rgb, depth, message in shown.values():
@@ -70,9 +70,9 @@ def test_shared_image_is_readable_until_its_episode_overwrites_it() -> None:
 def test_decoded_images_survive_later_writes() -> None:
     with SharedMemoryEncoder(1, ("rgb",), 4) as encoder:
         message = pb.Observation()
-        encoder.write("a", [(np.full((4, 4, 3), 7, np.uint8), message.rgb)], latest=True)
+        encoder.encode("a", [(np.full((4, 4, 3), 7, np.uint8), message.rgb)], latest=True)
         seen = observation_of(message, decoder_of(opened(encoder))).rgb
-        encoder.write("a", [(np.zeros((4, 4, 3), np.uint8), message.rgb)], latest=True)
+        encoder.encode("a", [(np.zeros((4, 4, 3), np.uint8), message.rgb)], latest=True)
     assert seen is not None
     assert (seen == 7).all()
 
@@ -80,7 +80,7 @@ def test_decoded_images_survive_later_writes() -> None:
 def test_shared_memory_holds_every_open_episode() -> None:
     def encoding(episode_id: str, *, latest: bool = True) -> int:
         image = types_pb2.Image()
-        encoder.write(episode_id, [(np.zeros((4, 4, 3), np.uint8), image)], latest=latest)
+        encoder.encode(episode_id, [(np.zeros((4, 4, 3), np.uint8), image)], latest=latest)
         return image.encoding
 
     with SharedMemoryEncoder(2, ("rgb",), 4) as encoder:

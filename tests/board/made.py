@@ -32,13 +32,15 @@ STEPS, CLOCKS = 150, Clocks(60.0, 3600.0)
 
 
 class House:
-    """Database with a leaderboard, and two splits, one of them hidden."""
+    """Database with a leaderboard, and two splits, one of them hidden; a third one for training alone if wanted."""
 
-    def __init__(self, folder: Path, url: str = "") -> None:
+    def __init__(self, folder: Path, url: str = "", *, training: bool = False) -> None:
         self.splits: dict[str, Split] = {
             "secret": tiny.write(folder, "secret", 3, hidden=True),
             "tiny": tiny.write(folder),
         }
+        if training:
+            self.splits["extra"] = tiny.write(folder, "extra", training=True)
         self.database = Database(url or f"sqlite:///{folder / 'journal.db'}")
         self.journal = Journal(self.database)
         self.entries = Entries(self.database)

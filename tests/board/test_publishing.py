@@ -185,6 +185,18 @@ def test_partial_runs_on_a_hidden_split_are_not_published(house: House) -> None:
     house.publish(house.run("whole", split="secret"))
 
 
+def test_splits_for_training_are_neither_ranked_nor_listed(tmp_path: Path) -> None:
+    house = House(tmp_path, training=True)
+    with closing(house.database):
+        house.run("r1", split="extra")
+        with pytest.raises(Conflict) as caught:
+            house.publish("r1")
+        assert str(caught.value) == (
+            "run 'r1' is on the split 'extra', which is for training alone; runs on such splits are not ranked"
+        )
+        assert sorted(house.board.languages()) == ["secret", "tiny"]
+
+
 @pytest.mark.parametrize(
     ("note", "message"),
     [

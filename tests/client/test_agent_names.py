@@ -36,7 +36,7 @@ SCRIPT = [str(Path(sysconfig.get_path("scripts")) / "arramon-client")]
 
 def client(program: list[str], folder: Path, *arguments: str) -> "subprocess.CompletedProcess[str]":
     command = [*program, "--lang", "en", "--output", "results", "--quiet", *arguments]
-    environment = {**os.environ, "ARRAMON_CAMERA": "tiny"}
+    environment = {**os.environ, "ARRAMON_CAMERA": "tiny", "ARRAMON_STEPS": "20"}
     environment.pop("PYTHONPATH", None)
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=240)
 
@@ -52,7 +52,7 @@ def test_project_agents_load_beside_modules_of_the_same_names(program: list[str]
     names = ("server.py", "agents/__init__.py", "agents/follower.py", "lang/__init__.py")
     write(tmp_path, dict.fromkeys(names, SHADOW))
     tiny.write(tmp_path / "arramon-data")
-    played = client(program, tmp_path, "--agent", "agents.follower", "--episodes", "1")
+    played = client(program, tmp_path, "--agent", "agents.follower", "--episodes", "1", "--image-size", "128")
     assert played.returncode == 0, played.stderr
     assert "tiny" in played.stdout
 

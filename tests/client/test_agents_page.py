@@ -80,7 +80,8 @@ def test_arrays_are_read_only_and_have_the_ranges_on_the_page(encoding: types_pb
     encoder = MessageEncoder(encoding)
     rgb, numbers = types_pb2.Image(), types_pb2.Image()
     images = (np.full((16, 16, 3), 255, np.uint8), rgb), (np.array([[0, 1, 65535]], np.uint16), numbers)
-    encoder.write("", images, latest=True)
+    for (_, image), data in zip(images, encoder.encode("", images, latest=True), strict=True):
+        image.data = bytes(data)
     colours, depth, places = (
         ImageDecoder().rgb(rgb),
         ImageDecoder().depth(numbers),

@@ -9,8 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from arramon_client import EmbeddedServerError
+from arramon_client import EmbeddedServerError, cli
+from arramon_client.local import first_episodes
 from arramon_client.local.first_episodes import holds_episodes, make_episodes
+from server.dataset.generation.sizes import SPLITS
 from tests import ROOT
 
 MAKER = """
@@ -113,11 +115,16 @@ def test_missing_requested_split_is_reported_not_generated(data: Path, tmp_path:
 
 
 @pytest.mark.slow
-def test_the_first_command_generates_episodes_and_plays_them(data: Path, tmp_path: Path) -> None:
-    done = play(data, tmp_path / "results")
-    assert done.returncode == 0, done.stderr
-    assert done.stderr.startswith(f"no episodes in {data} yet: generating a small part of val_unseen (only once)\n")
-    assert "on val_unseen, hi, 12 episodes" in done.stdout
-    again = play(data, tmp_path / "results", "--episodes", "1")
-    assert again.returncode == 0
-    assert again.stderr.startswith("run ")
+def test_the_first_command_generates_episodes_and_plays_them(
+    data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """With two episodes instead of twelve, each of which takes seconds."""
+    monkeypatch.setattr(first_episodes, "SCALE", 2 / SPLITS[first_episodes.SPLIT].size)
+    asked = ["--agent", "agents.stop", "--lang", "hi", "--data", str(data), "--output", str(tmp_path / "results")]
+    assert cli.main(asked) == 0
+    said = capfd.readouterr()
+    assert said.err.startswith(f"no episodes in {data} yet: generating a small part of val_unseen (only once)\n")
+    assert "2 of 2 episodes" in said.err
+    assert "on val_unseen, hi, 2 episodes" in said.out
+    assert cli.main([*asked, "--episodes", "1"]) == 0
+    assert capfd.readouterr().err.startswith("run ")

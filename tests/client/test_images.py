@@ -22,6 +22,10 @@ def message(pixels: npt.NDArray[np.generic], encoding: int, data: bytes) -> type
     return types_pb2.Image(height=pixels.shape[0], width=pixels.shape[1], encoding=number, data=data)
 
 
+GIBIBYTE = b"\x28\xb5\x2f\xfd\xe0" + (1 << 30).to_bytes(8, "little")
+"""The head of a Zstandard frame that states so much content."""
+
+
 def zstd(data: bytes, *, sized: bool = True) -> bytes:
     return zstandard.ZstdCompressor(write_content_size=sized).compress(data)
 
@@ -84,7 +88,7 @@ def test_a_segmentation_is_unchanged(encoding: int, data: bytes) -> None:
     (ENCODING_ZSTD, zstd(RGB.tobytes()) + b"1", "a Zstandard image cannot be decoded"),
     (ENCODING_ZSTD, zstd(RGB.tobytes(), sized=False), "has an unstated number of bytes, expected 105"),
     (ENCODING_ZSTD, zstd(RGB[:4].tobytes()), "a compressed image has 84 bytes, expected 105"),
-    (ENCODING_ZSTD, zstd(bytes(1 << 30)), "a compressed image has 1073741824 bytes, expected 105"),
+    (ENCODING_ZSTD, GIBIBYTE, "a compressed image has 1073741824 bytes, expected 105"),
     (ENCODING_JPEG, b"", "a JPEG image cannot be decoded"),
     (ENCODING_JPEG, b"12", "a JPEG image cannot be decoded"),
     (ENCODING_JPEG, jpeg(RGB)[:-20], "a JPEG image cannot be decoded"),

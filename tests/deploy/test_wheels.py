@@ -92,8 +92,10 @@ def test_environments_without_gymnasium_say_what_they_need(author: Environment, 
 def test_server_wheel_plays_embedded_and_serves_pages(host: Environment, tmp_path: Path) -> None:
     assert host.ours == {"arramon-client", "arramon-proto", "arramon-server"}
     imported(host, tmp_path)
-    play = "arramon-client --agent agents.follower --lang hi --split sample --episodes 1 --output results"
-    played = host.run(play, tmp_path, ARRAMON_CAMERA="tiny")
+    play = (
+        "arramon-client --agent agents.follower --lang hi --split sample --episodes 1 --image-size 128 --output results"
+    )
+    played = host.run(play, tmp_path, ARRAMON_CAMERA="tiny", ARRAMON_STEPS="20")
     assert played.returncode == 0, played.stderr
     assert finished(tmp_path / "results") == 1
     with serving(host, tmp_path) as (_, pages), urlopen(f"http://{pages}/hi/") as page:
@@ -118,8 +120,8 @@ def test_agents_are_found_by_name_beside_a_folder_named_agents(
 
 
 def test_server_wheel_includes_street_plans_and_languages(host: Environment, tmp_path: Path) -> None:
-    build = 'print(*(build_section(read_plan(id), "seed").id for id in plan_ids()))'
-    assert host.run(f"python -c 'from server.dataset.plans import *; {build}'", tmp_path).stdout == "1 2 3 4 5 6 7\n"
+    build = 'print(*(read_plan(id).id for id in plan_ids()), build_section(read_plan("1"), "seed").id)'
+    assert host.run(f"python -c 'from server.dataset.plans import *; {build}'", tmp_path).stdout == "1 2 3 4 5 6 7 1\n"
     check = "arramon-server check-instruction --lang hi --phase navigation 'बाएँ मुड़ें और बेंच तक जाएँ।'"
     checked = host.run(check, tmp_path)
     assert checked.returncode == 0, checked.stderr
@@ -135,7 +137,7 @@ def imported(host: Environment, folder: Path) -> None:
 def serving(host: Environment, folder: Path) -> Iterator[tuple[str, str]]:
     """A server on the folder's `arramon-data`: its address, and that of its pages."""
     pages = f"127.0.0.1:{free_port()}"
-    command = host.command(f"arramon-server serve --listen 127.0.0.1:0 --camera tiny --web {pages}")
+    command = host.command(f"arramon-server serve --listen 127.0.0.1:0 --camera tiny --steps 20 --web {pages}")
     with subprocess.Popen(command, cwd=folder, env=host.variables(), stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         try:

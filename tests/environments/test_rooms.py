@@ -14,7 +14,7 @@ SEEDS = range(20)
 
 @pytest.mark.parametrize("language", ["en", "hi"])
 def test_texts_are_within_what_was_announced_and_lead_to_the_cell(language: str) -> None:
-    info = room_split(Settings(language, "rooms", (), 32))
+    info = room_split(Settings(language, "drawn_rooms", (), 32))
     texts = info.texts[language]
     speech = lang.load(language)
     for seed in SEEDS:
@@ -43,7 +43,7 @@ def test_a_task_is_found_again_by_its_id() -> None:
 def test_the_ground_truth_solves_them(tmp_path: object) -> None:
     from pathlib import Path
 
-    made = player(Path(str(tmp_path)), "rooms", phases=("assembly",), expert="reference")
+    made = player(Path(str(tmp_path)), "drawn_rooms", phases=("assembly",), expert="reference")
     for seed in SEEDS:
         seen = made.begin(None, seed)
         assert (seen.episode_id, seen.phase, seen.turn) == (f"room-{seed}", "assembly", 1)

@@ -1,11 +1,13 @@
 """The examples for learners and agents' authors run."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from server.dataset.generation.command import generate_rooms
 from server.dataset.release.importer import import_release
 from tests import ROOT
 
@@ -42,6 +44,30 @@ def test_rollouts(data: Path) -> None:
     said = run("examples/collect_rollouts.py", data, "sample").splitlines()
     assert [line.partition(":")[0] for line in said] == ["rollout 0", "rollout 1", "rollout 2"]
     assert "'rgb': (32, 8, 64, 64, 3)" in said[-1]
+
+
+@pytest.fixture(scope="module")
+def rooms(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Holds twelve tasks in the room alone."""
+    folder = tmp_path_factory.mktemp("rooms")
+    generate_rooms(folder, 12, seed=1, jobs=1, tell=lambda _: None)
+    return folder
+
+
+def test_ppo(rooms: Path) -> None:
+    """In short form it learns nothing: what it learns in ten minutes stands in its description."""
+    pytest.importorskip("stable_baselines3", reason="pip install '.[learners]' to run it")
+    said = run("-m", "examples.ppo_room", rooms, 2048, 7, 2)
+    assert re.fullmatch(r"seed 7: PTC [01]\.\d{3} before, [01]\.\d{3} after 2048 steps\n", said)
+
+
+def test_imitation(rooms: Path) -> None:
+    """In short form: it learns what the expert does in twelve tasks, almost by heart."""
+    pytest.importorskip("torch", reason="pip install '.[learners]' to run it")
+    said = run("-m", "examples.imitate_room", rooms, 12, 7, 2)
+    found = re.fullmatch(r"seed 7: PTC [01]\.\d{3} before, [01]\.\d{3} after, loss (\d\.\d\d)\n", said)
+    assert found is not None
+    assert float(found[1]) < 1.0
 
 
 def test_the_agent_plugin(data: Path, tmp_path: Path) -> None:

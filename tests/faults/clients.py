@@ -14,25 +14,36 @@ from weakref import WeakSet
 
 from server.runs.storage.database import Database
 from server.runs.storage.journal import Journal
+from tests.forked import ForkedClient
 from tests.serving import Server
 
 EPISODES = 20
 
 
-STARTED: "WeakSet[subprocess.Popen[str]]" = WeakSet()
+Client = subprocess.Popen[str] | ForkedClient
+
+STARTED: WeakSet[Client] = WeakSet()
 """The clients of this process, for whoever has to end those that are left."""
 
 
-def client(address: str, output: Path, *more: str) -> "subprocess.Popen[str]":
-    """`arramon-client` with an agent whose actions are drawn by episode and step, all episodes at once, no images."""
-    command = [sys.executable, "-m", "arramon_client", "--agent", "agents.random_walk", "--lang", "en"]
-    command += ["--server", address, "--parallel", str(EPISODES), "--sensors", "none", "--output", str(output)]
-    process = subprocess.Popen([*command, *more], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+def client(address: str, output: Path, *more: str) -> Client:
+    """`arramon-client` with an agent whose actions are drawn by episode and step, all episodes at once, no images.
+
+    It is forked where servers are (`serving.Server.fork`).
+    """
+    arguments = ["--agent", "agents.random_walk", "--lang", "en", "--server", address, "--parallel", str(EPISODES)]
+    arguments += ["--sensors", "none", "--output", str(output), *more]
+    process: Client
+    if Server.fork is not None:
+        process = ForkedClient(arguments)
+    else:
+        command = [sys.executable, "-m", "arramon_client", *arguments]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     STARTED.add(process)
     return process
 
 
-def finish(process: "subprocess.Popen[str]") -> str:
+def finish(process: Client) -> str:
     """Waits until a client has played to the end; returns what it said."""
     said, _ = process.communicate(timeout=900)
     assert process.returncode == 0, said
@@ -45,7 +56,7 @@ def results(output: Path) -> Any:
     return json.loads(path.read_text())
 
 
-def run_id(process: "subprocess.Popen[str]") -> str:
+def run_id(process: Client) -> str:
     """The run that a client has begun."""
     assert process.stdout is not None
     for line in process.stdout:

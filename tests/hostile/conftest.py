@@ -32,6 +32,10 @@ def memory(server: Server) -> int:
     return next(int(line.split()[1]) // 1024 for line in lines if line.startswith("VmRSS"))
 
 
+REST = 0.2
+"""Seconds between two runs of the neighbour: without, it would keep the machine busier than the attack does."""
+
+
 class Neighbour:
     """Plays run after run in the background, and keeps their scores."""
 
@@ -61,6 +65,7 @@ class Neighbour:
                 stub = EvaluationStub(channel)
                 while not (self.scores and self._leave.is_set()):
                     self.scores.append(played(stub))
+                    self._leave.wait(REST)
         except BaseException as error:  # noqa: BLE001 - told by the test's own thread
             self.failures.append(error)
 

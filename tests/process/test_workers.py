@@ -35,10 +35,13 @@ def server(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     assert server.stop() == 0
 
 
-def addresses(server: Server) -> list[str]:
+def information(server: Server) -> pb.ServerInfo:
     with grpc.insecure_channel(server.address) as channel:
-        found = EvaluationStub(channel).GetServerInfo(pb.GetServerInfoRequest(), metadata=METADATA).addresses
-    return list(found)
+        return EvaluationStub(channel).GetServerInfo(pb.GetServerInfoRequest(), metadata=METADATA)
+
+
+def addresses(server: Server) -> list[str]:
+    return list(information(server).addresses)
 
 
 def children(process_id: int) -> list[int]:
@@ -111,7 +114,7 @@ def test_repeatedly_killed_worker_does_not_stop_the_others(tmp_path: Path) -> No
     assert server.process.poll() is None
     assert other in children(server.process.pid)
     assert "died with status -9, 6 times in a row; restarting it in 2 s" in (tmp_path / "log").read_text()
-    assert addresses(server)
+    assert information(server).version
     assert server.stop() == 0
 
 
@@ -149,14 +152,22 @@ def test_two_servers_cannot_share_a_port(server: Server, tmp_path: Path) -> None
 
 
 def listens_at(process_id: int, address: str) -> bool:
-    """Whether a worker was given this address for itself, or, of a port that it chose, listens there."""
-    if address.startswith("unix:"):
-        return address in Path(f"/proc/{process_id}/cmdline").read_text().split("\0")
-    port = f"{int(address.rpartition(':')[2]):04X}"
+    """Whether a process listens at this address: the path of a Unix socket, or a port."""
     sockets = {str(fd.readlink()) for fd in Path(f"/proc/{process_id}/fd").iterdir() if fd.is_symlink()}
+    return any(f"socket:[{inode}]" in sockets for inode in _listening(address))
+
+
+def _listening(address: str) -> Iterator[str]:
+    """The inodes of the sockets that listen at an address."""
+    if address.startswith("unix:"):
+        for line in Path("/proc/net/unix").read_text().splitlines()[1:]:
+            fields = line.split()
+            if fields[7:] == [address.removeprefix("unix:")] and fields[3] == "00010000":
+                yield fields[6]
+        return
+    port = f"{int(address.rpartition(':')[2]):04X}"
     for table in ("tcp", "tcp6"):
         for line in Path(f"/proc/net/{table}").read_text().splitlines()[1:]:
             fields = line.split()
-            if fields[1].endswith(f":{port}") and fields[3] == "0A" and f"socket:[{fields[9]}]" in sockets:
-                return True
-    return False
+            if fields[1].endswith(f":{port}") and fields[3] == "0A":
+                yield fields[9]

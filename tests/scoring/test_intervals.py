@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy import stats
+import scipy  # which loads scipy.stats when a test asks for it
 
 from server.scoring.intervals import (
     Floats,
@@ -21,7 +21,7 @@ def bounds(values: list[float], strata: list[int] | None = None) -> tuple[float,
 
 @pytest.mark.parametrize(("hits", "number"), [(0, 100), (1, 100), (30, 100), (600, 1205), (1205, 1205)])
 def test_of_single_trials_it_is_wilsons_interval(hits: int, number: int) -> None:
-    wilson = stats.binomtest(hits, number).proportion_ci(method="wilson")
+    wilson = scipy.stats.binomtest(hits, number).proportion_ci(method="wilson")
     _, low, high = bounds([1.0] * hits + [0.0] * (number - hits))
     # Student's t in place of the normal distribution makes it a little wider.
     assert (low, high) == pytest.approx((wilson.low, wilson.high), abs=0.002)
@@ -31,7 +31,7 @@ def test_of_single_trials_it_is_wilsons_interval(hits: int, number: int) -> None
 
 def test_of_many_scores_it_is_students_interval() -> None:
     values = np.random.default_rng(0).beta(8, 8, size=400)
-    student = stats.t.interval(0.95, 399, values.mean(), stats.sem(values))
+    student = scipy.stats.t.interval(0.95, 399, values.mean(), scipy.stats.sem(values))
     assert bounds(values.tolist())[1:] == pytest.approx(student, abs=0.001)
 
 
@@ -74,7 +74,7 @@ def test_other_sections_are_as_uncertain_as_students_interval_says() -> None:
     values, sections = made(means, 20)
     found = section_bounds(values, sections)
     assert found is not None
-    student = stats.t.interval(0.95, 4, np.mean(means), stats.sem(means))
+    student = scipy.stats.t.interval(0.95, 4, np.mean(means), scipy.stats.sem(means))
     assert (float(found.low), float(found.high)) == pytest.approx(student, abs=0.003)
     assert section_means(values, sections) == pytest.approx(means)
 

@@ -9,11 +9,12 @@ from torch import Tensor
 from torch.nn import functional
 
 from agents.learning.eyes.names import NamedThing
-from agents.learning.eyes.network import BLOCKS, Predictions
+from agents.learning.eyes.network import BLOCKS, Probabilities
 from agents.learning.eyes.vocabulary import (
     BANNER_COLOURS,
     COLLECTIBLE_COLOURS,
     COLLECTIBLES,
+    COLOURED,
     COLOURS,
     FURNITURE,
     FURNITURE_COLOURS,
@@ -41,11 +42,16 @@ FURNITURE_CHANNELS = (
     *(f"furniture:{kind}" for kind in FURNITURE),
     *(f"furniture colour:{colour}" for colour in FURNITURE_COLOURS),
 )
-CHANNEL_NAMES = (
-    *THING_CHANNELS,
-    *FURNITURE_CHANNELS,
+BOARD_CHANNELS = (
     *(f"banner colour:{colour}" for colour in BANNER_COLOURS),
-    *(f"{group.name}:{look}" for group in LOOK_GROUPS[1:] for look in group.looks),
+    *(f"{group.name}:{look}" for group in LOOK_GROUPS[1:3] for look in group.looks),
+)
+NAMED_CHANNELS = (*THING_CHANNELS, *FURNITURE_CHANNELS, *BOARD_CHANNELS)
+"""Channels of what is cut out and named; of these only zebra crossings, which lie on the road, are told by blocks."""
+
+CHANNEL_NAMES = (
+    *NAMED_CHANNELS,
+    *(f"{group.name}:{look}" for group in LOOK_GROUPS[3:] for look in group.looks),
     "start_tile",
     "ground",
     "sky",
@@ -57,40 +63,24 @@ CHANNEL_NAMES = (
 _KIND = {kind: number for number, kind in enumerate(KINDS)}
 _THINGS = slice(len(KINDS) - len(COLLECTIBLES), len(KINDS))
 _PROPS = slice(_THINGS.start - len(FURNITURE), _THINGS.start)
+_ZEBRA = CHANNEL_NAMES.index("furniture:zebra_crossing")
+_COLOURED = [_KIND[kind] for kind in COLOURED]
 
 Floats = npt.NDArray[np.float32]
 
 
-class Probabilities(tuple[Tensor, Tensor, Tensor]):
-    """Probabilities of kinds, of colours and of looks within their groups: (B, n, 28, 28) each."""
-
-    __slots__ = ()
-
-
-def probabilities(predictions: Predictions) -> Probabilities:
-    """Return probabilities; those of looks add up to 1 in each group."""
-    kinds, colours, looks = predictions
-    groups = [looks[:, places].softmax(1) for places in look_slices().values()]
-    return Probabilities((kinds.softmax(1), colours.softmax(1), torch.cat(groups, 1)))
-
-
 def grid_of_blocks(found: Probabilities, depth: Tensor) -> Floats:
-    """Return what is in each cell by the blocks, (B, 7, 7, channels) in [0, 1]; nothing in THING_CHANNELS.
+    """Return what is in each cell by the blocks, (B, 7, 7, channels) in [0, 1]; of NAMED_CHANNELS only crossings.
 
     Args:
         found: probabilities by block.
         depth: (B, size, size) units, 0 where there is nothing.
     """
-    kinds, colours, looks = found
+    kinds, _, looks = found
     slices = look_slices()
-    banner, props = kinds[:, _one("banner")], kinds[:, _PROPS].sum(1, keepdim=True)
     nearness = torch.where(depth > 0.0, 1.0 / (1.0 + depth), 0.0)[:, None]
     blocks = [
-        kinds[:, _PROPS],
-        (props - banner) * colours[:, [COLOURS.index(colour) for colour in FURNITURE_COLOURS]],
-        banner * colours[:, [COLOURS.index(colour) for colour in BANNER_COLOURS]],
-        banner * looks[:, slices["shape"]],
-        kinds[:, _one("shop_sign")] * looks[:, slices["shop"]],
+        kinds[:, _one("zebra_crossing")],
         kinds[:, _one("building")] * looks[:, slices["facade"]],
         kinds[:, _one("wall")] * looks[:, slices["wall"]],
         kinds[:, _one("start_tile")],
@@ -100,8 +90,11 @@ def grid_of_blocks(found: Probabilities, depth: Tensor) -> Floats:
     ]
     most = functional.max_pool2d(torch.cat(blocks, 1), BLOCKS // GRID)
     mean = functional.avg_pool2d(nearness, nearness.shape[-1] // GRID)
-    cells = torch.cat([most, mean], 1).permute(0, 2, 3, 1).clamp(0.0, 1.0)
-    return np.concatenate([np.zeros((*cells.shape[:3], len(THING_CHANNELS)), np.float32), cells.numpy()], 3)
+    cells = torch.cat([most, mean], 1).permute(0, 2, 3, 1).clamp(0.0, 1.0).numpy()
+    filled = np.zeros((*cells.shape[:3], len(CHANNEL_NAMES)), np.float32)
+    filled[..., _ZEBRA] = cells[..., 0]
+    filled[..., len(NAMED_CHANNELS) :] = cells[..., 1:]
+    return filled
 
 
 def add_things(cells: Floats, things: Sequence[NamedThing], size: int) -> None:
@@ -112,30 +105,33 @@ def add_things(cells: Floats, things: Sequence[NamedThing], size: int) -> None:
         things: of the frame.
         size: side length of the frame, in pixels.
     """
-    side = size // GRID
-    first = len(THING_CHANNELS)
-    last = first + len(FURNITURE_CHANNELS)
     for named in things:
-        said = _thing_channels(named)
-        furniture = _furniture_channels(named)
-        for row, column in _cells_of(named, side):
-            cell = cells[row, column]
-            np.maximum(cell[:first], said, out=cell[:first])
-            np.maximum(cell[first:last], furniture, out=cell[first:last])
+        said = _said(named)
+        for row, column in _cells_of(named, size // GRID):
+            cell = cells[row, column, : len(NAMED_CHANNELS)]
+            np.maximum(cell, said, out=cell)
 
 
-def _thing_channels(named: NamedThing) -> Floats:
-    chance = named.kinds[_THINGS].sum()
-    near = 1.0 / (1.0 + named.thing.ahead) if chance > 0.5 else 0.0
-    colours = chance * named.colours[: len(COLLECTIBLE_COLOURS)]
-    return np.concatenate([named.kinds[_THINGS], colours, chance * named.patterns, [chance, near]]).astype(np.float32)
-
-
-def _furniture_channels(named: NamedThing) -> Floats:
-    kinds = named.kinds[_PROPS]
-    chance = kinds.sum() - kinds[FURNITURE.index("banner")]
-    colours = chance * named.colours[[COLOURS.index(colour) for colour in FURNITURE_COLOURS]]
-    return np.concatenate([kinds, colours]).astype(np.float32)
+def _said(named: NamedThing) -> Floats:
+    """Return the named channels for a thing."""
+    kinds, colours, looks = named.kinds, named.colours, named.looks
+    collectible = kinds[_THINGS].sum()
+    banner, sign = kinds[_KIND["banner"]], kinds[_KIND["shop_sign"]]
+    furniture = kinds[_COLOURED].sum()
+    slices = look_slices()
+    return np.concatenate(
+        [
+            kinds[_THINGS],
+            collectible * colours[: len(COLLECTIBLE_COLOURS)],
+            collectible * looks[slices["pattern"]],
+            [collectible, 1.0 / (1.0 + named.thing.ahead) if collectible > 0.5 else 0.0],
+            kinds[_PROPS],
+            furniture * colours[[COLOURS.index(colour) for colour in FURNITURE_COLOURS]],
+            banner * colours[[COLOURS.index(colour) for colour in BANNER_COLOURS]],
+            banner * looks[slices["shape"]],
+            sign * looks[slices["shop"]],
+        ]
+    ).astype(np.float32)
 
 
 def _cells_of(named: NamedThing, side: int) -> list[tuple[int, int]]:

@@ -46,8 +46,90 @@ def fill_input(
 
 
 @_compiled
+def _continue_walls(walls: Floats) -> None:
+    """Fill in the depth of walls between columns where they are known, and beside them: its inverse is linear."""
+    size = len(walls)
+    last = -1
+    for j in range(size):
+        if walls[j] > 0.0:
+            if last >= 0 and j - last > 1:
+                for k in range(last + 1, j):
+                    share = np.float32(k - last) / np.float32(j - last)
+                    walls[k] = 1.0 / ((1.0 - share) / walls[last] + share / walls[j])
+            last = j
+    if last < 0:
+        return
+    first = 0
+    while walls[first] == 0.0:
+        first += 1
+    reach = min(16, last - first)
+    if reach < 8:
+        return
+    slope = (1.0 / walls[first] - 1.0 / walls[first + reach]) / reach
+    for k in range(first):
+        inverse = 1.0 / walls[first] + slope * (first - k)
+        walls[k] = 1.0 / inverse if inverse > 0.0 else 0.0
+    slope = (1.0 / walls[last] - 1.0 / walls[last - reach]) / reach
+    for k in range(last + 1, size):
+        inverse = 1.0 / walls[last] + slope * (k - last)
+        walls[k] = 1.0 / inverse if inverse > 0.0 else 0.0
+
+
+@_compiled
+def find_walls(depth: Floats, down: Floats, eye: float, tall: float, foot: float, wide: float, out: Floats) -> None:
+    """Write for each column the depth of the nearest wall, 0 without any.
+
+    All of an upright wall has one depth in a column: it shows high above the ground and near it, and goes on in
+    neighbouring columns, which a post does not. Where something hides it, it is where its neighbours' plane leads.
+
+    Args:
+        depth: (size, size) units, 0 where there is nothing.
+        down: (size,) how far the rays of each row go down, per unit ahead.
+        eye: height of the camera, in units.
+        tall, foot: heights above and below which some of the wall is in view, in units.
+        wide: least width of a wall, in units.
+        out: (size,), written.
+    """
+    size = depth.shape[0]
+    runs = np.zeros((size, 3), np.float32)  # Depth, upper and lower end of pixels of one depth.
+    for j in range(size):
+        out[j] = 0.0
+        count = 0
+        i = 0
+        while i < size:
+            z = depth[i, j]
+            rows = 1
+            while i + rows < size and abs(depth[i + rows, j] - z) < np.float32(0.002):
+                rows += 1
+            if z > 0.0 and rows >= 3:
+                runs[count, 0] = z
+                runs[count, 1] = eye - down[i] * z
+                runs[count, 2] = eye - down[i + rows - 1] * z
+                count += 1
+            i += rows
+        for k in range(count):
+            z = runs[k, 0]
+            if runs[k, 1] > tall and (out[j] == 0.0 or z < out[j]):
+                for m in range(k, count):
+                    if abs(runs[m, 0] - z) < np.float32(0.003) and runs[m, 2] < foot:
+                        out[j] = z
+                        break
+    pixel = down[1] - down[0]
+    j = 0
+    while j < size:
+        end = j + 1
+        while end < size and out[j] > 0.0 and abs(out[end] - out[end - 1]) < np.float32(0.08) * out[end - 1]:
+            end += 1
+        if (end - j) * pixel * out[j] + abs(out[end - 1] - out[j]) < wide:
+            out[j:end] = 0.0
+        j = end
+    _continue_walls(out)
+
+
+@_compiled
 def mark_solid(
     depth: Floats,
+    walls: Floats,
     down: Floats,
     eye: float,
     lowest: float,
@@ -57,27 +139,30 @@ def mark_solid(
     relative: float,
     out: npt.NDArray[np.bool_],
 ) -> None:
-    """Mark the pixels of things on the ground, but for those behind a jump in depth, which keep things apart.
+    """Mark the pixels of things before walls, but for those behind a jump in depth, which keep things apart.
 
     Args:
-        depth: (rows, size) units, 0 where there is nothing.
-        down: (rows,) how far the rays of each row go down, per unit ahead.
+        depth: (size, size) units, 0 where there is nothing.
+        walls: (size,) depth of the wall in each column, 0 without any.
+        down: (size,) how far the rays of each row go down, per unit ahead.
         eye: height of the camera, in units.
         lowest, highest: heights of things above the ground, in units.
         farthest: distance ahead up to which they are marked, in units.
         jump, relative: least jump in units, and in addition as a share of the lesser depth.
-        out: (rows, size), written.
+        out: (size, size), written.
     """
-    rows, columns = depth.shape
-    for i in range(rows):
-        for j in range(columns):
+    size = depth.shape[0]
+    for i in range(size):
+        for j in range(size):
             z = depth[i, j]
             height = eye - down[i] * z
             solid = z > 0.0 and z < farthest and height > lowest and height < highest
+            if solid and walls[j] > 0.0 and abs(z - walls[j]) < np.float32(0.005) + np.float32(0.002) * z:
+                solid = False
             if solid:
                 for di, dj in ((-1, 0), (1, 0), (0, -1), (0, 1)):
                     y, x = i + di, j + dj
-                    if y >= 0 and y < rows and x >= 0 and x < columns:
+                    if y >= 0 and y < size and x >= 0 and x < size:
                         near = depth[y, x]
                         if near > 0.0 and z - near > jump + relative * near:
                             solid = False

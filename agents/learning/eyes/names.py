@@ -7,6 +7,7 @@ import numpy.typing as npt
 import torch
 
 from agents.learning.eyes.naming import NamingNetwork, to_network
+from agents.learning.eyes.network import Predictions, probabilities
 from agents.learning.eyes.objects import Thing, crop, find_things
 
 Floats = npt.NDArray[np.float32]
@@ -20,13 +21,13 @@ class NamedThing:
         thing: where it is.
         kinds: probabilities of `vocabulary.KINDS`.
         colours: of `vocabulary.COLOURS`, if it has one.
-        patterns: of `naming.PATTERNS`, if it is a collectible.
+        looks: of `vocabulary.LOOKS`, adding up to 1 in each group; those of walls and facades mean nothing.
     """
 
     thing: Thing
     kinds: Floats
     colours: Floats
-    patterns: Floats
+    looks: Floats
 
 
 def name_things(network: NamingNetwork, rgb: npt.NDArray[np.uint8], depth: Floats) -> list[list[NamedThing]]:
@@ -44,5 +45,6 @@ def name_things(network: NamingNetwork, rgb: npt.NDArray[np.uint8], depth: Float
     measures = torch.tensor([thing.measures for some in things for thing in some])
     with torch.inference_mode():
         logits = network(to_network(np.stack(crops)), measures)
-    names = zip(*(part.softmax(1).numpy() for part in logits), strict=True)
+        found = probabilities(Predictions(logits))
+    names = zip(*(part.numpy() for part in found), strict=True)
     return [[NamedThing(thing, *next(names)) for thing in some] for some in things]

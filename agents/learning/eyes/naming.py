@@ -1,4 +1,4 @@
-"""The network that names things cut out of a frame: kind, colour and pattern from a crop of 32x32 pixels."""
+"""The network that names things cut out of a frame: kind, colour and look from a crop of 32x32 pixels."""
 
 import numpy as np
 import numpy.typing as npt
@@ -6,11 +6,9 @@ import torch
 from torch import Tensor, nn
 
 from agents.learning.eyes.objects import CROP_CHANNELS, MEASURES
-from agents.learning.eyes.vocabulary import COLOURS, KINDS, LOOK_GROUPS
+from agents.learning.eyes.vocabulary import COLOURS, KINDS, LOOKS
 
-PATTERNS = LOOK_GROUPS[0].looks
-
-WIDTHS = (24, 48, 80, 128)
+WIDTHS = (16, 32, 64, 128)
 """Channels of its convolutions, at 32, 16, 8 and 4 rows and columns."""
 
 HIDDEN = 128
@@ -27,10 +25,10 @@ class NamingNetwork(nn.Module):
             layers.append(nn.MaxPool2d(2))
         self.convolutions = nn.Sequential(*layers)  # (B, 128, 2, 2)
         self.hidden = nn.Sequential(nn.Linear(4 * WIDTHS[-1] + MEASURES, HIDDEN), nn.ReLU(), nn.Dropout(0.1))
-        self.head = nn.Linear(HIDDEN, len(KINDS) + len(COLOURS) + len(PATTERNS))
+        self.head = nn.Linear(HIDDEN, len(KINDS) + len(COLOURS) + len(LOOKS))
 
     def forward(self, crops: Tensor, measures: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Return logits of kinds, colours and patterns, (B, n) each.
+        """Return logits of kinds, colours and looks, (B, n) each.
 
         Args:
             crops: (B, 6, 32, 32), of `objects.crop` with the channels first.
@@ -38,8 +36,8 @@ class NamingNetwork(nn.Module):
         """
         features = self.convolutions(crops).flatten(1)
         logits = self.head(self.hidden(torch.cat([features, measures], 1)))
-        kinds, colours, patterns = logits.split([len(KINDS), len(COLOURS), len(PATTERNS)], dim=1)
-        return kinds, colours, patterns
+        kinds, colours, looks = logits.split([len(KINDS), len(COLOURS), len(LOOKS)], dim=1)
+        return kinds, colours, looks
 
 
 def to_network(crops: npt.NDArray[np.float32]) -> Tensor:

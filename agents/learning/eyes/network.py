@@ -11,7 +11,7 @@ from torch.nn.utils.fusion import fuse_conv_bn_eval
 
 from agents.learning.eyes.kernels import fill_input
 from agents.learning.eyes.lens import EYE_HEIGHT, rays
-from agents.learning.eyes.vocabulary import COLOURS, KINDS, LOOKS
+from agents.learning.eyes.vocabulary import COLOURS, KINDS, LOOKS, look_slices
 
 BLOCKS = 28
 """Rows and columns of blocks for which labels are predicted."""
@@ -39,9 +39,22 @@ class Sizes:
 
 
 class Predictions(tuple[Tensor, Tensor, Tensor]):
-    """Logits of kinds, colours and looks: (B, n, 28, 28) each."""
+    """Logits of kinds, colours and looks: (B, n) of things, or (B, n, 28, 28) of blocks."""
 
     __slots__ = ()
+
+
+class Probabilities(tuple[Tensor, Tensor, Tensor]):
+    """Probabilities of kinds, of colours and of looks within their groups, shaped as the logits."""
+
+    __slots__ = ()
+
+
+def probabilities(predictions: Predictions) -> Probabilities:
+    """Return probabilities; those of looks add up to 1 in each group."""
+    kinds, colours, looks = predictions
+    groups = [looks[:, places].softmax(1) for places in look_slices().values()]
+    return Probabilities((kinds.softmax(1), colours.softmax(1), torch.cat(groups, 1)))
 
 
 class EyesNetwork(nn.Module):

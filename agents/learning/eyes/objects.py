@@ -7,14 +7,14 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-from agents.learning.eyes.kernels import fill_crop, mark_solid
+from agents.learning.eyes.kernels import fill_crop, find_walls, mark_solid
 from agents.learning.eyes.lens import EYE_HEIGHT, rays
 
-LOWEST, HIGHEST = 0.018, 0.8
-"""Heights above the ground between which pixels are looked at, in units: more than painted lines and pavements."""
+LOWEST, HIGHEST = 0.018, 2.2
+"""Heights above the ground between which pixels are looked at, in units: above painted lines and pavements."""
 
-STEEPEST = 0.4
-"""How far up, per unit ahead, rays go that are looked at: above are the tops of things that are very near."""
+WALL, FOOT, WALL_WIDTH = 1.25, 0.6, 0.6
+"""Heights above and below which some of a wall is in view, and its least width, in units."""
 
 FARTHEST = 16.0
 """Distance ahead up to which things are cut out, in units."""
@@ -79,10 +79,9 @@ def find_things(depth: Floats) -> list[Thing]:
     """
     size = len(depth)
     down = right = rays(size)
-    first = int(np.searchsorted(down, -STEEPEST))
-    z, down = depth[first:], down[first:]
-    marked = np.empty(z.shape, np.bool_)
-    mark_solid(z, down, EYE_HEIGHT, LOWEST, HIGHEST, FARTHEST, JUMP, RELATIVE_JUMP, marked)
+    walls, marked = np.empty(size, np.float32), np.empty((size, size), np.bool_)
+    find_walls(depth, down, EYE_HEIGHT, WALL, FOOT, WALL_WIDTH, walls)
+    mark_solid(depth, walls, down, EYE_HEIGHT, LOWEST, HIGHEST, FARTHEST, JUMP, RELATIVE_JUMP, marked)
     numbers, count = ndimage.label(marked)
     things = []
     for number, box in enumerate(ndimage.find_objects(numbers, count), start=1):
@@ -90,7 +89,7 @@ def find_things(depth: Floats) -> list[Thing]:
         mask = numbers[box] == number
         if mask.sum() < FEWEST_PIXELS:
             continue
-        ahead = z[box][mask]
+        ahead = depth[box][mask]
         sideways = np.broadcast_to(right[columns], mask.shape)[mask] * ahead
         width = float(sideways.max() - sideways.min())
         if width > WIDEST:
@@ -98,7 +97,7 @@ def find_things(depth: Floats) -> list[Thing]:
         heights = EYE_HEIGHT - np.broadcast_to(down[rows][:, None], mask.shape)[mask] * ahead
         middle = float(sideways.max() + sideways.min()) / 2
         thing = Thing(
-            slice(rows.start + first, rows.stop + first),
+            rows,
             columns,
             mask,
             middle,

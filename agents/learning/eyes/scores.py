@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from agents.learning.eyes.grid import CHANNEL_NAMES, GRID, GROUND
 from agents.learning.eyes.names import NamedThing
-from agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURS, FURNITURE, KINDS, LOOK_GROUPS
+from agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURS, FURNITURE, KINDS, LOOK_GROUPS, look_slices
 
 LEAST_PIXELS = 16
 """Pixels of a cell's 1,024, at a size of 224, from which it counts as showing something."""
@@ -126,7 +126,7 @@ class NameScores:
         return (
             KINDS[int(named.kinds.argmax())] == kind,
             COLOURS[int(named.colours.argmax())] == colour,
-            LOOK_GROUPS[0].looks[int(named.patterns.argmax())] == look,
+            LOOK_GROUPS[0].looks[int(named.looks[look_slices()["pattern"]].argmax())] == look,
         )
 
 

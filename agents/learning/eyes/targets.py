@@ -21,8 +21,11 @@ from agents.learning.eyes.vocabulary import (
     look_slices,
 )
 
-WEIGHTS = {**dict.fromkeys(SURFACES, 0.3), **dict.fromkeys(FURNITURE, 1.0), **dict.fromkeys(COLLECTIBLES, 3.0)}
-"""Weights of kinds in the loss: a frame is mostly street and buildings."""
+WEIGHTS = {**dict.fromkeys(SURFACES, 0.5), **dict.fromkeys(FURNITURE, 1.0), **dict.fromkeys(COLLECTIBLES, 0.5)}
+"""Weights of kinds in the loss: a frame is mostly street and buildings, and collectibles are named otherwise."""
+
+LOOK_WEIGHTS = {"facade": 1.0, "wall": 0.5, "pattern": 0.1, "shape": 0.2, "shop": 0.1}
+"""Weights of looks in the loss, by group."""
 
 LEAST = 0.04
 """Share of a block's pixels from which it counts as showing a thing."""
@@ -72,7 +75,7 @@ def _from_middle(side: int) -> npt.NDArray[np.int64]:
 
 
 def loss_of(predictions: Predictions, targets: Tensor) -> Tensor:
-    """Return the loss, a scalar: kinds, kinds among things alone, colours, and looks in their groups.
+    """Return the loss, a scalar: kinds, kinds among furniture alone, colours, and looks in their groups.
 
     Args:
         predictions: logits, (B, n, rows, columns) each.
@@ -82,14 +85,12 @@ def loss_of(predictions: Predictions, targets: Tensor) -> Tensor:
     kind, colour, look = (targets[:, number].flatten() for number in range(3))
     weights = torch.tensor([WEIGHTS[name] for name in KINDS])
     total = functional.cross_entropy(kinds, kind, weights)
-    is_thing = kind >= _FIRST_THING
-    is_prop = (kind >= _FIRST_PROP) & ~is_thing
-    total = total + 0.5 * among(kinds[:, _FIRST_THING:], kind - _FIRST_THING, is_thing)
+    is_prop = (kind >= _FIRST_PROP) & (kind < _FIRST_THING)
     total = total + 0.3 * among(kinds[:, _FIRST_PROP:_FIRST_THING], kind - _FIRST_PROP, is_prop)
-    total = total + 0.5 * among(colours, colour, is_thing) + 0.2 * among(colours, colour, is_prop & (colour != NONE))
-    for places in look_slices().values():
+    total = total + 0.3 * among(colours, colour, colour != NONE)
+    for name, places in look_slices().items():
         inside = (look >= places.start) & (look < places.stop)
-        total = total + 0.3 * among(looks[:, places], look - places.start, inside)
+        total = total + LOOK_WEIGHTS[name] * among(looks[:, places], look - places.start, inside)
     return total
 
 

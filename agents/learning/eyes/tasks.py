@@ -13,10 +13,13 @@ from agents.learning.eyes.naming import NamingNetwork, to_network
 from agents.learning.eyes.network import EyesNetwork, Sizes, prepare
 from agents.learning.eyes.objects import Thing, crop, find_things
 from agents.learning.eyes.targets import LabelTable, among, loss_of
-from agents.learning.eyes.vocabulary import COLLECTIBLES, KINDS, NONE
+from agents.learning.eyes.vocabulary import COLLECTIBLES, KINDS, NONE, look_slices
 
 PUREST = 0.6
 """Share of a thing's pixels that its label must have for the thing to be trained on."""
+
+NAMED_LOOKS = {"pattern": 0.7, "shape": 0.5, "shop": 0.3}
+"""Weights of the looks of things that are cut out; walls and facades are told by blocks."""
 
 _FIRST_COLLECTIBLE = len(KINDS) - len(COLLECTIBLES)
 _WEIGHTS = torch.tensor([0.3 if kind in ("building", "wall") else 1.0 for kind in KINDS])
@@ -55,7 +58,7 @@ class BlocksTask:
     """
 
     def __init__(self, sizes: Sizes, frame_of: FrameOf, table: LabelTable) -> None:
-        self.network = EyesNetwork(sizes).to(memory_format=torch.channels_last)
+        self.network = EyesNetwork(sizes)
         self._frame_of, self._table = frame_of, table
 
     def loss(self, numbers: range) -> Tensor:
@@ -75,7 +78,7 @@ class NamingTask:
     """
 
     def __init__(self, frame_of: FrameOf, table: LabelTable) -> None:
-        self.network = NamingNetwork().to(memory_format=torch.channels_last)
+        self.network = NamingNetwork()
         self._frame_of, self._table = frame_of, table
 
     def loss(self, numbers: range) -> Tensor:
@@ -89,13 +92,17 @@ class NamingTask:
                     crops.append(crop(frame.rgb, frame.depth, thing))
                     measures.append(thing.measures)
                     codes.append(self._table.codes[label])
-        kinds, colours, patterns = self.network(to_network(np.stack(crops)), torch.tensor(measures))
+        kinds, colours, looks = self.network(to_network(np.stack(crops)), torch.tensor(measures))
         kind, colour, look = torch.from_numpy(np.stack(codes)).unbind(1)
         is_collectible = kind >= _FIRST_COLLECTIBLE
         total = functional.cross_entropy(kinds, kind, _WEIGHTS)
         total = total + among(kinds[:, _FIRST_COLLECTIBLE:], kind - _FIRST_COLLECTIBLE, is_collectible)
         total = total + 0.7 * among(colours, colour, is_collectible) + 0.3 * among(colours, colour, colour != NONE)
-        return total + 0.7 * among(patterns, look, is_collectible)
+        for name, places in look_slices().items():
+            if name in NAMED_LOOKS:
+                inside = (look >= places.start) & (look < places.stop)
+                total = total + NAMED_LOOKS[name] * among(looks[:, places], look - places.start, inside)
+        return total
 
 
 def label_of(frame: Frame, thing: Thing) -> tuple[int, float]:

@@ -19,6 +19,9 @@ COLLECTIBLE_COLOURS = COLOURS[:7]
 BANNER_COLOURS = ("red", "blue", "green", "yellow", "white", "black")
 FURNITURE_COLOURS = ("orange", "red", "blue", "green", "silver", "concrete", "white", "yellow", "gold")
 
+COLOURED = ("cone", "dumpster", "barrier", "barrel", "car", "kiosk", "awning")
+"""Furniture of several colours, besides banners."""
+
 
 class LookGroup(NamedTuple):
     """Looks that exclude each other, of the kinds that have them.

@@ -53,4 +53,4 @@ def _fill(network: nn.Module, tensors: dict[str, torch.Tensor]) -> None:
     network.requires_grad_(requires_grad=False)
     network.eval()
     folded(network)
-    network.to(memory_format=torch.channels_last)
+    network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]

@@ -1,4 +1,4 @@
-"""The reader's network: a two-layer LSTM in both directions over the words, and a decoder of rows of slots."""
+"""The reader's network: a convolution and an LSTM in both directions over the words, and a decoder of rows of slots."""
 
 from dataclasses import dataclass
 
@@ -10,6 +10,12 @@ from agents.learning.reader.slots import ACTION_SLOTS, MOST_ROWS, SLOTS, THING_S
 
 PARTS = (ACTION_SLOTS, *THING_SLOTS)
 """Slots that look at the same words: what is done, the first thing, the second."""
+
+PHRASE, MOVE = 5, 15
+"""Words that are looked at together, and words by which a look may move on from that of the row before."""
+
+State = tuple[Tensor, Tensor, Tensor, Tensor]
+"""The decoder's hidden and cell state, what was looked at last, and where: (B, 2 parts, words), last and so far."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +40,9 @@ class Sizes:
 class ReaderNetwork(nn.Module):
     """Predicts the rows of a text, one after the other.
 
+    Each part of a row looks at the words again, and knows where the row before it looked: instructions are told in
+    order (location-aware attention, Chorowski et al. 2015).
+
     Args:
         sizes: of the network.
     """
@@ -43,12 +52,14 @@ class ReaderNetwork(nn.Module):
         self.sizes = sizes
         embedding, both, state = sizes.embedding, 2 * sizes.encoder, sizes.decoder
         self.words = nn.Embedding(sizes.words, embedding, padding_idx=0)
-        self.encoder = nn.LSTM(embedding, sizes.encoder, 2, batch_first=True, bidirectional=True, dropout=sizes.dropout)
+        self.phrases = nn.Conv1d(embedding, embedding, PHRASE, padding=PHRASE // 2)
+        self.encoder = nn.LSTM(embedding, sizes.encoder, batch_first=True, bidirectional=True)
         self.start = nn.Linear(both, state)
-        self.slots = nn.ModuleDict({name: nn.Embedding(len(values), embedding) for name, values in SLOTS.items()})
-        self.decoder = nn.LSTM(embedding, state, batch_first=True)
-        self.queries = nn.ModuleList(nn.Linear(state, both) for _ in PARTS)
-        self.heads = nn.ModuleDict({name: nn.Linear(state + both, len(values)) for name, values in SLOTS.items()})
+        self.slots = nn.ModuleList(nn.Embedding(len(values), embedding) for values in SLOTS.values())
+        self.decoder = nn.LSTMCell(embedding + len(PARTS) * both, state)
+        self.queries = nn.Linear(state, len(PARTS) * both)
+        self.moves = nn.Conv1d(2 * len(PARTS), len(PARTS), MOVE, padding=MOVE // 2)
+        self.heads = nn.ModuleList(nn.Linear(state + both, len(values)) for values in SLOTS.values())
         self.dropout = nn.Dropout(sizes.dropout)
 
     def forward(self, texts: Tensor, rows: Tensor) -> dict[str, Tensor]:
@@ -58,46 +69,67 @@ class ReaderNetwork(nn.Module):
             texts: (B, words) numbers of words, 0 after a text's end.
             rows: (B, rows, slots) numbers of values.
         """
-        memory, state = self._encode(texts)
-        before = functional.pad(rows[:, :-1], (0, 0, 1, 0))
-        hidden, _ = self.decoder(self._embed(before), state)
-        return self._slots(hidden, memory, texts == 0)
+        memory = self._encode(texts)
+        state = self._first(texts, memory)
+        before = self._embed(functional.pad(rows[:, :-1], (0, 0, 1, 0)))
+        features = []
+        for number in range(rows.shape[1]):
+            state, found = self._step(before[:, number], state, memory, texts == 0)
+            features.append(found)
+        return self._slots(torch.stack(features, dim=1))
 
     @torch.inference_mode()
     def read(self, texts: Tensor) -> Tensor:
-        """Return the most likely rows of texts, (B, MOST_ROWS, slots); what follows an end has no meaning."""
-        memory, state = self._encode(texts)
+        """Return the most likely rows of texts, (B, rows, slots); what follows an end has no meaning."""
+        memory = self._encode(texts)
+        state = self._first(texts, memory)
         row = torch.zeros(len(texts), 1, len(SLOTS), dtype=torch.long)
         rows = []
         for _ in range(MOST_ROWS):
-            hidden, state = self.decoder(self._embed(row), state)
-            found = self._slots(hidden, memory, texts == 0)
-            row = torch.stack([found[name].argmax(2) for name in SLOTS], dim=2)
+            state, found = self._step(self._embed(row)[:, 0], state, memory, texts == 0)
+            logits = self._slots(found[:, None])
+            row = torch.stack([logits[name].argmax(2) for name in SLOTS], dim=2)
             rows.append(row)
             if bool((torch.cat(rows, 1)[:, :, 0] == 0).any(1).all()):
                 break
         return torch.cat(rows, 1)
 
-    def _encode(self, texts: Tensor) -> tuple[Tensor, tuple[Tensor, Tensor]]:
-        """Return (B, words, 2 encoder) of the words, and the decoder's first state."""
-        lengths = (texts != 0).sum(1)
-        packed = nn.utils.rnn.pack_padded_sequence(
-            self.dropout(self.words(texts)), lengths, batch_first=True, enforce_sorted=False
-        )
-        memory, _ = nn.utils.rnn.pad_packed_sequence(self.encoder(packed)[0], True, total_length=texts.shape[1])
-        mean = memory.sum(1) / lengths[:, None]
-        first = torch.tanh(self.start(mean))[None]
-        return memory, (first, torch.zeros_like(first))
+    def _encode(self, texts: Tensor) -> Tensor:
+        """Return (B, words, 2 encoder) of the words; 0 after a text's end."""
+        is_word = (texts != 0)[:, :, None]
+        words = self.dropout(self.words(texts))
+        words = words + functional.relu(self.phrases(words.transpose(1, 2))).transpose(1, 2) * is_word
+        packed = nn.utils.rnn.pack_padded_sequence(words, is_word.sum((1, 2)), batch_first=True, enforce_sorted=False)
+        memory: Tensor = nn.utils.rnn.pad_packed_sequence(self.encoder(packed)[0], True, total_length=texts.shape[1])[0]
+        return memory
+
+    def _first(self, texts: Tensor, memory: Tensor) -> State:
+        """Return the decoder's state before the first row."""
+        mean = memory.sum(1) / (texts != 0).sum(1, keepdim=True)
+        hidden = torch.tanh(self.start(mean))
+        looks = torch.zeros(len(texts), 2 * len(PARTS), texts.shape[1])
+        looks[:, :, 0] = 1.0
+        return hidden, torch.zeros_like(hidden), torch.zeros(len(texts), len(PARTS) * memory.shape[2]), looks
+
+    def _step(self, before: Tensor, state: State, memory: Tensor, is_filling: Tensor) -> tuple[State, Tensor]:
+        """Return the state after a row, and what each of its parts is told from, (B, parts, decoder + 2 encoder)."""
+        hidden, cell, contexts, looks = state
+        hidden, cell = self.decoder(torch.cat([before, contexts], 1), (hidden, cell))
+        queries = self.queries(hidden).view(len(hidden), len(PARTS), -1)
+        match = queries @ memory.transpose(1, 2) / memory.shape[2] ** 0.5 + self.moves(looks)  # (B, parts, words)
+        weights = match.masked_fill(is_filling[:, None], float("-inf")).softmax(2)
+        found = weights @ memory
+        so_far = torch.clamp(looks[:, len(PARTS) :] + weights, max=1.0)
+        features = torch.cat([hidden[:, None].expand(-1, len(PARTS), -1), found], 2)
+        return (hidden, cell, found.flatten(1), torch.cat([weights, so_far], 1)), features
 
     def _embed(self, rows: Tensor) -> Tensor:
-        embedded = [self.slots[name](rows[:, :, number]) for number, name in enumerate(SLOTS)]
-        return self.dropout(torch.stack(embedded).sum(0))
+        embedded = torch.stack([slot(rows[:, :, number]) for number, slot in enumerate(self.slots)])
+        dropped: Tensor = self.dropout(embedded.sum(0))
+        return dropped
 
-    def _slots(self, hidden: Tensor, memory: Tensor, is_filling: Tensor) -> dict[str, Tensor]:
-        found = {}
-        for names, query in zip(PARTS, self.queries, strict=True):
-            match = query(hidden) @ memory.transpose(1, 2) / memory.shape[2] ** 0.5  # (B, rows, words)
-            match = match.masked_fill(is_filling[:, None], float("-inf"))
-            features = self.dropout(torch.cat([hidden, match.softmax(2) @ memory], 2))
-            found |= {name: self.heads[name](features) for name in names}
-        return found
+    def _slots(self, features: Tensor) -> dict[str, Tensor]:
+        """Return logits by slot of features, (B, rows, parts, decoder + 2 encoder)."""
+        features = self.dropout(features)
+        heads = dict(zip(SLOTS, self.heads, strict=True))
+        return {name: heads[name](features[:, :, part]) for part, names in enumerate(PARTS) for name in names}

@@ -101,7 +101,7 @@ class ReadingScores:
     count: int
 
 
-def test(network: ReaderNetwork, examples: Examples) -> Mapping[str, ReadingScores]:
+def score(network: ReaderNetwork, examples: Examples) -> Mapping[str, ReadingScores]:
     """Return by language how well examples are read."""
     network.eval()
     right: dict[str, list[tuple[int, int, bool]]] = {}

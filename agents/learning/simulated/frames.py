@@ -146,7 +146,7 @@ def _viewpoint(street: _Street, random: np.random.Generator) -> tuple[float, flo
     """Return (x, z, heading in degrees) of a viewpoint, often one that looks at furniture of a random kind."""
     places = street.places
     at = places[random.integers(len(places))]
-    heading = street.section.heading + 30.0 * random.integers(12)
+    heading = street.section.heading + 30.0 * int(random.integers(12))
     if random.random() < PROP_SHARE:
         kind = street.props[random.integers(len(street.props))]
         prop = kind[random.integers(len(kind))]
@@ -160,7 +160,7 @@ def _viewpoint(street: _Street, random: np.random.Generator) -> tuple[float, flo
             heading = street.section.heading + 30.0 * turns
     x, z = (at + random.uniform(-JITTER, JITTER, 2)).tolist()
     if random.random() < ODD_HEADING_SHARE:
-        heading = random.uniform(0.0, 360.0)
+        heading = float(random.uniform(0.0, 360.0))
     return x, z, float(heading)
 
 

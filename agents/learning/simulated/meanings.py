@@ -84,6 +84,23 @@ def draw_samples(plans: Sequence[Meaning], languages: Sequence[str], count: int,
         yield Sample(text, language, meaning)
 
 
+def write_plans(plans: Sequence[Meaning], languages: Sequence[str], seed: int) -> Iterator[Sample]:
+    """Yield each plan as it is, written in each language that can express it.
+
+    Args:
+        plans: meanings.
+        languages: codes.
+        seed: of all choices.
+    """
+    for number, meaning in enumerate(plans):
+        for language in languages:
+            random = Random(f"{seed}/{number}/{language}")  # noqa: S311 - nothing here is a secret
+            try:
+                yield Sample(lang.load(language).write(meaning, random), language, meaning)
+            except ValueError:
+                continue
+
+
 def exchange(meaning: Meaning, random: Random) -> Meaning:
     """Return a meaning with other things in the places of its own: one thing remains one thing in all mentions."""
     others: dict[str, tuple[str, str, str]] = {}

@@ -1,69 +1,28 @@
 """Generation of splits in the data folder, for `arramon-server generate`."""
 
 import os
-import time
 from collections.abc import Callable, Sequence
-from contextlib import closing
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from server.dataset.generation.checkpoint import FOLDER, Checkpoint, origin_of
+from server.dataset.generation.extra import extra_sections
+from server.dataset.generation.room_tasks import ROOM_SECTION, room_batches, room_ids
 from server.dataset.generation.secret import host_secret
-from server.dataset.generation.sizes import SplitPlan
-from server.dataset.generation.work import (
-    EpisodeBatch,
-    GeneratedEpisode,
-    MakeWriter,
-    RunBatches,
-    batch_runner,
-    make_batches,
-)
-from server.dataset.plans import build_section, read_plan
-from server.episodes.splits import Split, write_split
+from server.dataset.generation.sizes import EXTRA, SplitPlan
+from server.dataset.generation.split_maker import Progress, SplitOrder, make_split
+from server.dataset.generation.work import EpisodeBatch, MakeWriter, batch_runner, make_batches
+from server.dataset.plans import Plan, build_section, read_plan
+from server.episodes.splits import ROOMS, Split
 from server.errors import BadInput
 from server.sim.section import Section
-
-SOURCE = "generated"
-"""Prefix of the `source` of generated splits."""
 
 NO_TRIAL = "not tried by the follower"
 """Mark in the `source` of a split whose instructions no agent has tried."""
 
 MAX_JOBS = 256
 
-
-@dataclass(frozen=True, slots=True)
-class Progress:
-    """The progress of a split.
-
-    Attributes:
-        split: name of the split.
-        done, total: numbers of episodes.
-        drafts: number of drafts tried so far, rejected ones included.
-        seconds: since the split was started, or gone on with.
-        kept: how many of the episodes an earlier call made that was killed.
-    """
-
-    split: str
-    done: int
-    total: int
-    drafts: int
-    seconds: float
-    kept: int = 0
-
-    def __str__(self) -> str:
-        if self.done == self.kept:
-            return f"{self.split}: going on after {self.done} of {self.total} episodes"
-        left = self.seconds / (self.done - self.kept) * (self.total - self.done)
-        return (
-            f"{self.split}: {self.done} of {self.total} episodes from {self.drafts} drafts "
-            f"in {_clock(self.seconds)}, {_clock(left)} left"
-        )
-
-
-def _clock(seconds: float) -> str:
-    return f"{int(seconds) // 60}:{int(seconds) % 60:02}"
+Tell = Callable[[Progress], None]
+"""Receives the progress of a split, in the thread that generates."""
 
 
 def generate(
@@ -74,13 +33,12 @@ def generate(
     seed: int = 0,
     jobs: int = 0,
     make_writer: MakeWriter,
-    tell: Callable[[Progress], None],
+    tell: Tell,
     tried: bool = True,
 ) -> list[Split]:
     """Generate splits. Each is written when it is complete, and replaces an existing split of that name only then.
 
     Episodes of an incomplete split are kept in the data folder (see `checkpoint`), and not made again by the next call.
-
     The same seed, scale and version of the project give the same bytes on any machine. A hidden split is seeded by the
     host's secret instead of `seed` (see `secret`).
 
@@ -88,10 +46,10 @@ def generate(
         data: the data folder.
         plans: specifications of the splits.
         scale: share of each split's size, in (0, 1].
-        seed: seeds furniture, facades and episodes.
+        seed: seeds furniture, facades and episodes, and the street plans of `train_extra`.
         jobs: number of processes; 0 for one per core.
         make_writer: returns the instruction writer of a process.
-        tell: receives the progress, in this thread.
+        tell: receives the progress.
         tried: whether an agent tries what the writer writes; the header of a split says if not.
 
     Returns:
@@ -104,56 +62,78 @@ def generate(
         Conflict: if another process generates one of the splits in this data folder.
         ArraMonError: if an episode cannot be made.
     """
+    number = _number_of(jobs)
+    for plan in plans:
+        plan.count(scale)  # Checks the scale before anything is made.
+    with batch_runner(number) as run:
+        orders = (_order(data, plan, scale, seed, make_writer, tried) for plan in plans)
+        return [make_split(data, order, run, tell) for order in orders]
+
+
+def generate_rooms(data: Path, count: int, *, seed: int = 0, jobs: int = 0, tell: Tell) -> Split:
+    """Generate the split `rooms`: tasks in the room alone, without a city, in every language; for training alone.
+
+    Args:
+        data: the data folder.
+        count: number of tasks.
+        seed: seeds all of them. A smaller count gives a prefix of a larger one.
+        jobs: number of processes; 0 for one per core.
+        tell: receives the progress.
+
+    Raises:
+        BadInput: if the number of tasks or of jobs is out of range.
+        StorageError: if the data folder cannot be written.
+        Conflict: if another process generates this split in this data folder.
+    """
+    if count < 1:
+        raise BadInput(f"the number of room tasks is {count}; expected at least 1")
+    order = SplitOrder(
+        name=ROOMS,
+        source=f"room tasks alone, seed {seed}, {NO_TRIAL}",
+        key=(ROOMS, seed),
+        episode_ids=room_ids(count),
+        sections=[ROOM_SECTION],
+        batches=lambda missing: room_batches(seed, missing),
+        training=True,
+    )
+    with batch_runner(_number_of(jobs)) as run:
+        return make_split(data, order, run, tell)
+
+
+def _number_of(jobs: int) -> int:
     if not 0 <= jobs <= MAX_JOBS:
         raise BadInput(f"the number of jobs is {jobs}; expected 1 to {MAX_JOBS}, or 0 for one per core")
-    sizes = [(plan, list(plan.episodes(scale))) for plan in plans]  # Checks the scale before anything is made.
-    with batch_runner(jobs or len(os.sched_getaffinity(0))) as run:
-        written = []
-        for plan, episodes in sizes:
-            key = host_secret(data) if plan.hidden else str(seed)
-            source = f"{SOURCE}, scale {scale:g}, " + ("from the host's secret" if plan.hidden else f"seed {seed}")
-            sections = {name: _section(key, name) for name in plan.sections}
-            origin = origin_of(key, make_writer.__module__, make_writer.__qualname__)
-            with closing(Checkpoint(data / FOLDER / f"{plan.name}.jsonl", origin)) as checkpoint:
-                missing = [(name, section) for name, section in episodes if name not in checkpoint.episodes]
-                kept = [checkpoint.episodes[name] for name, _ in episodes if name in checkpoint.episodes]
-                batches = make_batches(key, plan.name, missing, sections, make_writer)
-                made = kept + _generate_episodes(run, plan.name, batches, kept, checkpoint, tell)
-                split = write_split(
-                    data,
-                    plan.name,
-                    hidden=plan.hidden,
-                    source=source if tried else f"{source}, {NO_TRIAL}",
-                    episodes=sorted((one.episode for one in made), key=lambda episode: int(episode.episode_id)),
-                    sections=sections.values(),
-                )
-                checkpoint.remove()
-            written.append(split)
-    return written
+    return jobs or len(os.sched_getaffinity(0))
 
 
-def _generate_episodes(
-    run: RunBatches,
-    split: str,
-    batches: Sequence[EpisodeBatch],
-    kept: Sequence[GeneratedEpisode],
-    checkpoint: Checkpoint,
-    tell: Callable[[Progress], None],
-) -> list[GeneratedEpisode]:
-    """Return the episodes of the batches. Each batch is written down before the next one is waited for."""
-    begun, made, drafts = time.monotonic(), [], sum(one.attempts for one in kept)
-    total = len(kept) + sum(len(batch.episode_ids) for batch in batches)
-    if kept:
-        tell(Progress(split, len(kept), total, drafts, 0.0, len(kept)))
-    for generated in run(batches):
-        checkpoint.add(generated)
-        made += generated
-        drafts += sum(one.attempts for one in generated)
-        tell(Progress(split, len(kept) + len(made), total, drafts, time.monotonic() - begun, len(kept)))
-    return made
+def _order(data: Path, plan: SplitPlan, scale: float, seed: int, make_writer: MakeWriter, tried: bool) -> SplitOrder:
+    key = host_secret(data) if plan.hidden else str(seed)
+    built = extra_sections(key, plan.sections) if plan.name == EXTRA else _own_sections(key, plan.sections)
+    episodes = dict(plan.episodes(scale))
+
+    def batches(missing: Sequence[str]) -> list[EpisodeBatch]:
+        wanted = set(missing)
+        left = [(name, section) for name, section in episodes.items() if name in wanted]
+        return make_batches(key, plan.name, left, built, make_writer)
+
+    source = f"scale {scale:g}, " + ("from the host's secret" if plan.hidden else f"seed {seed}")
+    return SplitOrder(
+        name=plan.name,
+        source=source if tried else f"{source}, {NO_TRIAL}",
+        key=(key, make_writer.__module__, make_writer.__qualname__),
+        episode_ids=sorted(episodes, key=int),
+        sections=[section for _, section in built.values()],
+        batches=batches,
+        hidden=plan.hidden,
+        training=plan.training,
+    )
+
+
+def _own_sections(key: str, names: Sequence[str]) -> dict[str, tuple[Plan, Section]]:
+    return {name: (plan := read_plan(name), _section(key, plan)) for name in names}
 
 
 @lru_cache(maxsize=16)
-def _section(key: str, plan_id: str) -> Section:
+def _section(key: str, plan: Plan) -> Section:
     """Return a section; cached, since splits share sections and building one takes a second or two."""
-    return build_section(read_plan(plan_id), key)
+    return build_section(plan, key)

@@ -22,6 +22,7 @@ class SplitPlan:
         slots: which of every `period` ids of a section belong to this split, so that splits in the same sections share
             none.
         period: see `slots`.
+        training: whether the split is for training alone, and runs on it are not ranked.
     """
 
     name: str
@@ -30,6 +31,7 @@ class SplitPlan:
     hidden: bool
     slots: tuple[int, ...] = (0,)
     period: int = 1
+    training: bool = False
 
     def count(self, scale: float) -> int:
         """Return the number of episodes at a scale, at least one.
@@ -66,13 +68,45 @@ SPLITS = {
 """Specifications by split name; the sizes are the paper's."""
 
 
-def select_plans(names: list[str] | None) -> list[SplitPlan]:
-    """Return the specifications of the named splits, or of all splits for None.
+EXTRA = "train_extra"
+"""The split in sections whose plans are drawn by program, for training alone."""
+
+FIRST_EXTRA, MAX_EXTRA = 101, 1000
+"""Id of its first section, and the maximum number of its sections."""
+
+EXTRA_PER_SECTION = 853
+"""Its episodes in each section at full scale, as many as `train` has."""
+
+
+def extra_split(sections: int) -> SplitPlan:
+    """Return the specification of `train_extra` with a number of sections.
 
     Raises:
-        BadInput: if a name is unknown.
+        BadInput: if the number is out of range.
+    """
+    if not 1 <= sections <= MAX_EXTRA:
+        raise BadInput(f"the number of sections is {sections}; expected 1 to {MAX_EXTRA}")
+    ids = tuple(str(FIRST_EXTRA + number) for number in range(sections))
+    return SplitPlan(EXTRA, ids, EXTRA_PER_SECTION * sections, hidden=False, training=True)
+
+
+def select_plans(names: list[str] | None, sections: int | None = None) -> list[SplitPlan]:
+    """Return the specifications of the named splits, or of the paper's four for None.
+
+    Args:
+        names: of splits.
+        sections: number of sections of `train_extra`.
+
+    Raises:
+        BadInput: if a name is unknown, or the number of sections is missing, out of range or meant for nothing.
     """
     for name in names or ():
-        if name not in SPLITS:
-            raise BadInput(f"there is no split {name!r}; there are {', '.join(SPLITS)}")
-    return [plan for name, plan in SPLITS.items() if not names or name in names]
+        if name not in (*SPLITS, EXTRA):
+            raise BadInput(f"there is no split {name!r}; there are {', '.join((*SPLITS, EXTRA))}")
+    wants_extra = EXTRA in (names or ())
+    if wants_extra and sections is None:
+        raise BadInput(f"the split {EXTRA!r} has as many sections as are asked for: give their number with --sections")
+    if sections is not None and not wants_extra:
+        raise BadInput(f"only the split {EXTRA!r} has a number of sections; name it with --split {EXTRA}")
+    extra = [] if sections is None else [extra_split(sections)]
+    return [*(plan for name, plan in SPLITS.items() if not names or name in names), *extra]

@@ -51,7 +51,7 @@ BESIDE_SHARE = 0.3
 BESIDE, BESIDE_PATH = (1.2, 2.6), 0.8
 """Range of its distance from the target, and its minimum distance from the path, in units."""
 
-TWIN_SHARE = 0.45
+TWIN_SHARE = 0.75
 """Share of turns in which another object of the target's type lies along a wrong turn, where there is a place: the text
 tells the two apart by where they stand."""
 

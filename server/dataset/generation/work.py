@@ -11,10 +11,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from multiprocessing.connection import wait
+from typing import Protocol
 
 from server.dataset.generation.check import problems
 from server.dataset.generation.site import Site, Writer
-from server.dataset.plans.plan import read_plan
+from server.dataset.plans.plan import Plan
 from server.episodes.episode import Episode
 from server.errors import ArraMonError
 from server.sim.section import Section
@@ -33,25 +34,6 @@ MakeWriter = Callable[[], Writer]
 
 
 @dataclass(frozen=True, slots=True)
-class EpisodeBatch:
-    """Episodes of one section to generate.
-
-    Attributes:
-        seed: seeds all random choices.
-        split: name of the split.
-        section: where the episodes take place; built from the plan with its id.
-        episode_ids: ids of the episodes.
-        make_writer: see `MakeWriter`.
-    """
-
-    seed: str
-    split: str
-    section: Section
-    episode_ids: tuple[str, ...]
-    make_writer: MakeWriter
-
-
-@dataclass(frozen=True, slots=True)
 class GeneratedEpisode:
     """A generated episode, and the number of drafts tried, the accepted one included."""
 
@@ -59,7 +41,44 @@ class GeneratedEpisode:
     attempts: int
 
 
-RunBatches = Callable[[Sequence[EpisodeBatch]], Iterator[list[GeneratedEpisode]]]
+class Batch(Protocol):
+    """Some episodes to generate. Can be pickled."""
+
+    def generate(self) -> list[GeneratedEpisode]:
+        """Generate the episodes, one after another."""
+
+
+@dataclass(frozen=True, slots=True)
+class EpisodeBatch:
+    """Episodes of one section to generate.
+
+    Attributes:
+        seed: seeds all random choices.
+        split: name of the split.
+        plan: street plan of the section.
+        section: where the episodes take place.
+        episode_ids: ids of the episodes.
+        make_writer: see `MakeWriter`.
+    """
+
+    seed: str
+    split: str
+    plan: Plan
+    section: Section
+    episode_ids: tuple[str, ...]
+    make_writer: MakeWriter
+
+    def generate(self) -> list[GeneratedEpisode]:
+        """Generate the episodes, one after another.
+
+        Raises:
+            ArraMonError: if an episode cannot be made.
+        """
+        site, writer = _site(self.section, self.plan), _writer(self.make_writer)
+        return [_make(self, episode_id, site, writer) for episode_id in self.episode_ids]
+
+
+RunBatches = Callable[[Sequence[Batch]], Iterator[list[GeneratedEpisode]]]
 
 
 @contextmanager
@@ -70,14 +89,14 @@ def batch_runner(jobs: int) -> Iterator[RunBatches]:
         ArraMonError: when results are read, if a child process has died.
     """
     if jobs == 1:
-        yield lambda batches: map(generate_batch, batches)
+        yield lambda batches: map(_generate, batches)
         return
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(jobs, mp_context=context, initializer=_end_with_parent) as pool:
 
-        def run(batches: Sequence[EpisodeBatch]) -> Iterator[list[GeneratedEpisode]]:
+        def run(batches: Sequence[Batch]) -> Iterator[list[GeneratedEpisode]]:
             try:
-                yield from pool.map(generate_batch, batches)
+                yield from pool.map(_generate, batches)
             except BrokenProcessPool as error:
                 raise ArraMonError("a process that generates episodes died, possibly out of memory") from error
 
@@ -91,24 +110,22 @@ def make_batches(
     seed: str,
     split: str,
     episodes: Iterable[tuple[str, str]],
-    sections: Mapping[str, Section],
+    sections: Mapping[str, tuple[Plan, Section]],
     make_writer: MakeWriter,
 ) -> list[EpisodeBatch]:
-    """Return batches for (episode id, section id) pairs, grouped by section; `sections` are by id."""
+    """Return batches for (episode id, section id) pairs, grouped by section; `sections` are by id, with their plans."""
     by_section: dict[str, list[str]] = {}
     for episode_id, section in episodes:
         by_section.setdefault(section, []).append(episode_id)
     return [
-        EpisodeBatch(seed, split, sections[section], tuple(ids[first : first + BATCH_SIZE]), make_writer)
+        EpisodeBatch(seed, split, *sections[section], tuple(ids[first : first + BATCH_SIZE]), make_writer)
         for section, ids in by_section.items()
         for first in range(0, len(ids), BATCH_SIZE)
     ]
 
 
-def generate_batch(batch: EpisodeBatch) -> list[GeneratedEpisode]:
-    """Generate the episodes of a batch, one after another."""
-    site, writer = _site(batch.section), _writer(batch.make_writer)
-    return [_make(batch, episode_id, site, writer) for episode_id in batch.episode_ids]
+def _generate(batch: Batch) -> list[GeneratedEpisode]:
+    return batch.generate()
 
 
 def _make(batch: EpisodeBatch, episode_id: str, site: Site, writer: Writer) -> GeneratedEpisode:
@@ -124,8 +141,8 @@ def _make(batch: EpisodeBatch, episode_id: str, site: Site, writer: Writer) -> G
 
 
 @lru_cache(maxsize=CACHED_SECTIONS)
-def _site(section: Section) -> Site:
-    return Site(section, read_plan(section.id))
+def _site(section: Section, plan: Plan) -> Site:
+    return Site(section, plan)
 
 
 @lru_cache(maxsize=1)

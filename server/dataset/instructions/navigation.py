@@ -103,7 +103,7 @@ class _Planner:
 
     def _may_say_more(self, waypoint: Waypoint) -> bool:
         far = math.dist((waypoint.pose.x, waypoint.pose.z), self._route.goal)
-        return far > 9.0 and self._random.random() < 0.3
+        return far > 9.0 and self._random.random() < 0.2
 
     def _final_steps(self, waypoint: Waypoint) -> tuple[Step, ...] | None:
         """Return the remaining steps if the target comes into view, else None."""

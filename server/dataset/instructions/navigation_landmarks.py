@@ -28,7 +28,7 @@ from server.sim.labels import Label
 AMBIGUITY_COST = 2.0
 """Cost of naming a landmark that could be confused with one not visible from the path."""
 
-COLLECTIBLE_COST, BUILDING_COST, COUNTED_COST, GROUP_COST = 0.5, 1.5, -1.0, -3.0
+COLLECTIBLE_COST, BUILDING_COST, COUNTED_COST, GROUP_COST = 0.5, 1.5, -1.0, -4.0
 """Additional costs of what an option names: an object that is not the target, a building, an ordinal, several."""
 
 GAP_WIDTH = (1.5, 7.0)

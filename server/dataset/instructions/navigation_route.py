@@ -116,7 +116,7 @@ class Route:
         gain = min(number - waypoint.number, 14)
         onward = self.onward_heading(number)
         wrong = 0.0 if onward is None else max(abs(turn_between(end.heading, onward)) - 15.0, 0.0) / 25.0
-        total = cost + 0.8 * off + 0.5 * strayed - 0.25 * gain + 1.2 * len(turns) + wrong + 1.5 * self.random.random()
+        total = cost + 0.8 * off + 0.5 * strayed - 0.3 * gain + 1.2 * len(turns) + wrong + 1.5 * self.random.random()
         about = next((thing.identity for thing in things_of(step)), "")
         yield Option(total, (*turns, step), Waypoint(end, number, isinstance(step, Rotate), about))
 

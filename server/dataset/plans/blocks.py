@@ -6,6 +6,7 @@ from random import Random
 
 import numpy as np
 from scipy import ndimage
+from scipy.spatial import cKDTree
 
 from server.dataset.layout.grid import CELL, Grid, Mask, Points
 from server.dataset.layout.lots import Rectangle, cover, split
@@ -141,10 +142,13 @@ def lot_boxes(layers: list[Layer]) -> list[Building]:
 
 def built_cells(grid: Grid, buildings: list[Building]) -> Mask:
     """Return the mask of cells whose centres are inside a building."""
-    x, z = grid.centres().T
-    built = np.zeros(len(x), dtype=bool)
+    centres = grid.centres()
+    tree, built = cKDTree(centres), np.zeros(len(centres), dtype=bool)
     for building in buildings:
-        built |= covers(building, x, z, 1e-6)
+        reach = math.hypot(building.half_width, building.half_length) + 1e-3
+        near = tree.query_ball_point((building.x, building.z), reach)
+        x, z = centres[near].T
+        built[near] |= covers(building, x, z, 1e-6)
     return built.reshape(grid.shape)
 
 

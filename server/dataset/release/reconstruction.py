@@ -146,15 +146,15 @@ def set_back(lot: Rectangle, seen: Mask, unseen: Mask, random: Random, depths: S
 
     No strip is removed that would expose `unseen` cells behind the lots. `depths` of strips are in units.
     """
-    smaller = lot
+    smaller, seen = lot, np.pad(seen, 1)  # A lot may lie at the raster's edge.
     for side in range(4):
         depth = round(random.choice(depths) / CELL)
         top, left, bottom, right = smaller
         strip, edge, rest = (
-            (Rectangle(top, left, top + depth, right), seen[top - 1, left:right], top + depth),
-            (Rectangle(top, left, bottom, left + depth), seen[top:bottom, left - 1], left + depth),
-            (Rectangle(bottom - depth, left, bottom, right), seen[bottom, left:right], bottom - depth),
-            (Rectangle(top, right - depth, bottom, right), seen[top:bottom, right], right - depth),
+            (Rectangle(top, left, top + depth, right), seen[top, left + 1 : right + 1], top + depth),
+            (Rectangle(top, left, bottom, left + depth), seen[top + 1 : bottom + 1, left], left + depth),
+            (Rectangle(bottom - depth, left, bottom, right), seen[bottom + 1, left + 1 : right + 1], bottom - depth),
+            (Rectangle(top, right - depth, bottom, right), seen[top + 1 : bottom + 1, right + 1], right - depth),
         )[side]
         wide_enough = smaller.shape[side % 2] - depth >= round(SHORTEST / 2 / CELL)
         if edge.all() and wide_enough and not unseen[with_neighbours(strip)].any():

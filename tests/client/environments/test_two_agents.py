@@ -14,10 +14,6 @@ from arramon_client.environments import BadArgument
 from arramon_client.environments.two_agents import env, parallel_env, raw_env
 from tests import tiny
 
-with warnings.catch_warnings():
-    warnings.simplefilter("ignore")  # PettingZoo's tests import environments in a way that it warns of itself.
-    from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, render_test, seed_test
-
 EXPECTED = (
     "Observation is not a NumPy array",
     "Observation space for each agent probably should be gymnasium.spaces.box",
@@ -38,6 +34,9 @@ def arguments(data: Path) -> Iterator[dict[str, Any]]:
 @pytest.mark.parametrize("length", [0, 4])
 @pytest.mark.parametrize("language", ["en", "hi"])
 def test_pettingzoos_own_tests_pass(arguments: dict[str, Any], length: int, language: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # PettingZoo's tests import environments in a way that it warns of itself.
+        from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, render_test, seed_test
     arguments |= {"message_length": length, "lang": language}
     api_test(raw_env(**arguments), num_cycles=60)
     api_test(env(**arguments), num_cycles=60)

@@ -4,10 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from server.dataset.generation.command import Progress, generate
+from server.dataset.generation.command import generate
 from server.dataset.generation.secret import host_secret
 from server.dataset.generation.sizes import SPLITS
-from server.dataset.generation.work import MakeWriter, generate_batch, make_batches
+from server.dataset.generation.split_maker import Progress
+from server.dataset.generation.work import MakeWriter, make_batches
 from server.dataset.plans import build_section, read_plan
 from server.episodes.splits import Split, folder_of, read_split
 from server.errors import ArraMonError, BadInput
@@ -56,9 +57,9 @@ def test_hidden_split_depends_only_on_the_hosts_secret(tmp_path: Path) -> None:
     (hidden,), _ = make(tmp_path / "host", "test_unseen", seed=1)
     (again,), _ = make(tmp_path / "host", "test_unseen", seed=2)
     (other,), _ = make(tmp_path / "other", "test_unseen", seed=1)
-    sections = {"7": build_section(read_plan("7"), "1")}
+    sections = {"7": (read_plan("7"), build_section(read_plan("7"), "1"))}
     (batch,) = make_batches("1", "test_unseen", SPLITS["test_unseen"].episodes(4 / 1205), sections, make_plain)
-    public = {made.episode.episode_id: made.episode for made in generate_batch(batch)}
+    public = {made.episode.episode_id: made.episode for made in batch.generate()}
 
     assert hidden.hidden
     assert hidden.episodes == again.episodes
@@ -91,7 +92,7 @@ def test_failed_generation_keeps_the_existing_split(tmp_path: Path, jobs: int) -
 
 
 def test_batches_are_grouped_by_section() -> None:
-    sections = {name: replace(CROSSING, id=name) for name in "12345"}
+    sections = {name: (read_plan(name), replace(CROSSING, id=name)) for name in "12345"}
     batches = make_batches("1", "val_seen", SPLITS["val_seen"].episodes(40 / 1065), sections, make_plain)
 
     assert [(batch.section.id, len(batch.episode_ids)) for batch in batches] == [

@@ -3,7 +3,6 @@
 import hashlib
 from collections import Counter
 from dataclasses import replace
-from functools import cache
 from itertools import combinations
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import numpy as np
 import pytest
 
 from server.dataset.layout.grid import sample_points
-from server.dataset.plans import build_section, plan_ids, read_plan
+from server.dataset.plans import build_section, read_plan
 from server.dataset.plans.landmarks import crossings, distances
 from server.dataset.plans.strips import surface
 from server.episodes.files import write_section
@@ -22,34 +21,33 @@ from server.sim.geometry import AGENT_RADIUS
 from server.sim.raster.camera import RasterCamera
 from server.sim.section import FACADES, Section
 from tests.dataset.plans.free import CELL, clearance, free_points
+from tests.dataset.plans.sections import ALL, plan_of, section_of
 
 DIGESTS = ["d50d3903", "8d0c1455", "87661c79", "2e6c9505", "8f14399d", "d3ca22e1", "1d0f6a06"]
 """Of the seven sections' files."""
 
-each_section = pytest.mark.parametrize("section_id", plan_ids())
+DRAWN_DIGESTS = ["88466b78", "fc77b0a1"]
+"""Of the drawn sections' files."""
 
-
-@cache
-def built(section_id: str) -> Section:
-    return build_section(read_plan(section_id), "arramon")
+each_section = pytest.mark.parametrize("section_id", ALL)
 
 
 @each_section
 def test_all_streets_are_connected_free_ground(section_id: str) -> None:
-    free = free_points(built(section_id), 0.2)
-    middles = sample_points(read_plan(section_id).lines(), 0.5)
-    ends = np.concatenate([line[[0, -1]] for line in read_plan(section_id).lines()])
+    free = free_points(section_of(section_id), 0.2)
+    middles = sample_points(plan_of(section_id).lines(), 0.5)
+    ends = np.concatenate([line[[0, -1]] for line in plan_of(section_id).lines()])
     inner = middles[distances(middles, ends).min(axis=1) > 0.75]
     assert distances(inner, free).min(axis=1).max() < 0.3
 
 
 @each_section
 def test_reachable_ground_stays_on_the_streets(section_id: str) -> None:
-    section = built(section_id)
+    section = section_of(section_id)
     x0, z0, x1, z1 = section.bounds
     start = free_points(section, 0.5)[0]
     reached = np.array(reachable(replace(section, bounds=(x0 - 12, z0 - 12, x1 + 12, z1 + 12)), start[0], start[1]))
-    ground = surface(read_plan(section_id))
+    ground = surface(plan_of(section_id))
     apart = np.min([strip.distance(reached) for strip in ground.strips], axis=0)
     beyond = ~ground.covers(reached) & (apart > 1.5)
     assert not beyond.any(), reached[beyond]
@@ -74,8 +72,8 @@ def reachable(section: Section, x: float, z: float) -> list[tuple[float, float]]
 
 @each_section
 def test_views_from_the_streets_never_show_an_empty_horizon(section_id: str) -> None:
-    camera = RasterCamera(city_scene(built(section_id)))
-    for x, z in free_points(built(section_id), 1.0)[::12].tolist():
+    camera = RasterCamera(city_scene(section_of(section_id)))
+    for x, z in free_points(section_of(section_id), 1.0)[::12].tolist():
         for heading in range(0, 360, 60):
             frame = camera.render(Viewpoint(x, z, heading), [], 64, segmentation=True)
             assert frame.segmentation is not None
@@ -84,29 +82,29 @@ def test_views_from_the_streets_never_show_an_empty_horizon(section_id: str) -> 
 
 @each_section
 def test_free_points_are_free_in_pybullet(section_id: str) -> None:
-    points = free_points(built(section_id), 1.0)
+    points = free_points(section_of(section_id), 1.0)
     assert 600 < len(points) < 1100
-    with World(city_scene(built(section_id))) as world:
+    with World(city_scene(section_of(section_id))) as world:
         for x, z in points[::7].tolist():
             assert world.way_is_free((x, z), (x + 0.01, z)), (x, z)
 
 
 @each_section
 def test_section_extent_is_30_to_50_units(section_id: str) -> None:
-    x0, z0, x1, z1 = built(section_id).bounds
+    x0, z0, x1, z1 = section_of(section_id).bounds
     assert 30 < x1 - x0 < 50
     assert 30 < z1 - z0 < 50
 
 
 def test_sections_are_far_from_each_other() -> None:
-    for one, other in combinations([built(section_id).bounds for section_id in plan_ids()], 2):
+    for one, other in combinations([section_of(section_id).bounds for section_id in ALL], 2):
         apart = max(one[0] - other[2], other[0] - one[2], one[1] - other[3], other[1] - one[3])
         assert apart > 10.0
 
 
 @each_section
 def test_landmarks_are_dense_and_distinguishable(section_id: str) -> None:
-    plan, section = read_plan(section_id), built(section_id)
+    plan, section = plan_of(section_id), section_of(section_id)
     places = np.array([(prop.x, prop.z) for prop in section.props])
     labels = [label_of_prop(prop) for prop in section.props]
     assert 125 <= len(labels) <= 150
@@ -125,7 +123,7 @@ def test_landmarks_are_dense_and_distinguishable(section_id: str) -> None:
 
 @each_section
 def test_nearest_buildings_have_different_facades(section_id: str) -> None:
-    buildings = built(section_id).buildings
+    buildings = section_of(section_id).buildings
     assert {building.facade for building in buildings} == set(FACADES)
     assert min(building.height for building in buildings) < 2.6
     assert max(building.height for building in buildings) > 6.5
@@ -139,18 +137,18 @@ def test_nearest_buildings_have_different_facades(section_id: str) -> None:
 def test_sections_are_the_same_on_every_machine(tmp_path: Path) -> None:
     """Whoever changes a plan or how it is built up changes all episodes that were ever made in it."""
     digests = []
-    for section_id in plan_ids():
-        write_section(tmp_path / section_id, built(section_id))
+    for section_id in ALL:
+        write_section(tmp_path / section_id, section_of(section_id))
         digests.append(hashlib.sha256((tmp_path / section_id).read_bytes()).hexdigest()[:8])
-    assert digests == DIGESTS
+    assert digests == [*DIGESTS, *DRAWN_DIGESTS]
 
 
 def test_seed_changes_looks_and_furniture_but_not_building_places() -> None:
     plan = read_plan("7")
-    assert build_section(plan, "arramon") == built("7")
+    assert build_section(plan, "arramon") == section_of("7")
     other = build_section(plan, "another secret")
-    assert other.props != built("7").props
-    assert other.bounds == built("7").bounds
+    assert other.props != section_of("7").props
+    assert other.bounds == section_of("7").bounds
 
     def places(section: Section) -> list[tuple[float, ...]]:
         return [(b.x, b.z, b.half_width, b.half_length, b.heading) for b in section.buildings]
@@ -158,5 +156,5 @@ def test_seed_changes_looks_and_furniture_but_not_building_places() -> None:
     def looks(section: Section) -> list[tuple[str, float]]:
         return [(b.facade, b.height) for b in section.buildings]
 
-    assert places(other) == places(built("7"))
-    assert looks(other) != looks(built("7"))
+    assert places(other) == places(section_of("7"))
+    assert looks(other) != looks(section_of("7"))

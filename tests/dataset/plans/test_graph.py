@@ -6,12 +6,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from server.dataset.plans import build_section, plan_ids, read_plan
+from server.dataset.plans import plan_ids
 from server.dataset.plans.graph import JUNCTIONS, ROADS, SIZES, Junction, StreetGraph
 from server.dataset.plans.street_graph import street_graph
 from server.dataset.plans.strips import surface
 from server.sim.city import city_scene
-from server.sim.section import Section
+from tests.dataset.plans.sections import ALL, plan_of, section_of
 
 JUNCTION_TABLE = {
     "1": (
@@ -154,20 +154,16 @@ ROAD_TABLE = {
 }
 """Of each section: the number of its roads, of alleys among them, and of corners of blocks."""
 
-each_section = pytest.mark.parametrize("section_id", plan_ids())
-
-
-@cache
-def section_of(section_id: str) -> Section:
-    return build_section(read_plan(section_id), "arramon")
+each_own = pytest.mark.parametrize("section_id", plan_ids())
+each_section = pytest.mark.parametrize("section_id", ALL)
 
 
 @cache
 def graph_of(section_id: str) -> StreetGraph:
-    return street_graph(read_plan(section_id), section_of(section_id))
+    return street_graph(plan_of(section_id), section_of(section_id))
 
 
-@each_section
+@each_own
 def test_junctions(section_id: str) -> None:
     found = [
         f"{round(junction.x)} {round(junction.z)} {junction.kind} "
@@ -177,13 +173,13 @@ def test_junctions(section_id: str) -> None:
     assert tuple(found) == JUNCTION_TABLE[section_id]
 
 
-@each_section
+@each_own
 def test_roads_and_corners(section_id: str) -> None:
     graph = graph_of(section_id)
     alleys = sum(road.kind == "alley" for road in graph.roads)
     assert (len(graph.roads), alleys, len(graph.corners)) == ROAD_TABLE[section_id]
     assert {road.kind for road in graph.roads} == set(ROADS)
-    assert [road.name for road in graph.roads] == [street.name for street in read_plan(section_id).streets]
+    assert [road.name for road in graph.roads] == [street.name for street in plan_of(section_id).streets]
 
 
 @each_section
@@ -210,7 +206,7 @@ def test_a_way_leads_back(section_id: str) -> None:
 
 @each_section
 def test_junctions_corners_and_houses_lie_where_they_should(section_id: str) -> None:
-    graph, ground = graph_of(section_id), surface(read_plan(section_id))
+    graph, ground = graph_of(section_id), surface(plan_of(section_id))
     middles = np.array([(junction.x, junction.z) for junction in graph.junctions])
     assert ground.covers(middles).all()
     assert not ground.covers(np.array([(house.x, house.z) for house in graph.houses])).any()

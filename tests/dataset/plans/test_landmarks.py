@@ -1,6 +1,7 @@
 """Furniture along buildings of several headings: outside walls, with banners that face the street."""
 
 import math
+from functools import cache
 from itertools import combinations
 
 import numpy as np
@@ -12,7 +13,7 @@ from server.dataset.plans.landmarks import COUNTS, crossings
 from server.sim.assets.furniture import COLOURS, piece_of
 from server.sim.assets.signs import SHOPS
 from server.sim.labels import BANNER_COLOURS, BANNER_SHAPES
-from server.sim.section import ON_WALLS, Building, Prop
+from server.sim.section import ON_WALLS, Building, Prop, Section
 
 SLANTED = Plan(
     "slanted",
@@ -25,7 +26,11 @@ SLANTED = Plan(
         Street("Alley", 2.4, ((-14.0, 12.0), (0.0, 10.0))),
     ),
 )
-SECTION = build_section(SLANTED, "test")
+
+
+@cache
+def slanted() -> Section:
+    return build_section(SLANTED, "test")
 
 
 def depth(building: Building, points: Points) -> Points:
@@ -52,48 +57,49 @@ def footprint(prop: Prop) -> Points:
 
 
 def test_slanted_section_has_buildings_of_three_headings() -> None:
-    assert len({building.heading for building in SECTION.buildings}) == 3
+    assert len({building.heading for building in slanted().buildings}) == 3
 
 
-STANDING = [prop for prop in SECTION.props if prop.kind not in (*ON_WALLS, "zebra_crossing")]
+def standing() -> list[Prop]:
+    return [prop for prop in slanted().props if prop.kind not in (*ON_WALLS, "zebra_crossing")]
 
 
 def test_furniture_does_not_overlap_buildings() -> None:
-    assert len(STANDING) > 50
-    for prop in STANDING:
-        for building in SECTION.buildings:
+    assert len(standing()) > 50
+    for prop in standing():
+        for building in slanted().buildings:
             assert depth(building, footprint(prop)).max() < 0.002, (prop, building)
 
 
 def test_furniture_pieces_keep_their_distance() -> None:
-    standing = [(prop.x, prop.z) for prop in STANDING]
-    assert min(math.dist(one, other) for one, other in combinations(standing, 2)) > 0.7
+    places = [(prop.x, prop.z) for prop in standing()]
+    assert min(math.dist(one, other) for one, other in combinations(places, 2)) > 0.7
 
 
 def test_what_hangs_hangs_on_a_wall_and_faces_the_street() -> None:
-    hanging = [prop for prop in SECTION.props if prop.kind in ON_WALLS]
+    hanging = [prop for prop in slanted().props if prop.kind in ON_WALLS]
     assert {prop.kind for prop in hanging} == ON_WALLS
     for banner in hanging:
         place = np.array([[banner.x, banner.z]])
         angle = math.radians(banner.heading)
         before = place + 0.4 * np.array([math.sin(angle), math.cos(angle)])
-        assert min(abs(float(depth(building, place)[0])) for building in SECTION.buildings) < 0.002
-        assert max(float(depth(building, before)[0]) for building in SECTION.buildings) < 0.0
+        assert min(abs(float(depth(building, place)[0])) for building in slanted().buildings) < 0.002
+        assert max(float(depth(building, before)[0]) for building in slanted().buildings) < 0.0
 
 
 def test_banners_and_signs_show_something() -> None:
-    banners = [prop for prop in SECTION.props if prop.kind == "banner"]
+    banners = [prop for prop in slanted().props if prop.kind == "banner"]
     assert len(banners) >= 12
     for banner in banners:
         assert banner.colour in BANNER_COLOURS
         assert banner.shape in BANNER_SHAPES
         assert banner.shape_colour != banner.colour
-    signs = [prop for prop in SECTION.props if prop.kind == "shop_sign"]
+    signs = [prop for prop in slanted().props if prop.kind == "shop_sign"]
     assert {sign.shape for sign in signs} == set(SHOPS)
 
 
 def test_zebra_crossings_lie_across_wide_streets_that_leave_a_junction() -> None:
-    zebras = [prop for prop in SECTION.props if prop.kind == "zebra_crossing"]
+    zebras = [prop for prop in slanted().props if prop.kind == "zebra_crossing"]
     assert zebras
     meetings = crossings(SLANTED)
     for zebra in zebras:
@@ -112,5 +118,5 @@ def test_crossings_are_where_street_lines_meet() -> None:
 
 @pytest.mark.parametrize("kind", COLOURS)
 def test_furniture_kinds_appear_in_several_colours(kind: str) -> None:
-    seen = {prop.colour for prop in SECTION.props if prop.kind == kind}
+    seen = {prop.colour for prop in slanted().props if prop.kind == kind}
     assert seen == set(COLOURS[kind]) if COUNTS[kind] > 6 else len(seen) >= 2

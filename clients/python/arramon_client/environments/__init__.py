@@ -12,6 +12,7 @@ if find_spec("gymnasium") is None:
 
 from arramon_client.environments.backend import REWARDS
 from arramon_client.environments.errors import BadArgument, NoBackend
+from arramon_client.environments.labels import FactoredLabels, factored
 from arramon_client.environments.registration import register
 from arramon_client.environments.single import ArraMonEnv
 from arramon_client.environments.tokens import ByteTokenizer, Tokenizer, WordTokenizer
@@ -21,9 +22,11 @@ __all__ = [
     "ArraMonEnv",
     "BadArgument",
     "ByteTokenizer",
+    "FactoredLabels",
     "NoBackend",
     "Tokenizer",
     "WordTokenizer",
+    "factored",
     "register",
 ]
 

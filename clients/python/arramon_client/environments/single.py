@@ -11,12 +11,16 @@ from arramon_client.agent import Label
 from arramon_client.environments.backend import ASSEMBLY, Player
 from arramon_client.environments.episodes import Episodes
 from arramon_client.environments.errors import BadArgument
+from arramon_client.environments.labels import FactoredLabels, factored
 from arramon_client.environments.options import make_options, open_player
 from arramon_client.environments.pictures import Picture, Window
 from arramon_client.environments.spaces import NO_ACTION, Dict, Translator, action_space, observation_space
 from arramon_client.environments.tokens import Tokenizer
 
 RENDER_MODES = ("human", "rgb_array")
+
+ROOMS, DRAWN = "rooms", "drawn_rooms"
+"""Splits of tasks in the room alone: in a data folder, and drawn as they are played."""
 
 
 class ArraMonEnv(gymnasium.Env[Dict, np.int64]):
@@ -64,6 +68,11 @@ class ArraMonEnv(gymnasium.Env[Dict, np.int64]):
     def labels(self) -> tuple[Label, ...]:
         """Meaning of a segmentation's values, by index; empty without that sensor."""
         return self.player.labels
+
+    @property
+    def factored_labels(self) -> FactoredLabels:
+        """The same as arrays: kind, colour and look of each label, as numbers."""
+        return factored(self.labels)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Dict, dict[str, Any]]:
         """Begin an episode.
@@ -123,7 +132,9 @@ class ArraMonEnv(gymnasium.Env[Dict, np.int64]):
 
 
 def make_room(render_mode: str | None = None, **options: object) -> ArraMonEnv:
-    """Return the environment of tasks in the room alone, which are drawn without end; see `docs/environments.md`.
+    """Return the environment of tasks in the room alone; see `docs/environments.md`.
+
+    They are drawn without end or, with `data`, those of the split `rooms` in that data folder.
 
     Raises:
         BadArgument, NoBackend: as for `ArraMonEnv`.
@@ -137,10 +148,10 @@ def room_options(options: dict[str, object]) -> dict[str, object]:
     Raises:
         BadArgument: for an option that such an environment does not have.
     """
-    for name in ("split", "server", "data", "phases", "start"):
+    for name in ("split", "server", "phases", "start"):
         if options.get(name) is not None:
             raise BadArgument(f"{name} is {options[name]!r}, but tasks in the room alone have no such argument")
-    return {**options, "split": "rooms", "phases": (ASSEMBLY,)}
+    return {**options, "split": DRAWN if options.get("data") is None else ROOMS, "phases": (ASSEMBLY,)}
 
 
 def check_render_mode(render_mode: str | None) -> None:

@@ -11,10 +11,12 @@ import numpy.typing as npt
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from arramon_client.agent import Label
 from arramon_client.environments.batches import Arrays, Layout, Leases
 from arramon_client.environments.episodes import checked
 from arramon_client.environments.errors import BadArgument
 from arramon_client.environments.group import Group, Told
+from arramon_client.environments.labels import FactoredLabels, factored
 from arramon_client.environments.options import make_options, open_backend
 from arramon_client.environments.pictures import Picture
 from arramon_client.environments.single import RENDER_MODES, room_options
@@ -93,6 +95,16 @@ class ArraMonVectorEnv(VectorEnv[Dict, npt.NDArray[np.int64], npt.NDArray[Any]])
     def process_ids(self) -> list[int]:
         """Ids of the processes that were started, in the order of the episodes that they play."""
         return [worker.process_id for worker in self._workers]
+
+    @property
+    def labels(self) -> tuple[Label, ...]:
+        """Meaning of a segmentation's values, by index; empty without that sensor."""
+        return self._group.opened.player.labels
+
+    @property
+    def factored_labels(self) -> FactoredLabels:
+        """The same as arrays: kind, colour and look of each label, as numbers."""
+        return factored(self.labels)
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None

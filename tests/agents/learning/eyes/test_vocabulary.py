@@ -2,7 +2,8 @@
 
 import pytest
 
-from agents.learning.eyes.vocabulary import COLLECTIBLES, FURNITURE, KINDS, LOOK_GROUPS, LOOKS, NONE, codes_of
+from agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURED, FURNITURE, KINDS, LOOK_GROUPS, LOOKS, NONE, codes_of
+from server.sim.assets.furniture import COLOURS
 from server.sim.catalogue import KINDS as CATALOGUE
 from server.sim.labels import LABELS
 from server.sim.section import FACADES, PROP_KINDS
@@ -18,6 +19,7 @@ def test_every_label_of_the_simulator_has_codes_of_its_own() -> None:
 def test_names_are_the_simulators() -> None:
     assert COLLECTIBLES == CATALOGUE
     assert FURNITURE == PROP_KINDS
+    assert set(COLOURED) == set(COLOURS)
     assert {group.name: group.looks for group in LOOK_GROUPS}["facade"] == FACADES
 
 

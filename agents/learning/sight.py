@@ -1,0 +1,90 @@
+"""What the visual encoder sees in a frame, as labels of pixels and named things, for agents that keep maps."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from agents.learning.eyes.names import NamedThing
+from agents.learning.eyes.vocabulary import (
+    COLLECTIBLES,
+    COLOURED,
+    COLOURS,
+    FURNITURE,
+    KINDS,
+    LOOK_GROUPS,
+    SURFACES,
+    look_slices,
+)
+from agents.learning.vision_eyes import Eyes
+from arramon_client.agent import Label
+
+FLAT = (*(kind for kind in SURFACES if kind not in ("building", "wall")), "zebra_crossing")
+"""Kinds that blocks tell, besides buildings by facade and walls by look."""
+
+_SLICES = look_slices()
+_FACADES, _WALLS = (next(group.looks for group in LOOK_GROUPS if group.name == name) for name in ("facade", "wall"))
+
+LABELS: tuple[Label, ...] = (
+    *(Label(kind) for kind in FLAT),
+    *(Label("building", look=look) for look in _FACADES),
+    *(Label("wall", look=look) for look in _WALLS),
+    *(Label(kind) for kind in (*FURNITURE, *COLLECTIBLES)),
+)
+"""Meaning of the label images' values, by index. Furniture and collectibles are told by kind alone here."""
+
+_FIRST_FACADE = len(FLAT)
+_FIRST_WALL = _FIRST_FACADE + len(_FACADES)
+_FIRST_THING = _FIRST_WALL + len(_WALLS)
+_KIND = {kind: number for number, kind in enumerate(KINDS)}
+_FLAT_KINDS = [_KIND[kind] for kind in FLAT]
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """What was seen in a frame.
+
+    Attributes:
+        labels: (size, size) uint16, indices in LABELS.
+        things: the things on the ground and on walls, by name.
+    """
+
+    labels: npt.NDArray[np.uint16]
+    things: list[NamedThing]
+
+
+def see(eyes: Eyes, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> Sight:
+    """Return what an encoder sees in a frame.
+
+    Args:
+        eyes: the encoder.
+        rgb: (size, size, 3) uint8, of the encoder's size.
+        depth: (size, size) units, 0 where there is nothing.
+    """
+    kinds, _, looks = (part[0].numpy() for part in eyes.blocks(rgb[None], depth[None]))
+    facades, walls = looks[_SLICES["facade"]].argmax(0), looks[_SLICES["wall"]].argmax(0)
+    chances = np.stack([*kinds[_FLAT_KINDS], kinds[_KIND["building"]], kinds[_KIND["wall"]]])
+    best = chances.argmax(0)
+    blocks = np.where(best == len(FLAT), _FIRST_FACADE + facades, best)
+    blocks = np.where(best == len(FLAT) + 1, _FIRST_WALL + walls, blocks).astype(np.uint16)
+    side = len(depth) // len(blocks)
+    labels = np.repeat(np.repeat(blocks, side, 0), side, 1)
+    things = eyes.things(rgb[None], depth[None])[0]
+    for named in things:
+        kind = int(named.kinds.argmax())
+        if kind >= len(SURFACES):
+            labels[named.thing.rows, named.thing.columns][named.thing.mask] = _FIRST_THING + kind - len(SURFACES)
+    return Sight(labels, things)
+
+
+def label_of(
+    kinds: npt.NDArray[np.floating], colours: npt.NDArray[np.floating], looks: npt.NDArray[np.floating]
+) -> Label:
+    """Return the most likely label by the chances of kinds, colours and looks, of whatever scale."""
+    kind = KINDS[int(kinds.argmax())]
+    colour = COLOURS[int(colours.argmax())]
+    group = next((group for group in LOOK_GROUPS if kind in group.kinds), None)
+    look = group.looks[int(looks[_SLICES[group.name]].argmax())] if group else ""
+    if kind in COLLECTIBLES or kind == "banner" or kind in COLOURED:
+        return Label(kind, colour, look)
+    return Label(kind, "", look)

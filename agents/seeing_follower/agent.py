@@ -1,0 +1,118 @@
+"""The follower with learned eyes and a learned reader in the places of segmentation and grammar."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from agents.follower.agent import Agent as Follower
+from agents.follower.navigation_body import Body
+from agents.follower.room import RoomFollower
+from agents.learning.landmarks import SeenLandmarks
+from agents.learning.reader.reader import LearnedReader
+from agents.learning.reader.reader import load as load_reader
+from agents.learning.room_memory import SeenRoom
+from agents.learning.sight import LABELS, Sight, see
+from agents.learning.vision import resize
+from agents.learning.vision_eyes import Eyes
+from agents.learning.vision_eyes import load as load_eyes
+from arramon_client.agent import Episode, Observation
+from lang.meaning import Assembly, Navigation
+
+Look = Callable[[Observation], Sight]
+"""Returns what is seen in an observation."""
+
+
+class Agent(Follower):
+    """Agent that follows instructions by hand-written rules, with all that it sees and reads learned.
+
+    Args:
+        eyes: visual encoder; None for that which comes along.
+        reader: of instructions; None for that which comes along.
+    """
+
+    name = "seeing_follower"
+    sensors = ("rgb", "depth")
+
+    def __init__(self, eyes: Eyes | None = None, reader: LearnedReader | None = None) -> None:
+        super().__init__()
+        self._eyes, self._reader = eyes or load_eyes(), reader or load_reader()
+
+    def begin(self, episode: Episode) -> None:
+        """Start a new episode."""
+        super().begin(replace(episode, labels=LABELS))
+
+    def make_body(self, episode: Episode) -> Body:  # noqa: ARG002 - its labels are the eyes'
+        """Return what perceives the streets of an episode."""
+        return _SeeingBody(self._look)
+
+    def make_room(self, meaning: Assembly, episode: Episode) -> RoomFollower:  # noqa: ARG002
+        """Return what plays an assembly phase."""
+        return _SeeingRoom(meaning, self._look)
+
+    def read(self, language: str, text: str, phase: str) -> Navigation | Assembly:  # noqa: ARG002
+        """Return the meaning of an instruction, as far as it is understood; the language is not used."""
+        return self._reader.read(text, phase)
+
+    def _look(self, observation: Observation) -> Sight:
+        rgb, depth = _images(observation, self._eyes.image_size)
+        return see(self._eyes, rgb, depth)
+
+
+class _SeeingBody(Body):
+    """Odometry, map, and memory of the things that were named.
+
+    Args:
+        look: at an observation.
+    """
+
+    def __init__(self, look: Look) -> None:
+        super().__init__(LABELS)
+        self.landmarks = self._seen = SeenLandmarks(LABELS)
+        self._look = look
+
+    def perceive(self, observation: Observation) -> None:
+        """Update pose, map and landmarks with the frame after the last action."""
+        sight = self._look(observation)
+        super().perceive(_seen(observation, sight))
+        self._seen.add_things(sight.things, (self.x, self.z, self.angle))
+
+
+class _SeeingRoom(RoomFollower):
+    """Player of one assembly phase.
+
+    Args:
+        meaning: of the instruction.
+        look: at an observation.
+    """
+
+    def __init__(self, meaning: Assembly, look: Look) -> None:
+        super().__init__(meaning, LABELS)
+        self._sight = self._seen_room = SeenRoom(LABELS)
+        self._look = look
+
+    def act(self, observation: Observation) -> int:
+        """Return the next action."""
+        sight = self._look(observation)
+        if not self._ahead and self._looks_left:
+            self._seen_room.add_things(sight.things, self._cell, self._heading)
+        return super().act(_seen(observation, sight))
+
+
+def _seen(observation: Observation, sight: Sight) -> Observation:
+    """Return an observation with the labels that were seen, and depth of their size."""
+    _, depth = _images(observation, len(sight.labels))
+    return replace(observation, depth=depth, segmentation=sight.labels)
+
+
+def _images(observation: Observation, size: int) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]:
+    """Return RGB and depth at a size.
+
+    Raises:
+        ValueError: if the observation lacks one.
+    """
+    if observation.rgb is None or observation.depth is None:
+        raise ValueError("seeing_follower requires the sensors rgb and depth, which this run does not have")
+    rgb, depth = resize(observation.rgb[None], observation.depth[None], size)
+    return rgb[0], depth[0]

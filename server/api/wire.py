@@ -1,0 +1,61 @@
+"""Responses of a Play stream in their wire format, into which images are copied once.
+
+`Message.SerializeToString` would first copy images into messages, and then the whole response again whenever its buffer
+grows. The bytes are those of `PlayResponse`: a message's fields may come in any order.
+"""
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+from arramon.v1 import evaluation_pb2 as pb
+from arramon.v1.types_pb2 import Image
+
+Data: TypeAlias = bytes | memoryview
+"""Bytes, or a view of bytes."""
+
+Parts: TypeAlias = list[Data]
+"""A message in its wire format, in parts."""
+
+_LENGTH_DELIMITED = 2
+"""The wire type of strings, bytes and messages."""
+
+_EVENTS = pb.PlayResponse.EVENTS_FIELD_NUMBER
+_OBSERVATION = pb.Event.OBSERVATION_FIELD_NUMBER
+_DATA = Image.DATA_FIELD_NUMBER
+
+
+def response_of(events: Sequence[Parts]) -> bytes:
+    """Return a `PlayResponse` with these events, each in its wire format."""
+    return b"".join(part for event in events for part in _field(_EVENTS, event))
+
+
+def observation_event(message: pb.Observation, images: Sequence[tuple[str, Image, Data]]) -> Parts:
+    """Return an `Event` with an observation.
+
+    Args:
+        message: the observation without images.
+        images: for each the name of its field, the image without its data, and the data.
+    """
+    parts: Parts = [message.SerializeToString()]
+    for name, image, data in images:
+        content: Parts = [image.SerializeToString()]
+        if len(data):
+            content += _field(_DATA, [data])
+        parts += _field(pb.Observation.DESCRIPTOR.fields_by_name[name].number, content)
+    return _field(_OBSERVATION, parts)
+
+
+def _field(number: int, content: Parts) -> Parts:
+    """Return a length-delimited field with this content."""
+    head = _varint(number << 3 | _LENGTH_DELIMITED) + _varint(sum(map(len, content)))
+    return [head, *content]
+
+
+def _varint(value: int) -> bytes:
+    """Return a number in base 128, least significant digit first; all digits but the last have the highest bit set."""
+    digits = bytearray()
+    while value > 127:
+        digits.append(value & 127 | 128)
+        value >>= 7
+    digits.append(value)
+    return bytes(digits)

@@ -1,0 +1,103 @@
+"""The reader of plain demonstrations, and frames that are drawn on demand."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from arramon_client.demonstrations import Demonstrations
+from arramon_client.environments import BadArgument
+from arramon_client.errors import UsageError
+from tests import tiny
+from tests.demonstrations.exporting import SIZE, export, playing_order, simulated
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("data")
+    tiny.write(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def folder(data: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("plain")
+    export(data, folder, "plain")
+    return folder
+
+
+def test_it_reads_what_was_exported(data: Path, folder: Path) -> None:
+    demonstrations = Demonstrations(folder)
+    assert [one.episode_id for one in demonstrations] == playing_order(data, "en")
+    assert demonstrations.settings["split"] == "tiny"
+    for one in demonstrations[:3]:
+        assert one.actions.tolist() == list(tiny.ACTIONS)
+        assert (len(one), one.cause, one.finished) == (len(tiny.ACTIONS), "AGENT_FINISHED", True)
+        assert one.scores["turn 2"]["PTC"] == 1.0
+        for language in one.instructions:
+            for step, expected in enumerate(simulated(data, one.episode_id, language, size=8)):
+                assert tuple(one.poses[step]) == expected.pose
+                assert one.turns[step] == expected.turn
+                assert ("navigation", "assembly")[one.phases[step]] == expected.phase
+                assert one.instruction(language, step) == expected.instruction
+
+
+def test_frames_are_drawn_as_agents_see_them(data: Path, folder: Path) -> None:
+    demonstrations = Demonstrations(folder)
+    one = next(one for one in demonstrations if "hi" in one.instructions)
+    drawn = list(demonstrations.draw(one, "hi", image_size=SIZE, data=data))
+    assert [action for _, action in drawn] == list(tiny.ACTIONS)
+    for (seen, _), expected in zip(drawn, simulated(data, one.episode_id, "hi"), strict=True):
+        assert seen.rgb is not None
+        assert seen.depth is not None
+        assert (seen.rgb == expected.rgb).all()
+        assert seen.depth.dtype == np.float32
+        assert (seen.depth == expected.depth).all()
+        assert seen.instruction == expected.instruction
+
+
+def test_what_it_refuses(data: Path, folder: Path, tmp_path: Path) -> None:
+    demonstrations = Demonstrations(folder)
+    with pytest.raises(UsageError, match="has no instructions in 'fr'; it has en"):
+        demonstrations[0].instruction("fr", 0)
+    with pytest.raises(BadArgument, match="image_size is 33, expected a multiple of 8"):
+        next(demonstrations.draw(demonstrations[0], "en", image_size=33, data=data))
+    tiny.write(tmp_path, count=3)
+    with pytest.raises(UsageError, match=r"the split 'tiny' here has the data .*, expected .*, from which"):
+        next(demonstrations.draw(demonstrations[0], "en", data=tmp_path))
+    with pytest.raises(UsageError, match="expected a folder that `export-demos` wrote"):
+        Demonstrations(tmp_path)
+
+
+def test_damaged_folders(folder: Path, tmp_path: Path) -> None:
+    def copy(name: str) -> Path:
+        shutil.copytree(folder, tmp_path / name)
+        return tmp_path / name
+
+    def change(name: str, **more: object) -> Path:
+        damaged = copy(name)
+        record = json.loads((damaged / "demonstrations.json").read_text())
+        (damaged / "demonstrations.json").write_text(json.dumps({**record, **more}))
+        return damaged
+
+    settings = json.loads((folder / "demonstrations.json").read_text())["settings"]
+    for damaged, said in (
+        (change("other", format="else"), "is not of the format 'arramon-demonstrations', version 1"),
+        (change("next", version=2), "is not of the format 'arramon-demonstrations', version 1"),
+        (change("partial", complete=False), "is not complete; give the same `export-demos` command again"),
+        (change("frames", settings={**settings, "format": "minari"}), "is in the format 'minari', expected 'plain'"),
+    ):
+        with pytest.raises(UsageError) as caught:
+            Demonstrations(damaged)
+        assert said in str(caught.value)
+    missing = copy("missing")
+    next(missing.glob("*.jsonl")).unlink()
+    with pytest.raises(UsageError, match=r"files are missing in .*: expected 10 episodes, each language counted"):
+        Demonstrations(missing)
+    torn = copy("torn")
+    path = next(torn.glob("*.jsonl"))
+    path.write_text(path.read_text()[:-20])
+    with pytest.raises(UsageError, match=r"jsonl:2: is not JSON"):
+        Demonstrations(torn)

@@ -1,0 +1,82 @@
+"""Sections whose street plans are drawn by program, and the split that is generated in them."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from server.dataset.generation.command import generate
+from server.dataset.generation.extra import extra_sections
+from server.dataset.generation.sizes import EXTRA, SPLITS, extra_split, select_plans
+from server.dataset.generation.split_maker import Progress
+from server.dataset.plans.faults import faults_of_plan, faults_of_section
+from server.episodes.splits import folder_of, read_split
+from server.errors import BadInput
+from tests.dataset.generation.places import make_plain
+from tests.dataset.plans.sections import SEED, plan_of, section_of
+
+
+def test_another_seed_or_id_gives_another_plan() -> None:
+    one, other = (extra_sections(SEED, [name])[name] for name in ("101", "102"))
+    (elsewhere,) = extra_sections("another seed", ["101"]).values()
+
+    assert one[0].streets != other[0].streets
+    assert one[0].streets != elsewhere[0].streets
+    assert extra_sections(SEED, ["101"])["101"] == one
+
+
+@pytest.mark.parametrize("section_id", ["1", "4", "101"])
+def test_sections_by_hand_and_drawn_ones_have_no_faults(section_id: str) -> None:
+    plan, section = plan_of(section_id), section_of(section_id)
+
+    assert faults_of_plan(plan) == ()
+    assert faults_of_section(plan, section) == ()
+
+
+def test_faults_are_found() -> None:
+    plan, section = plan_of("101"), section_of("101")
+    middle = plan.streets[0].points[0]
+    wall = replace(section.buildings[0], x=plan.origin[0], z=plan.origin[1], half_width=30.0, half_length=1.0)
+    wide = replace(plan, streets=(replace(plan.streets[0], points=(middle, (middle[0] + 60.0, middle[1] + 9.0))),))
+
+    assert "a street is not free, or leads nowhere" in faults_of_section(
+        plan, replace(section, buildings=(*section.buildings, wall))
+    )
+    assert "it is open to the outside" in faults_of_section(plan, replace(section, buildings=section.buildings[20:]))
+    assert any("props" in fault for fault in faults_of_section(plan, replace(section, props=section.props[:60])))
+    assert len(faults_of_plan(wide)) == 1
+
+
+def test_the_split_is_for_training_alone(tmp_path: Path) -> None:
+    """It is in sections of its own, with ids that no other split has."""
+    told: list[Progress] = []
+    plans = select_plans([EXTRA], 2)
+    (split,) = generate(tmp_path, plans, scale=4 / 1706, seed=3, jobs=1, make_writer=make_plain, tell=told.append)
+
+    assert split.training
+    assert read_split(folder_of(tmp_path, EXTRA)).training
+    assert list(split.sections) == ["101", "102"]
+    assert [episode.section for episode in split.episodes.values()] == ["101", "101", "102", "102"]
+    papers = {name for plan in SPLITS.values() for name, _ in plan.episodes()}
+    assert papers.isdisjoint(name for name, _ in extra_split(1000).episodes())
+
+
+@pytest.mark.parametrize(
+    ("names", "sections", "words"),
+    [
+        (["train_extra"], None, "give their number with --sections"),
+        (["train_extra"], 0, "the number of sections is 0; expected 1 to 1000"),
+        (["train_extra"], 1001, "the number of sections is 1001"),
+        (["train"], 3, "only the split 'train_extra' has a number of sections"),
+        (None, 3, "only the split 'train_extra' has a number of sections"),
+        (["extra"], None, "there is no split 'extra'; there are train, val_seen, val_unseen, test_unseen, train_extra"),
+    ],
+)
+def test_wrong_names_and_numbers_are_refused(names: list[str] | None, sections: int | None, words: str) -> None:
+    with pytest.raises(BadInput, match=words):
+        select_plans(names, sections)
+
+
+def test_they_are_never_among_the_papers_splits() -> None:
+    assert [plan.name for plan in select_plans(None)] == ["train", "val_seen", "val_unseen", "test_unseen"]
+    assert [plan.name for plan in select_plans(["train_extra", "train"], 2)] == ["train", "train_extra"]

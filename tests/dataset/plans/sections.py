@@ -1,0 +1,24 @@
+"""The sections that tests hold to the same demands: the seven, and some whose plans are drawn by program."""
+
+from functools import cache
+
+from server.dataset.generation.extra import extra_sections
+from server.dataset.plans import Plan, build_section, plan_ids, read_plan
+from server.sim.section import Section
+
+SEED = "arramon"
+DRAWN = ("101", "102")
+ALL = (*plan_ids(), *DRAWN)
+
+
+def plan_of(section_id: str) -> Plan:
+    return drawn(section_id)[0] if section_id in DRAWN else read_plan(section_id)
+
+
+@cache
+def section_of(section_id: str) -> Section:
+    return drawn(section_id)[1] if section_id in DRAWN else build_section(read_plan(section_id), SEED)
+
+
+def drawn(section_id: str) -> tuple[Plan, Section]:
+    return extra_sections(SEED, [section_id])[section_id]
