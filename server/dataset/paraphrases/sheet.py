@@ -10,7 +10,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from server.dataset.generation.command import SOURCE
+from server.dataset.generation.split_maker import SOURCE
 from server.dataset.generation.site import Site
 from server.dataset.paraphrases.room import room_facts
 from server.dataset.paraphrases.route import Leg, RouteFacts, name_of, route_facts
