@@ -106,6 +106,7 @@ def write_tensors(path: Path, tensors: Mapping[str, Tensor], header: Mapping[str
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.{os.getpid()}")
     save_file(dict(tensors), part, {"arramon": json.dumps(header, ensure_ascii=False)})
+    part.chmod(0o644)  # safetensors makes files for the owner alone.
     part.replace(path)
 
 

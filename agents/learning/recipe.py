@@ -40,7 +40,7 @@ class Recipe:
     reader: str = "lstm"
     episodes: int = 0
     rooms: int = 800
-    passes: int = 14
+    passes: int = 20
     batch: int = 16
     room_batch: int = 32
     learning_rate: float = 1e-3
@@ -49,7 +49,7 @@ class Recipe:
     seed: int = 1
     validate: str = "val_seen"
     validate_episodes: int = 16
-    validate_steps: int = 378
+    validate_steps: int = 540
 
     def as_json(self) -> dict[str, Any]:
         """Return all of it as JSON values."""

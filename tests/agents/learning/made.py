@@ -12,9 +12,16 @@ from agents.learning.vision import open_encoder
 
 def recipe(agent: str = "vl", *, sees: bool = True, reads: bool = True, validate: int = 0, passes: int = 3) -> Recipe:
     return Recipe(
-        agent, sees=sees, reads=reads, encoder="pooled", passes=passes, batch=2, room_batch=3, validate_episodes=validate,
+        agent,
+        sees=sees,
+        reads=reads,
+        encoder="pooled",
+        passes=passes,
+        batch=2,
+        room_batch=3,
+        validate_episodes=validate,
         validate_steps=100,
-    )  # fmt: skip
+    )
 
 
 def place(output: Path, data: Path = Path("none"), checkpoint_steps: int = 100) -> Place:
