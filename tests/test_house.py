@@ -64,6 +64,9 @@ ALLOWED: dict[str, set[str]] = {
         "arramon_client",  # What is exported are the observations of the client's environments.
     },
     "agents": {"arramon_client", "arramon", "lang"},
+    "agents/learning/simulated": {  # For training alone: no agent imports it at play.
+        *WORLD, "server.dataset", "server.episodes", "agents.learning", "lang",
+    },
     "clients/python/arramon_client": {"arramon"},
     "lang": set(),
 }  # fmt: skip
@@ -117,6 +120,16 @@ def test_serve_imports_no_dataset_language_or_agent_code() -> None:
         "import sys, server.commands.serve, server.process.assembly, server.process.workers, server.web.pages; "
         "print([name for name in sys.modules if name.startswith("
         "('server.dataset', 'server.demonstrations', 'lang', 'agents', 'torch'))])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_agents_at_play_import_nothing_of_the_server() -> None:
+    """Nor what trains them."""
+    code = (
+        "import sys, agents.seeing_follower, agents.learning.vision_eyes, agents.learning.reader.reader; "
+        "print([name for name in sys.modules if name.split('.')[0] == 'server' or 'simulated' in name])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
     assert done.stdout.strip() == "[]"

@@ -21,8 +21,8 @@ LARGE = ("car", "kiosk", "awning", "dumpster", "tree", "shop_sign")
 SURE = 0.02
 """Added to each chance before its logarithm is summed: no single view rules anything out."""
 
-FULL = 200.0
-"""Pixels of a view that counts in full."""
+FULL, MOST = 150.0, 4.0
+"""Pixels of a view that counts once, and how often a view counts at most."""
 
 _NAMED = np.array([kind not in SURFACES for kind in KINDS])
 
@@ -40,7 +40,7 @@ class _Place:
 
     def add(self, named: NamedThing, x: float, z: float, distance: float) -> None:
         """Add a view of the thing."""
-        weight = min(1.0, math.sqrt(float(named.thing.mask.sum()) / FULL))  # Larger views count for more.
+        weight = min(MOST, float(named.thing.mask.sum()) / FULL)  # Larger views count for more.
         for total, chances in zip(self._sums, (named.kinds, named.colours, named.looks), strict=True):
             total += weight * np.log(chances.astype(np.float64) + SURE)
         self.mark.label = label_of(*self._sums)

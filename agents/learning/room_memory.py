@@ -9,7 +9,7 @@ import numpy.typing as npt
 from agents.follower.room_sight import CELL, RoomSight
 from agents.learning.eyes.names import NamedThing
 from agents.learning.eyes.vocabulary import COLLECTIBLES, KINDS
-from agents.learning.landmarks import FULL, SURE
+from agents.learning.landmarks import FULL, MOST, SURE
 from agents.learning.sight import label_of
 from arramon_client.agent import Label
 from lang.room import COLUMNS, ROWS, Cell, Room, Standing
@@ -51,7 +51,7 @@ class SeenRoom(RoomSight):
                 continue
             # The lower end of a thing that is cut off at the frame's edge, or hidden, says nothing.
             level = 2 if named.thing.low > BASE and ((column, row), 1) in self._chances else 1
-            weight = min(1.0, math.sqrt(float(named.thing.mask.sum()) / FULL))
+            weight = min(MOST, float(named.thing.mask.sum()) / FULL)
             logs = [
                 weight * np.log(part.astype(np.float64) + SURE) for part in (named.kinds, named.colours, named.looks)
             ]

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from agents.learning.eyes.lens import EYE_HEIGHT, rays
 from agents.learning.eyes.names import NamedThing
 from agents.learning.eyes.vocabulary import (
     COLLECTIBLES,
@@ -40,6 +41,16 @@ _KIND = {kind: number for number, kind in enumerate(KINDS)}
 _FLAT_KINDS = [_KIND[kind] for kind in FLAT]
 
 
+UPRIGHT = 0.03
+"""Height above the ground from which a pixel shows no road, in units."""
+
+AT_EYE = slice(9, 17)
+"""Rows of blocks at eye height."""
+
+CLEAR = 0.6
+"""Share of a column's facades from which the most likely one is told."""
+
+
 @dataclass(frozen=True, eq=False)
 class Sight:
     """What was seen in a frame.
@@ -62,19 +73,38 @@ def see(eyes: Eyes, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) 
         depth: (size, size) units, 0 where there is nothing.
     """
     kinds, _, looks = (part[0].numpy() for part in eyes.blocks(rgb[None], depth[None]))
-    facades, walls = looks[_SLICES["facade"]].argmax(0), looks[_SLICES["wall"]].argmax(0)
-    chances = np.stack([*kinds[_FLAT_KINDS], kinds[_KIND["building"]], kinds[_KIND["wall"]]])
-    best = chances.argmax(0)
-    blocks = np.where(best == len(FLAT), _FIRST_FACADE + facades, best)
-    blocks = np.where(best == len(FLAT) + 1, _FIRST_WALL + walls, blocks).astype(np.uint16)
-    side = len(depth) // len(blocks)
-    labels = np.repeat(np.repeat(blocks, side, 0), side, 1)
+    flat = kinds[_FLAT_KINDS].argmax(0)
+    upright = _rooms(looks) if kinds[_KIND["wall"]].sum() > kinds[_KIND["building"]].sum() else _houses(kinds, looks)
+    side = len(depth) // len(flat)
+    height = EYE_HEIGHT - rays(len(depth))[:, None] * depth
+    is_upright = (depth > 0.0) & (height > UPRIGHT)
+    labels = np.where(is_upright, _pixels(upright, side), _pixels(flat, side)).astype(np.uint16)
     things = eyes.things(rgb[None], depth[None])[0]
     for named in things:
         kind = int(named.kinds.argmax())
         if kind >= len(SURFACES):
             labels[named.thing.rows, named.thing.columns][named.thing.mask] = _FIRST_THING + kind - len(SURFACES)
     return Sight(labels, things)
+
+
+def _rooms(looks: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
+    """Return the label of each block's walls, (28, 28)."""
+    return _FIRST_WALL + looks[_SLICES["wall"]].argmax(0)
+
+
+def _houses(kinds: npt.NDArray[np.float32], looks: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
+    """Return the label of each block's buildings, (28, 28): a column's facade is told from all blocks at eye height.
+
+    Where it is not clear, it is solid without being a landmark: a wall.
+    """
+    chances = kinds[_KIND["building"]][AT_EYE] * looks[_SLICES["facade"]][:, AT_EYE]
+    mean = chances.sum(1) / np.maximum(chances.sum((0, 1)), 1e-6)  # (facades, columns)
+    is_clear = (mean.max(0) > CLEAR) & (kinds[_KIND["building"]] > 0.5)
+    return np.where(is_clear, _FIRST_FACADE + mean.argmax(0), _FIRST_WALL)
+
+
+def _pixels(blocks: npt.NDArray[np.int64], side: int) -> npt.NDArray[np.int64]:
+    return np.repeat(np.repeat(blocks, side, 0), side, 1)
 
 
 def label_of(

@@ -24,7 +24,6 @@ from agents.learning.reader.words import Vocabulary
 from agents.learning.simulated.meanings import Sample, draw_samples, read_samples, write_plans
 from agents.learning.trainer import Plan, Trainer
 from agents.learning.training_run import train
-from server.episodes.splits import folder_of
 
 LOG = logging.getLogger("train_reader")
 
@@ -39,7 +38,7 @@ def main() -> None:
     torch.set_num_threads(options.threads)
     options.out.mkdir(parents=True, exist_ok=True)
     began = time.thread_time()
-    given = read_samples(folder_of(options.data, options.split))
+    given = read_samples(options.data, options.split)
     each = 4 * len(lang.available())  # Texts of an episode.
     parts = [number // each % HELD_OUT == 0 for number in range(len(given))]
     plans, held = (

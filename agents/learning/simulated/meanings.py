@@ -15,7 +15,7 @@ from agents.learning.eyes.vocabulary import (
     LOOK_GROUPS,
 )
 from lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
-from server.episodes.splits import read_split
+from server.episodes.splits import folder_of, read_split
 from server.sim.assets.furniture import COLOURS
 
 MIXED = 0.4
@@ -42,14 +42,18 @@ class Sample:
     meaning: Meaning
 
 
-def read_samples(folder: Path) -> list[Sample]:
+def read_samples(data: Path, split: str) -> list[Sample]:
     """Return all instructions of a split as they are, with their meanings, read by the languages' grammars.
 
     Args:
-        folder: of the split.
+        data: the data folder.
+        split: name of the split.
+
+    Raises:
+        NotFound: if there is no such split.
     """
     samples = []
-    for episode in read_split(folder).episodes.values():
+    for episode in read_split(folder_of(data, split)).episodes.values():
         for language, turns in episode.instructions.items():
             for turn in turns:
                 for phase, text in (("navigation", turn.navigation), ("assembly", turn.assembly)):
