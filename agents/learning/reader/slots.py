@@ -126,7 +126,8 @@ def _step_rows(step: Step) -> list[Row]:
     said = {"way": step.way, "side": step.side, "count": str(min(step.count, MOST_STEPS))}
     if not step.things:
         return [_row(type=WALK, **said)]
-    return _named(WALK, step.things[0], *step.things[1:], **said)
+    second = step.things[1] if len(step.things) > 1 else None
+    return _named(WALK, step.things[0], second, **said)
 
 
 def _named(type_: str, thing: Thing, other: Thing | None = None, **said: str) -> list[Row]:
