@@ -27,8 +27,12 @@ RUN --mount=type=secret,id=ca trusting /opt/arramon/bin/pip install . \
     && find /opt/arramon -name tests -type d -path '*/site-packages/*' -prune -exec rm -rf {} +
 
 FROM builder AS agent-builder
-# What the project's own agents need beside the client.
-RUN --mount=type=secret,id=ca trusting /opt/arramon/bin/pip install scipy
+# What the project's own agents need beside the client. The index has torch for the CPU; another brings it for GPUs. Empty, it
+# is the index that pip is configured with.
+ARG TORCH=torch==2.13.0
+ARG TORCH_INDEX=https://download.pytorch.org/whl/cpu
+RUN --mount=type=secret,id=ca trusting /opt/arramon/bin/pip install ${TORCH_INDEX:+--index-url "$TORCH_INDEX"} "$TORCH"
+RUN --mount=type=secret,id=ca trusting /opt/arramon/bin/pip install numba safetensors scipy sentencepiece
 COPY agents agents
 COPY lang lang
 RUN cp -r agents lang /opt/arramon/lib/python3*/site-packages/
@@ -45,6 +49,8 @@ RUN install -d -o arramon -g arramon /data/results
 USER 10001
 # Without --output, results go into /data/arramon-results.
 WORKDIR /data
+# For what the visual encoder compiles, in containers that may write nowhere else.
+ENV NUMBA_CACHE_DIR=/tmp/compiled
 ENTRYPOINT ["arramon-client"]
 CMD ["--help"]
 

@@ -2,25 +2,27 @@
 
     python benchmarks/paraphrases.py [--half development|test] [--lang en hi] [--show N] [--play N]
 
-A navigation or assembly text counts as read if the whole meaning agrees with what a person's reading of it says
-(`server/dataset/paraphrases/agreement.py`). With --play the follower also plays N episodes, with the paraphrases and
-with the texts that the grammar wrote for the same episodes. Look at texts of the development half only; the test half
-is for figures.
+Whether the reader finds the target's name and the cell is known for all texts; whether it recovers the whole meaning is
+measured where a person has written it down (`server/dataset/paraphrases/agreement.py`). With --play the follower also
+plays N episodes, with the paraphrases and with the texts that the grammar wrote for the same episodes. Look at texts of
+the development half only; the test half is for figures.
 """
 
 import argparse
 import sys
-from collections import Counter
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
 import lang
 from agents.follower import Agent as Follower
-from lang.meaning import Assembly, Navigation
+from lang.meaning import Assembly, Meaning, Navigation
+from lang.room import find_cell
 from server.dataset.generation.site import Site
 from server.dataset.instruction_writer import room_camera
+from server.dataset.instructions.assembly_sight import whole_room
 from server.dataset.paraphrases.agreement import assembly_agrees, navigation_agrees
 from server.dataset.paraphrases.collection import (
     HALVES,
@@ -30,6 +32,7 @@ from server.dataset.paraphrases.collection import (
     paraphrased_section,
     paraphrases,
 )
+from server.dataset.paraphrases.room import room_before
 from server.dataset.trial import TrialWorld, play
 from server.episodes.episode import Episode
 
@@ -37,34 +40,60 @@ METRICS = ("nDTW", "CTC-3", "PTC")
 
 
 def is_read(text: Paraphrase, phase: str) -> bool:
-    """Return whether the reader recovers the whole meaning of a text."""
-    try:
-        meaning = lang.load(text.language).read(getattr(text, phase), phase)
-    except lang.CannotRead:
-        return False
+    """Return whether the reader recovers the whole meaning of a text, as a person wrote it down."""
+    assert text.meaning is not None
+    meaning = _read(text, phase)
     if isinstance(meaning, Navigation):
         return navigation_agrees(meaning, text.meaning)
-    assert isinstance(meaning, Assembly)
-    return assembly_agrees(meaning, text.meaning)
+    return isinstance(meaning, Assembly) and assembly_agrees(meaning, text.meaning)
+
+
+def names_target(text: Paraphrase, episode: Episode) -> bool:
+    """Return whether the reader finds the target's kind, colour and pattern named, as far as it finds them, right."""
+    meaning, target = _read(text, "navigation"), episode.turns[text.turn - 1].target.type
+    if not isinstance(meaning, Navigation) or meaning.target.kind != target.kind:
+        return False
+    return meaning.target.colour in ("", target.colour) and meaning.target.look in ("", target.pattern)
+
+
+def leads_to_cell(text: Paraphrase, episode: Episode) -> bool:
+    """Return whether the reader's meaning of the assembly fits the target's cell better than any other."""
+    meaning, cell = _read(text, "assembly"), episode.turns[text.turn - 1].target_cell
+    room = whole_room(room_before(episode, text.turn))
+    return isinstance(meaning, Assembly) and find_cell(meaning, room)[0] == (cell.column, cell.row)
+
+
+def _read(text: Paraphrase, phase: str) -> Meaning | None:
+    try:
+        return lang.load(text.language).read(getattr(text, phase), phase)
+    except lang.CannotRead:
+        return None
 
 
 def _reading(texts: Sequence[Paraphrase], language: str, show: int) -> None:
-    shown = 0
-    read: Counter[tuple[str, str]] = Counter()
-    count: Counter[str] = Counter()
-    for text in (text for text in texts if text.language == language):
-        count[text.manner] += 1
-        count["all"] += 1
-        for phase in ("navigation", "assembly"):
-            right = is_read(text, phase)
-            read[text.manner, phase] += right
-            read["all", phase] += right
-            if not right and shown < show:
-                shown += 1
-                print(f"  {text.episode}/{text.turn} {phase}: {getattr(text, phase)}")
-    for manner in count:
-        shares = (f"{phase} {read[manner, phase] / count[manner]:.3f}" for phase in ("navigation", "assembly"))
-        print(f"{language} {manner:10} whole meaning read, of {count[manner]} turns: {', '.join(shares)}")
+    episodes = {episode.episode_id: episode for episode in generated_episodes()}
+    mine = [text for text in texts if text.language == language]
+    found: dict[str, list[tuple[str, bool]]] = defaultdict(list)
+    for text in mine:
+        episode = episodes[text.episode]
+        found["the target is named right"].append((text.manner, names_target(text, episode)))
+        found["the assembly leads to the cell"].append((text.manner, leads_to_cell(text, episode)))
+        if text.meaning is not None:
+            for phase in ("navigation", "assembly"):
+                right = is_read(text, phase)
+                found[f"whole meaning of {phase}"].append((text.manner, right))
+                if not right and show > 0:
+                    show -= 1
+                    print(f"  {text.episode}/{text.turn} {phase}: {getattr(text, phase)}")
+    for name, results in found.items():
+        manners = sorted({manner for manner, _ in results})
+        by_manner = (f"{manner} {_share(right for each, right in results if each == manner)}" for manner in manners)
+        print(f"{language} {name}: {_share(right for _, right in results)} of {len(results)}; {', '.join(by_manner)}")
+
+
+def _share(results: Iterable[bool]) -> str:
+    listed = list(results)
+    return f"{sum(listed) / len(listed):.3f}"
 
 
 def _playing(language: str, ids: Sequence[str]) -> None:
@@ -88,7 +117,7 @@ def _scores(episode: Episode, language: str, world: TrialWorld) -> dict[str, flo
 
 
 def main() -> None:
-    """Print the shares of texts read, by manner, and the follower's scores."""
+    """Print what share of texts is read, by manner, and the follower's scores."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
     parser.add_argument("--half", choices=HALVES, default=HALVES[0], help="(default: %(default)s)")
     parser.add_argument("--lang", nargs="+", default=["en", "hi"], help="languages (default: both)")

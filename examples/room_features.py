@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 import arramon_client.environments  # noqa: F401 - registers the environments
 from arramon_client.environments.labels import factored
-from arramon_client.environments.tokens import words
+from arramon_client.words import words
 
 Vector = npt.NDArray[np.float32]
 
@@ -68,13 +68,20 @@ class Features(gymnasium.ObservationWrapper[Vector, np.int64, dict[str, Any]]):
         parts = ((labels.kinds, labels.kind), (labels.colours, labels.colour), (labels.looks, labels.look))
         named = np.stack([np.array([name in said for name in names])[numbers] for names, numbers in parts])
         named = np.concatenate((named, named.all(axis=0, keepdims=True)))
-        return (named & self._things).astype(np.float32)
+        found: Vector = (named & self._things).astype(np.float32)
+        return found
 
 
 def make(data: str | None, **options: object) -> Callable[[], Features]:
     """Return a function that makes an environment with the tasks of a data folder, or with drawn ones."""
-    given = {"sensors": ("segmentation", "pose"), "image_size": 32, "reward": "progress", "steps_per_phase": 40}
-    return lambda: Features(gymnasium.make("arramon/ArraMonRoom-v0", data=data, **given, **options))
+    given: dict[str, Any] = {
+        "sensors": ("segmentation", "pose"),
+        "image_size": 32,
+        "reward": "progress",
+        "steps_per_phase": 40,
+        **options,
+    }
+    return lambda: Features(gymnasium.make("arramon/ArraMonRoom-v0", data=data, **given))
 
 
 def placed(choose: Callable[[Vector], int], tasks: int = EVALUATED) -> float:

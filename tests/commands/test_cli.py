@@ -32,6 +32,21 @@ def test_serve_without_episodes_suggests_generating_them(tmp_path: Path) -> None
     assert said.startswith(f"there are no episodes in {tmp_path}; make some with `arramon-server generate")
 
 
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--rooms", "3", "--split", "train"], "--rooms makes the split rooms alone; leave --split and --sections out"),
+        (["--rooms", "0"], "the number of room tasks is 0; expected at least 1"),
+        (
+            ["--split", "train_extra"],
+            "the split 'train_extra' has as many sections as are asked for: give their number with --sections",
+        ),
+    ],
+)
+def test_generate_refuses_what_does_not_fit_together(tmp_path: Path, arguments: list[str], said: str) -> None:
+    assert error("generate", "--data", tmp_path, *arguments) == said
+
+
 def test_serve_reports_a_port_in_use(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     with socket.socket() as other:

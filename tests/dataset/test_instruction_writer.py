@@ -6,7 +6,7 @@ import pytest
 import lang
 from server.cli import main
 from server.dataset.generation import Site, problems
-from server.dataset.generation.command import Progress
+from server.dataset.generation.split_maker import Progress
 from server.dataset.instruction_writer import first_turn, passes
 from server.episodes.splits import folder_of, read_split
 from server.scoring.episode import METRICS, EpisodeScores

@@ -18,7 +18,7 @@ def test_the_notebook_plays_on_a_host(tmp_path: Path, monkeypatch: pytest.Monkey
     import_release([sample / "sample.json", sample / "sample_hindi.json"], tmp_path)
     server = Server(tmp_path)
     monkeypatch.setenv("ARRAMON_SERVER", server.address)
-    notebook = nbformat.read(NOTEBOOK, as_version=4)
+    notebook = nbformat.read(NOTEBOOK, as_version=4)  # type: ignore[no-untyped-call]
     try:
         NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(tmp_path)}}).execute()
     finally:
@@ -33,7 +33,7 @@ def test_the_notebook_plays_on_a_host(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def test_the_notebook_is_kept_without_outputs() -> None:
-    notebook = nbformat.read(NOTEBOOK, as_version=4)
+    notebook = nbformat.read(NOTEBOOK, as_version=4)  # type: ignore[no-untyped-call]
     nbformat.validate(notebook)
     code = [cell for cell in notebook.cells if cell.cell_type == "code"]
 

@@ -39,8 +39,10 @@ class Paraphrase:
         manner: of the writer.
         half: one of HALVES; all texts of an episode are in one half.
         navigation, assembly: the texts.
-        navigation_led, assembly_led: whether the reader was led to the target, and to its cell.
-        meaning: what the reader says that the texts ask for: "steps", "target" and "room", see `data/README.md`.
+        navigation_led, assembly_led: whether the reader was led to the target, and to its cell; None if nobody has
+            read the text yet.
+        meaning: what another reader says that the texts ask for: "steps", "target" and "room", see `data/README.md`;
+            None for most episodes.
     """
 
     episode: str
@@ -51,9 +53,9 @@ class Paraphrase:
     half: str
     navigation: str
     assembly: str
-    navigation_led: bool
-    assembly_led: bool
-    meaning: Mapping[str, Any]
+    navigation_led: bool | None
+    assembly_led: bool | None
+    meaning: Mapping[str, Any] | None
 
 
 _PARAPHRASE = TypeAdapter(Paraphrase)

@@ -10,13 +10,13 @@ from pathlib import Path
 
 from PIL import Image
 
-from server.dataset.generation.command import SOURCE
 from server.dataset.generation.site import Site
+from server.dataset.generation.split_maker import SOURCE
 from server.dataset.paraphrases.room import room_facts
 from server.dataset.paraphrases.route import Leg, RouteFacts, name_of, route_facts
 from server.dataset.pictures.canvas import BLACK, PINK, SWATCHES, WHITE, Canvas, add_title
 from server.dataset.pictures.maps import EDGE, PROPS, STREET, roof_colour
-from server.dataset.plans import read_plan
+from server.dataset.plans import plan_ids, read_plan
 from server.episodes.episode import Episode, Turn
 from server.episodes.splits import read_splits
 from server.errors import NotFound
@@ -101,9 +101,10 @@ def sheets_of_split(data: Path, split: str, ids: Sequence[str], output: Path, *,
         if episode not in episodes:
             raise NotFound(f"there is no episode {episode!r} in {split}")
     output.mkdir(parents=True, exist_ok=True)
-    has_plans = chosen[split].source.startswith(SOURCE)
+    planned = plan_ids() if chosen[split].source.startswith(SOURCE) else ()
     sites = {
-        name: Site(section, read_plan(name) if has_plans else None) for name, section in chosen[split].sections.items()
+        name: Site(section, read_plan(name) if name in planned else None)
+        for name, section in chosen[split].sections.items()
     }
     for episode in ids or episodes:
         yield from _write(episodes[episode], sites[episodes[episode].section], output, reader=reader)

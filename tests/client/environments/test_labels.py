@@ -1,6 +1,7 @@
 """Labels of a segmentation as arrays."""
 
 from pathlib import Path
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -31,7 +32,7 @@ def test_no_labels() -> None:
 
 def test_environments_have_them(data: Path) -> None:
     """Every pixel's factors are those of its label, in the single and in the vector environment."""
-    given = {"data": data, "split": "tiny", "sensors": ("segmentation",), "image_size": 64}
+    given: dict[str, Any] = {"data": data, "split": "tiny", "sensors": ("segmentation",), "image_size": 64}
     env = gymnasium.make("arramon/ArraMon-v0", **given)
     single = env.unwrapped
     assert isinstance(single, ArraMonEnv)
@@ -41,7 +42,7 @@ def test_environments_have_them(data: Path) -> None:
         kind, colour, look = found.table[number]
         assert Label(found.kinds[kind], found.colours[colour], found.looks[look]) == single.labels[number]
     assert len(np.unique(found.kind[seen])) > 1
-    several = gymnasium.make_vec("arramon/ArraMon-v0", 2, **given)
+    several: Any = gymnasium.make_vec("arramon/ArraMon-v0", 2, **given)
     assert (several.unwrapped.factored_labels.table == found.table).all()
     several.close()
     env.close()

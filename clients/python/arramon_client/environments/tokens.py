@@ -1,13 +1,13 @@
 """Tokenizers: instructions as padded numbers, for learners that do not take texts."""
 
 import hashlib
-import unicodedata
 from collections.abc import Iterable, Sequence
-from itertools import groupby
 from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
+
+from arramon_client.words import words
 
 PAD, END, UNKNOWN, SPECIAL = 0, 1, 2, 3
 """Numbers that stand for padding, the end of a text and an unknown word; the number of these."""
@@ -76,27 +76,6 @@ class WordTokenizer:
     def encode(self, text: str) -> npt.NDArray[np.int32]:
         """Return (length,) int32."""
         return _padded(np.array([self._numbers.get(word, UNKNOWN) for word in words(text)], np.int32), self.length)
-
-
-def words(text: str) -> list[str]:
-    """Return the words and punctuation marks of a text in any script, in lower case (NFC)."""
-    found = []
-    for kind, run in groupby(unicodedata.normalize("NFC", text).casefold(), _kind):
-        if kind == "word":
-            found.append("".join(run))
-        elif kind == "mark":
-            found.extend(run)
-    return found
-
-
-def _kind(character: str) -> str:
-    if character.isspace():
-        return "space"
-    # Letters, the signs that combine with them (Devanagari's vowels are such), digits, and zero-width joiners.
-    return "word" if unicodedata.category(character) in _WORD_CATEGORIES else "mark"
-
-
-_WORD_CATEGORIES = frozenset(("Lu", "Ll", "Lt", "Lm", "Lo", "Mn", "Mc", "Me", "Nd", "Cf"))
 
 
 def _padded(numbers: npt.NDArray[np.int32], length: int) -> npt.NDArray[np.int32]:

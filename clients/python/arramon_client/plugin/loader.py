@@ -198,6 +198,8 @@ def _make(found: object, spec: str, arguments: Mapping[str, object]) -> object:
     check_signature(found, arguments, spec)
     try:
         return cast(Callable[..., object], found)(**arguments)
+    except AgentLoadError:  # It says itself what it lacks.
+        raise
     except (Exception, SystemExit) as error:
         name = getattr(found, "__name__", repr(found))
         given = ", ".join(f"{each}={value!r}" for each, value in arguments.items())

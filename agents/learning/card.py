@@ -1,0 +1,65 @@
+"""Model cards: what a file of weights was made of, by which command, and how it did."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from agents.learning.checkpoint import Policy
+from agents.learning.recipe import Recipe
+
+WHAT = {
+    (True, True): "It reads the instruction and sees the present image.",
+    (True, False): "It sees the present image and does not read.",
+    (False, True): "It reads the instruction and sees nothing.",
+}
+"""By sees and reads."""
+
+LIMITS = """\
+- It is trained by imitation on generated episodes alone: on people's instructions it was not tried.
+- It sees one image at a time and remembers only its own actions, not the places where it has been.
+- The model of a phase knows nothing of the other; a wrong turn 1 leaves turn 2 where the training never was.
+- It is a baseline, and far from human level. Compare with `docs/results.md`."""
+
+
+def command_of(recipe: Recipe) -> str:
+    """Return the command that trains by a recipe."""
+    given = recipe.as_json()
+    default = Recipe(recipe.agent).as_json()
+    skipped = ("agent", "sees", "reads", "languages")
+    options = [
+        f"--{name.replace('_', '-')} {value}"
+        for name, value in given.items()
+        if name not in skipped and value != default[name]
+    ]
+    return " ".join(
+        ["python -m agents.train --agent", recipe.agent, "--lang", ",".join(recipe.languages), *sorted(options)]
+    )
+
+
+def card(policy: Policy, recipe: Recipe) -> str:
+    """Return the model card of a policy that was trained by a recipe, in Markdown."""
+    about: Mapping[str, Any] = policy.about
+    size = sum(parameter.numel() for parameter in policy.model.parameters())
+    encoder = "none" if policy.encoder is None else f"`{policy.encoder.name}` ({policy.encoder.fingerprint})"
+    rows = {
+        "agent": f"`agents.{recipe.agent}`. {WHAT[recipe.sees, recipe.reads]}",
+        "model": f"the paper's (`agents/learning/paper.py`), {size:,} parameters, reader `{recipe.reader}`",
+        "tokenizer": f"`{policy.tokenizer.name}`, {policy.tokenizer.size} pieces, for {' and '.join(recipe.languages)}",
+        "visual encoder": encoder,
+        "training data": f"{about.get('data', 'unknown')}; SHA-256 of `train` {about.get('data_hash', 'unknown')[:12]}",
+        "command": f"`{command_of(recipe)}`",
+        "seed": recipe.seed,
+        "updates": about.get("updates", "unknown"),
+        "CPU time": f"{about.get('cpu_seconds', 0) / 60:.0f} minutes, without drawing the demonstrations",
+        "validation": _validation(about.get("validation", {}), recipe),
+    }
+    table = "\n".join(f"| {name} | {value} |" for name, value in rows.items())
+    return f"# {recipe.agent}\n\n| | |\n| --- | --- |\n{table}\n\n## Limits\n\n{LIMITS}\n"
+
+
+def _validation(best: Mapping[str, float], recipe: Recipe) -> str:
+    if not best:
+        return "none"
+    return (
+        f"on the first {recipe.validate_episodes} episodes of `{recipe.validate}`, by which the weights were chosen: "
+        f"nDTW {best.get('navigation', 0):.3f}, and PTC {best.get('assembly', 0):.3f} after perfect navigation"
+    )

@@ -1,0 +1,129 @@
+"""Files of weights: safetensors with the configuration as JSON in their header, never pickle."""
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import safetensors
+import torch
+from safetensors.torch import save_file
+from torch import Tensor
+
+from agents.learning.paper import Config, Model
+from agents.learning.tokenizers import Tokenizer, restore_tokenizer
+from agents.learning.vision import VisualEncoder, open_encoder
+
+WEIGHTS = Path(__file__).parent / "weights"
+"""Folder of the weights that come along."""
+
+FORMAT = 1
+SUFFIX = ".safetensors"
+_TOKENIZER = "tokenizer"
+
+
+class BadWeights(ValueError):
+    """A file of weights cannot be read, or does not fit this version."""
+
+
+@dataclass
+class Policy:
+    """A model with what turns instructions and images into its inputs.
+
+    Attributes:
+        model: in evaluation or training mode.
+        tokenizer: of its instructions.
+        encoder: of its images; None if it sees nothing.
+        about: what else is known of it: data, seeds, figures; JSON values.
+    """
+
+    model: Model
+    tokenizer: Tokenizer
+    encoder: VisualEncoder | None
+    about: dict[str, Any] = field(default_factory=dict)
+
+
+def find_weights(name: str) -> Path:
+    """Return the file of weights that come along by name, or the file of that path.
+
+    Raises:
+        BadWeights: if there is neither.
+    """
+    along = WEIGHTS / f"{name}{SUFFIX}"
+    for path in (along, Path(name)):
+        if path.is_file():
+            return path
+    raise BadWeights(f"there are no weights {name!r}: neither a file {name} nor {along}")
+
+
+def save_policy(policy: Policy, path: Path) -> None:
+    """Write a policy to a file, which appears complete or not at all."""
+    tensors = {f"model.{name}": value.detach().cpu().contiguous() for name, value in policy.model.state_dict().items()}
+    tensors[_TOKENIZER] = torch.frombuffer(bytearray(policy.tokenizer.dump()), dtype=torch.uint8)
+    header = {
+        "format": FORMAT,
+        "config": asdict(policy.model.config),
+        "tokenizer": policy.tokenizer.name,
+        "encoder": None if policy.encoder is None else [policy.encoder.name, policy.encoder.fingerprint],
+        "about": policy.about,
+    }
+    write_tensors(path, tensors, header)
+
+
+def load_policy(path: Path) -> Policy:
+    """Return the policy of a file, in evaluation mode, on the CPU.
+
+    Raises:
+        BadWeights: if it is no such file, or was trained on another version of its visual encoder.
+        ValueError: if its tokenizer or encoder is not there.
+    """
+    tensors, header = read_tensors(path)
+    if header.get("format") != FORMAT or _TOKENIZER not in tensors:
+        raise BadWeights(f"{path} has the format {header.get('format')!r}, expected {FORMAT}")
+    try:
+        config = Config(**header["config"])
+        model = Model(config)
+        model.load_state_dict({name[6:]: value for name, value in tensors.items() if name.startswith("model.")})
+    except (KeyError, TypeError, RuntimeError) as error:
+        raise BadWeights(f"{path} does not hold the weights of a {Model.__name__}: {error}") from error
+    tokenizer = restore_tokenizer(header["tokenizer"], tensors[_TOKENIZER].numpy().tobytes())
+    encoder = None
+    if header["encoder"] is not None:
+        name, fingerprint = header["encoder"]
+        encoder = open_encoder(name)
+        if encoder.fingerprint != fingerprint:
+            raise BadWeights(
+                f"{path} was trained on the visual encoder {name} {fingerprint}, but {encoder.fingerprint} is installed"
+            )
+    return Policy(model.eval(), tokenizer, encoder, header["about"])
+
+
+def write_tensors(path: Path, tensors: Mapping[str, Tensor], header: Mapping[str, Any]) -> None:
+    """Write tensors with a JSON header to a file, which appears complete or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f".{path.name}.{os.getpid()}")
+    save_file(dict(tensors), part, {"arramon": json.dumps(header, ensure_ascii=False)})
+    part.chmod(0o644)  # safetensors makes files for the owner alone.
+    part.replace(path)
+
+
+def read_tensors(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:
+    """Return tensors and JSON header of a file.
+
+    Raises:
+        BadWeights: if it cannot be read.
+    """
+    try:
+        with safetensors.safe_open(path, framework="pt") as file:
+            header = json.loads((file.metadata() or {}).get("arramon", "{}"))
+            return {name: file.get_tensor(name) for name in file.keys()}, header  # noqa: SIM118 - not a mapping
+    except (OSError, safetensors.SafetensorError, json.JSONDecodeError) as error:
+        raise BadWeights(f"{path} is no file of weights: {error}") from error
+
+
+def as_input(features: np.ndarray[Any, np.dtype[np.uint8]]) -> Tensor:
+    """Return quantised features as the model takes them, float32 in [0, 1]."""
+    return torch.from_numpy(features).float() / 255.0

@@ -1,0 +1,93 @@
+"""Recipes: all that the training of an agent follows from, and the recipes of the agents whose weights come along."""
+
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from agents.learning.vision import DEFAULT
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """All that training follows from: the same recipe on the same data gives the same losses on one machine.
+
+    Attributes:
+        agent: name of the agent.
+        languages: in which it is trained, all by one model.
+        sees, reads: what the model uses.
+        encoder: name of the visual encoder.
+        tokenizer: name of the tokenizer; "xlmr=FOLDER" with a folder.
+        reader: name of the reader.
+        episodes: of training, the first ones of the split; 0 for all.
+        rooms: tasks that are drawn in the room alone, besides.
+        passes: through the navigation demonstrations.
+        batch, room_batch: navigation and assembly demonstrations in a batch.
+        learning_rate: of Adam.
+        clip: largest norm of the gradient.
+        inflection: weight of steps at which the expert's action changes.
+        seed: of weights, order and dropout.
+        validate: split on which the best weights are chosen.
+        validate_episodes: of it, the first ones.
+        validate_steps: updates between two validations.
+    """
+
+    agent: str
+    languages: tuple[str, ...] = ("en", "hi")
+    sees: bool = True
+    reads: bool = True
+    encoder: str = DEFAULT
+    tokenizer: str = "word"
+    reader: str = "lstm"
+    episodes: int = 0
+    rooms: int = 800
+    passes: int = 20
+    batch: int = 16
+    room_batch: int = 32
+    learning_rate: float = 1e-3
+    clip: float = 5.0
+    inflection: float = 2.0
+    seed: int = 1
+    validate: str = "val_seen"
+    validate_episodes: int = 16
+    validate_steps: int = 540
+
+    def as_json(self) -> dict[str, Any]:
+        """Return all of it as JSON values."""
+        return asdict(self) | {"languages": list(self.languages)}
+
+    def without_effect(self) -> dict[str, Any]:
+        """Return what has no effect on any update: how long it goes on, and the validation."""
+        return {name: value for name, value in asdict(self).items() if name == "passes" or name.startswith("validate")}
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where training reads and writes; nothing of it changes the outcome.
+
+    Attributes:
+        data: the data folder.
+        cache: folder of the drawn demonstrations.
+        output: folder of checkpoints, logs and weights.
+        processes: that draw demonstrations.
+        checkpoint_steps: updates between two checkpoints.
+    """
+
+    data: Path
+    cache: Path
+    output: Path
+    processes: int = 1
+    checkpoint_steps: int = 100
+    device: str = field(default="cpu")
+
+
+RECIPES = {
+    "vl": Recipe("vl"),
+    "vision_only": Recipe("vision_only", reads=False),
+    "language_only": Recipe("language_only", sees=False),
+}
+"""Recipes by agent."""
+
+
+def smoke(recipe: Recipe) -> Recipe:
+    """Return a recipe that takes seconds and teaches next to nothing: it shows that everything works."""
+    return replace(recipe, episodes=4, rooms=0, passes=2, batch=4, room_batch=4, validate_episodes=2, validate_steps=4)

@@ -1,0 +1,88 @@
+"""Rollouts: an agent plays episodes in this process, by the rules of every run, and is scored."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from arramon_client.agent import Agent, Episode, Observation
+from arramon_client.environments.backend import PHASES, Player, Settings
+from arramon_client.environments.options import Options, open_backend
+
+PARALLEL = 16
+"""Episodes that are played at a time."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is played.
+
+    Attributes:
+        data: the data folder.
+        split: name of the split; not hidden.
+        languages: episodes take turns in them.
+        episodes: so many of those that have all languages, the first ones in playing order; 0 for all.
+        image_size: side length of the images, in pixels.
+        phases: that the agent plays; the ground truth plays the others.
+    """
+
+    data: Path
+    split: str
+    languages: tuple[str, ...]
+    episodes: int
+    image_size: int
+    phases: tuple[str, ...] = PHASES
+
+
+def play(agent: Agent, plan: Plan) -> list[Mapping[str, float]]:
+    """Return the scores of each episode, both turns' mean, in playing order.
+
+    Raises:
+        UsageError: if the data folder does not have the split or a language.
+    """
+    backend = open_backend(Options(data=plan.data))
+
+    def open_player(language: str) -> Player:
+        return backend.player(Settings(language, plan.split, ("rgb", "depth"), plan.image_size, phases=plan.phases))
+
+    told = [open_player(language).split.episode_ids or () for language in plan.languages]
+    ids = [each for each in told[0] if all(each in others for others in told[1:])][: plan.episodes or None]
+    languages = [plan.languages[number % len(plan.languages)] for number in range(len(ids))]
+    waiting = iter(range(len(ids)))
+    open_: dict[int, tuple[Player, Observation]] = {}
+    scores: dict[int, Mapping[str, float]] = {}
+    idle: dict[str, list[Player]] = {language: [] for language in plan.languages}
+    while True:
+        for number in _next(waiting, PARALLEL - len(open_)):
+            language = languages[number]
+            player = idle[language].pop() if idle[language] else open_player(language)
+            observation = player.begin(ids[number], 0)
+            agent.begin(Episode(ids[number], language, plan.split))
+            open_[number] = player, observation
+        if not open_:
+            return [scores[number] for number in range(len(ids))]
+        numbers = list(open_)
+        actions = agent.act([open_[number][1] for number in numbers])
+        for number, action in zip(numbers, actions, strict=True):
+            player = open_[number][0]
+            step = player.step(action)
+            if step.observation is not None:
+                open_[number] = player, step.observation
+                continue
+            assert step.ending is not None
+            assert step.ending.scores is not None
+            scores[number] = step.ending.scores["total"]
+            idle[languages[number]].append(player)
+            del open_[number]
+
+
+def mean(scores: Sequence[Mapping[str, float]], metric: str) -> float:
+    """Return the mean of a metric over episodes."""
+    return sum(each[metric] for each in scores) / max(len(scores), 1)
+
+
+def _next(numbers: Iterator[int], count: int) -> Iterator[int]:
+    for _ in range(count):
+        try:
+            yield next(numbers)
+        except StopIteration:
+            return
