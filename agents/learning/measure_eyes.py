@@ -55,9 +55,11 @@ def table(measured: dict[str, tuple[GridScores, NameScores, float]]) -> str:
     groups = {place: scores.groups() for place, (scores, _, _) in measured.items()}
     for group in dict.fromkeys(group for each in groups.values() for group in each):
         lines.append(f"| **{group}** | " + " | ".join(f"{groups[p].get(group, np.nan):.2f}" for p in places) + " |")
-        for name in (name for name in measured[places[0]][0].counts if name.startswith(f"{group}:")):
-            row = [measured[place][0].counts[name].f1 for place in places]
-            lines.append(f"| {name} | " + " | ".join(f"{value:.2f}" for value in row) + " |")
+        lines.extend(
+            f"| {name} | " + " | ".join(f"{measured[place][0].counts[name].f1:.2f}" for place in places) + " |"
+            for name in measured[places[0]][0].counts
+            if name.startswith(f"{group}:")
+        )
     lines += ["", "| collectibles by name | count | found | kind | colour | pattern | all |", "| --- |" + " --- |" * 6]
     for place, (_, names, _) in measured.items():
         for pixels, row in names.shares().items():

@@ -28,14 +28,15 @@ _FACADES, _WALLS = (next(group.looks for group in LOOK_GROUPS if group.name == n
 
 LABELS: tuple[Label, ...] = (
     *(Label(kind) for kind in FLAT),
-    *(Label("building", look=look) for look in _FACADES),
+    *(Label("building", look=look) for look in (*_FACADES, "")),
     *(Label("wall", look=look) for look in _WALLS),
     *(Label(kind) for kind in (*FURNITURE, *COLLECTIBLES)),
 )
 """Meaning of the label images' values, by index. Furniture and collectibles are told by kind alone here."""
 
 _FIRST_FACADE = len(FLAT)
-_FIRST_WALL = _FIRST_FACADE + len(_FACADES)
+_UNCLEAR = _FIRST_FACADE + len(_FACADES)
+_FIRST_WALL = _UNCLEAR + 1
 _FIRST_THING = _FIRST_WALL + len(_WALLS)
 _KIND = {kind: number for number, kind in enumerate(KINDS)}
 _FLAT_KINDS = [_KIND[kind] for kind in FLAT]
@@ -89,18 +90,19 @@ def see(eyes: Eyes, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) 
 
 def _rooms(looks: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
     """Return the label of each block's walls, (28, 28)."""
-    return _FIRST_WALL + looks[_SLICES["wall"]].argmax(0)
+    walls: npt.NDArray[np.int64] = _FIRST_WALL + looks[_SLICES["wall"]].argmax(0)
+    return walls
 
 
 def _houses(kinds: npt.NDArray[np.float32], looks: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
     """Return the label of each block's buildings, (28, 28): a column's facade is told from all blocks at eye height.
 
-    Where it is not clear, it is solid without being a landmark: a wall.
+    Where it is not clear, it is a building of no facade: solid, and not what an instruction means by one.
     """
     chances = kinds[_KIND["building"]][AT_EYE] * looks[_SLICES["facade"]][:, AT_EYE]
     mean = chances.sum(1) / np.maximum(chances.sum((0, 1)), 1e-6)  # (facades, columns)
     is_clear = (mean.max(0) > CLEAR) & (kinds[_KIND["building"]] > 0.5)
-    return np.where(is_clear, _FIRST_FACADE + mean.argmax(0), _FIRST_WALL)
+    return np.where(is_clear, _FIRST_FACADE + mean.argmax(0), _UNCLEAR)
 
 
 def _pixels(blocks: npt.NDArray[np.int64], side: int) -> npt.NDArray[np.int64]:

@@ -20,7 +20,8 @@ class Line:
 
     def loss(self, numbers: range) -> Tensor:
         inputs = torch.stack([torch.sin(torch.arange(3) * (number + 1.0)) for number in numbers])
-        return (self.network(inputs)[:, 0] - inputs.sum(1)).square().mean()
+        loss: Tensor = (self.network(inputs)[:, 0] - inputs.sum(1)).square().mean()
+        return loss
 
 
 def losses(trainer: Trainer, steps: int) -> list[float]:

@@ -48,7 +48,7 @@ def test_the_loss_falls_when_it_is_minimised() -> None:
     for _ in range(8):
         loss = loss_of(network(images), targets)
         optimiser.zero_grad()
-        loss.backward()
+        loss.backward()  # type: ignore[no-untyped-call]
         optimiser.step()
         losses.append(float(loss.detach()))
     assert losses[-1] < 0.7 * losses[0]
