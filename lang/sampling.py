@@ -68,13 +68,22 @@ def navigation(random: Random) -> Navigation:
     steps: list[Step] = []
     for _ in range(random.choice((1, 2, 2, 3, 3, 4, 4, 5, 6, 8))):
         step = _step(random, things)
-        if not steps or step != steps[-1]:
+        if not steps or not _is_unclear_after(step, steps[-1]):
             steps.append(step)
     places = things[-1:] if things and random.random() < 0.4 else []
     where = tuple(_where(random, _STREET_RELATIONS, places) for _ in range(random.choice((0, 1, 1, 1, 2))))
     meaning = identified(Navigation(tuple(steps), collectible(random, where)))
     assert isinstance(meaning, Navigation)
     return meaning
+
+
+def _is_unclear_after(step: Step, last: Step) -> bool:
+    """Return whether a step repeats the last one, or turns on the spot right after a turn at a thing.
+
+    Nobody can tell of the latter which turn "at it" belongs to, and no planner has both.
+    """
+    is_second_turn = isinstance(step, Rotate) and not step.at and isinstance(last, Rotate) and bool(last.at)
+    return step == last or is_second_turn
 
 
 def assembly(random: Random) -> Assembly:

@@ -24,7 +24,7 @@ from arramon_client.agent import Observation
 from arramon_client.environments.backend import ASSEMBLY, NAVIGATION, Backend, Player, Settings
 from arramon_client.environments.options import Options, open_backend
 
-ROOMS = "rooms"
+ROOMS = "drawn_rooms"
 """The split of tasks that are drawn in the room alone."""
 
 EXPERT = "reference"

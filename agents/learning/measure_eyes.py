@@ -62,8 +62,8 @@ def table(measured: dict[str, tuple[GridScores, NameScores, float]]) -> str:
         )
     lines += ["", "| collectibles by name | count | found | kind | colour | pattern | all |", "| --- |" + " --- |" * 6]
     for place, (_, names, _) in measured.items():
-        for pixels, row in names.shares().items():
-            lines.append(f"| {place}, {pixels} | " + " | ".join(str(value) for value in row.values()) + " |")
+        for pixels, shares in names.shares().items():
+            lines.append(f"| {place}, {pixels} | " + " | ".join(str(value) for value in shares.values()) + " |")
         lines.append(f"| {place}, other things called collectibles | {names.false} | | | | | |")
     lines += [""] + [
         f"{1000 * seconds:.1f} ms of processor time a frame ({place})." for place, (_, _, seconds) in measured.items()

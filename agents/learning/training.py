@@ -1,5 +1,6 @@
 """Training by teacher forcing: updates, checkpoints, validation by rollouts, the best weights of each phase."""
 
+import hashlib
 import random
 import time
 from collections.abc import Callable, Sequence
@@ -85,7 +86,7 @@ class Training:
         """Train to the end, from the last checkpoint if there is one, and return the best weights of each phase.
 
         Raises:
-            OtherRecipe: if the checkpoint is of another recipe.
+            OtherRecipe: if the checkpoint is of another recipe, or other demonstrations.
             BadWeights: if it cannot be read.
         """
         if self.checkpoint.exists():
@@ -174,6 +175,7 @@ class Training:
             "step": self.step,
             "best": self.best,
             "cpu_seconds": self._cpu_seconds(),
+            "data": digest_of(self.demonstrations),
         }
         write_tensors(self.checkpoint, tensors, header)
 
@@ -181,12 +183,14 @@ class Training:
         """Go on from the last checkpoint.
 
         Raises:
-            OtherRecipe: if it is of another recipe.
+            OtherRecipe: if it is of another recipe, or other demonstrations.
             BadWeights: if it cannot be read.
         """
         tensors, header = read_tensors(self.checkpoint)
         if header["recipe"] | self.recipe.without_effect() != self.recipe.as_json():
             raise OtherRecipe(f"{self.checkpoint} is of another recipe: name another --output, or remove it")
+        if header["data"] != digest_of(self.demonstrations):
+            raise OtherRecipe(f"{self.checkpoint} is of other demonstrations: name another --output, or remove it")
         model = self.policy.model
         model.load_state_dict({name[6:]: value for name, value in tensors.items() if name.startswith("model.")})
         for name, parameter in model.named_parameters():
@@ -243,6 +247,14 @@ def data_of(demonstrations: Sequence[Demonstration]) -> str:
     episodes = {each.episode_id for each in demonstrations} - rooms
     steps = sum(len(each.actions) for each in demonstrations)
     return f"{len(episodes)} episodes of `train` and {len(rooms)} drawn rooms, {steps:,} steps of the expert"
+
+
+def digest_of(demonstrations: Sequence[Demonstration]) -> str:
+    """Return a digest of what is demonstrated: episodes, texts and actions; not of the images."""
+    digest = hashlib.sha256()
+    for each in demonstrations:
+        digest.update(repr((each.episode_id, each.turn, each.phase, each.texts)).encode() + each.actions.tobytes())
+    return digest.hexdigest()
 
 
 def train_data_hash(recipe: Recipe, place: Place) -> str:

@@ -38,7 +38,10 @@ def test_generate_writes_episodes_in_every_language(tmp_path: Path, capsys: pyte
 @pytest.mark.parametrize(
     ("arguments", "problem"),
     [
-        (["--split", "val"], "there is no split 'val'; there are train, val_seen, val_unseen, test_unseen"),
+        (
+            ["--split", "val"],
+            "there is no split 'val'; there are train, val_seen, val_unseen, test_unseen, train_extra",
+        ),
         (["--scale", "2"], "the scale is 2.0; expected more than 0 and at most 1"),
         (["--jobs", "-1"], "the number of jobs is -1; expected 1 to 256, or 0 for one per core"),
     ],

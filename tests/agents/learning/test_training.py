@@ -48,6 +48,12 @@ def test_another_recipe_does_not_go_on(tmp_path: Path) -> None:
         second.run()
 
 
+def test_other_demonstrations_do_not_go_on(tmp_path: Path) -> None:
+    Training(recipe(), place(tmp_path), demonstrations()).save()
+    with pytest.raises(OtherRecipe, match="is of other demonstrations"):
+        Training(recipe(), place(tmp_path), demonstrations(count=8)).run()
+
+
 def test_longer_training_goes_on_as_if_it_had_been_meant_to(tmp_path: Path) -> None:
     shown = demonstrations()
     long = Training(recipe(passes=4), place(tmp_path / "long"), shown)

@@ -187,6 +187,7 @@ def test_words_as_numbers(data: Path) -> None:
 
 def test_public_names() -> None:
     assert environments.__all__ == [
-        "REWARDS", "ArraMonEnv", "BadArgument", "ByteTokenizer", "NoBackend", "Tokenizer", "WordTokenizer", "register",
+        "REWARDS", "ArraMonEnv", "BadArgument", "ByteTokenizer", "FactoredLabels", "NoBackend", "Tokenizer",
+        "WordTokenizer", "factored", "register",
     ]  # fmt: skip
     assert all(hasattr(environments, name) for name in environments.__all__)
