@@ -10,8 +10,8 @@ from agents.learning.trainer import Trainer
 
 LOG = logging.getLogger(__name__)
 
-EVERY_STEPS, SAVE_SECONDS = 50, 120.0
-"""Steps between two lines of the log, and seconds between two saved states."""
+EVERY_STEPS, TELL_STEPS, SAVE_SECONDS = 50, 250, 120.0
+"""Steps between two lines of the log, steps between two tests, and seconds between two saved states."""
 
 
 def train(trainer: Trainer, folder: Path, name: str, tell: Callable[[], Mapping[str, object]] | None = None) -> None:
@@ -21,7 +21,7 @@ def train(trainer: Trainer, folder: Path, name: str, tell: Callable[[], Mapping[
         trainer: that trains.
         folder: for `NAME.state.safetensors`, from which it goes on if it is there, and `NAME.log.jsonl`.
         name: of what is trained.
-        tell: returns what else is written into the log whenever the state is saved.
+        tell: tests what has been learned, and returns what else is written into the log.
     """
     plan, state, losses = trainer.plan, folder / f"{name}.state.safetensors", []
     if state.exists():
@@ -42,7 +42,8 @@ def train(trainer: Trainer, folder: Path, name: str, tell: Callable[[], Mapping[
             if time.monotonic() - saved > SAVE_SECONDS or trainer.done == plan.steps:
                 trainer.save(state)
                 saved = time.monotonic()
-                entry |= {"step": trainer.done, **(tell() if tell else {})}
+            if tell and (trainer.done % TELL_STEPS == 0 or trainer.done == plan.steps):
+                entry |= {"step": trainer.done, **tell()}
             if entry:
                 log.write(json.dumps(entry) + "\n")
                 log.flush()
