@@ -56,6 +56,7 @@ def run_message(run: Run, progress: Progress) -> pb.Run:
         bank_seconds_left=run.bank_left,
         published=progress.published,
         agent_arguments=[pb.AgentArgument(name=name, value=value) for name, value in run.agent_arguments],
+        code=pb.Code(**run.code.named()) if run.code else None,
     )
 
 
@@ -145,10 +146,11 @@ def oracle_message(episode: Episode, scene: Scene) -> pb.Oracle:
 
 def row_message(name: str, intervals: Mapping[str, Interval]) -> pb.Row:
     """Return the message for a row of a score table."""
-    return pb.Row(name=name, scores=[_score(metric, interval) for metric, interval in intervals.items()])
+    return pb.Row(name=name, scores=[score_message(metric, interval) for metric, interval in intervals.items()])
 
 
-def _score(metric: str, interval: Interval) -> pb.Score:
+def score_message(metric: str, interval: Interval) -> pb.Score:
+    """Return the message for a score, or a difference of two, with its interval."""
     score = pb.Score(metric=metric, mean=interval.mean, low=interval.low, high=interval.high)
     if interval.sections is not None:
         sections = interval.sections

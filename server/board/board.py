@@ -11,6 +11,7 @@ from server.board.entries import Entries, Published
 from server.board.episode_table import gap_of, join
 from server.board.ranking import ranked
 from server.board.reference import read_references
+from server.board.reproductions import Reproduction, differences
 from server.board.standings import BOTH, COLUMNS, HEADLINE, PRIVILEGED, Entry, Mark, Reference, Rows, Standing
 from server.episodes.splits import Split
 from server.errors import BadInput, Conflict, NotFound, quoted
@@ -83,10 +84,12 @@ class Board:
         self._limits, self._local = (steps_per_phase, clocks), local
         self._shared: tuple[object, dict[str, tuple[int, Clocks]]] = (None, {})
         self._counted: tuple[object, dict[str, dict[tuple[Who, str], Attempts]]] = (None, {})
+        self._reproduced: tuple[object, dict[str, dict[str, frozenset[str]]]] = (None, {})
         self._references = read_references()
         self._comparisons = Comparisons(entries.episodes)
         self._joined_rows = lru_cache(_KEPT)(self._join_rows)
         self._gaps = lru_cache(_KEPT)(self._find_gap)
+        self._differences = lru_cache(_KEPT)(self._find_differences)
         self._kept: tuple[object, dict[tuple[str, str, str], Listing]] = (None, {})
 
     def languages(self) -> dict[str, tuple[str, ...]]:
@@ -142,9 +145,16 @@ class Board:
             NotFound: if the run is not on the leaderboard.
         """
         published = self._entries.find(run_id)
-        if published is None or published.withdrawn_at is not None:
+        if published is None or not published.is_listed:
             raise NotFound(f"there is no run {quoted(run_id)} on the leaderboard")
         return replace(self._entry(published), seal=self._entries.seal(run_id))
+
+    def reproductions(self, run_id: str) -> list[Reproduction]:
+        """Return the listed reproductions of a published run, the earliest published first."""
+        return [
+            Reproduction(self._entry(one), self._differences(one.run.split, run_id, one.run.run_id))
+            for one in self._entries.reproductions(run_id)
+        ]
 
     def against(self, run_id: str, language: str = "", sort: str = HEADLINE) -> Against:
         """Return the paired comparisons of a published run, or of its system, with all others of a listing.
@@ -213,6 +223,15 @@ class Board:
             kept[split] = self._entries.attempts(split)
         return kept[split]
 
+    def _reproducers_on(self, split: str) -> dict[str, frozenset[str]]:
+        stamp = self._entries.stamp()
+        if self._reproduced[0] != stamp:
+            self._reproduced = (stamp, {})
+        kept = self._reproduced[1]
+        if split not in kept:
+            kept[split] = self._entries.reproducers(split)
+        return kept[split]
+
     def _limits_on(self, split: str) -> tuple[int, Clocks]:
         """Return the step limit and the clocks under which runs of a split are ranked."""
         if not self._local:
@@ -248,6 +267,9 @@ class Board:
         few = found is not None and found.episodes < MIN_SECTION
         return None if few and self._splits[split].hidden else found  # a few episodes tell of single ones
 
+    def _find_differences(self, split: str, original: str, run_id: str) -> dict[str, Interval]:
+        return differences(self._entries.episodes(original), self._entries.episodes(run_id), self._sections(split))
+
     def _join_rows(self, split: str, run_ids: tuple[str, ...]) -> Rows:
         joined = join([self._entries.episodes(run_id) for run_id in run_ids], self._sections(split))
         return table_rows(joined.values, joined.strata, are_sections=joined.are_sections)
@@ -270,6 +292,7 @@ class Board:
             Mark.OTHER_DATA: not current,
             Mark.OTHER_LIMITS: run.steps_per_phase != steps_per_phase,
             Mark.OTHER_CLOCKS: Clocks.of(run) != clocks,
+            Mark.REPRODUCTION: published.reproduces is not None,
             Mark.SERVER_FAULT: scores.progress.causes.get(causes.SERVER_FAULT, 0) > 0,
         }
         marks = tuple(mark for mark in Mark if found[mark])
@@ -283,6 +306,8 @@ class Board:
             coverage,
             marks,
             attempts=self._attempts_on(run.split).get((who(run), run.language), Attempts()),
+            reproduces=published.reproduces,
+            reproducers=self._reproducers_on(run.split).get(run.run_id, frozenset()),
         )
 
 

@@ -49,6 +49,7 @@ class Published:
         note: note of the publisher; may be empty.
         withdrawn_at: time of the withdrawal, in UTC; None while the run is listed.
         withdrawn_by_host: whether the host withdrew it.
+        reproduces: id of the run that it reproduces; None if none.
     """
 
     run: Run
@@ -56,6 +57,12 @@ class Published:
     note: str
     withdrawn_at: datetime | None
     withdrawn_by_host: bool
+    reproduces: str | None = None
+
+    @property
+    def is_listed(self) -> bool:
+        """Whether the run is on the leaderboard now."""
+        return self.withdrawn_at is None
 
 
 class Entries:
@@ -96,6 +103,20 @@ class Entries:
         """Return the attempts of every participant on a split, by participant and language."""
         return attempts_on(self._database.read, split)
 
+    def reproductions(self, run_id: str) -> list[Published]:
+        """Return the entries that reproduce a run and are not withdrawn, the earliest published first."""
+        query = _ENTRIES.where(tables.entries.c.reproduces == run_id, _LISTED)
+        return [_published(row) for row in self._database.read(query.order_by(tables.entries.c.published_at))]
+
+    def reproducers(self, split: str) -> dict[str, frozenset[str]]:
+        """Return the accounts that reproduced each run of a split, by run; withdrawn reproductions do not count."""
+        c = tables.entries.c
+        query = sa.select(c.reproduces, tables.runs.c.account).join_from(tables.entries, tables.runs)
+        found: dict[str, set[str]] = {}
+        for row in self._database.read(query.where(_LISTED, c.reproduces.is_not(None), tables.runs.c.split == split)):
+            found.setdefault(row.reproduces, set()).add(row.account)
+        return {run_id: frozenset(accounts) for run_id, accounts in found.items()}
+
     def languages(self) -> set[tuple[str, str]]:
         """Return the pairs of split and language in which there are entries that are not withdrawn."""
         query = sa.select(tables.runs.c.split, tables.runs.c.language).distinct().join_from(tables.entries, tables.runs)
@@ -131,8 +152,19 @@ class Entries:
                 connection.execute(table.update().where(table.c.run_id == run_id).values(episodes=found.packed()))
         return found
 
-    def publish(self, run_id: str, note: str, scores: Scores, episodes: EpisodeTable, *, by_host: bool) -> bool:
+    def publish(
+        self,
+        run_id: str,
+        note: str,
+        scores: Scores,
+        episodes: EpisodeTable,
+        *,
+        by_host: bool,
+        reproduces: str | None = None,
+    ) -> bool:
         """Publish a run, also one that was withdrawn; if it is listed already, replace its note.
+
+        `reproduces` is the id of the run that it reproduces, empty for none, or None to leave that as it was.
 
         Only a host can publish what a host has withdrawn. The statement that publishes checks this itself: otherwise a
         publication that began before could undo a host's withdrawal.
@@ -153,6 +185,8 @@ class Entries:
             "withdrawn_by_host": False,
             "revision": table.c.revision + 1,
         }
+        if reproduces is not None:
+            values["reproduces"] = reproduces or None
         with self._database.write() as connection:
             mine = table.c.run_id == run_id
             may = sa.true() if by_host else table.c.withdrawn_by_host.is_(False)
@@ -161,7 +195,7 @@ class Entries:
             if connection.execute(sa.select(table.c.run_id).where(mine)).all():
                 return False
             row = {"run_id": run_id, "published_at": now, "note": note, "scores": _written(scores)}
-            row |= {"episodes": episodes.packed()}
+            row |= {"episodes": episodes.packed(), "reproduces": reproduces or None}
             connection.execute(table.insert().values(row))
             return True
 
@@ -189,14 +223,14 @@ _LISTED = tables.entries.c.withdrawn_at.is_(None)
 
 _ENTRIES = sa.select(
     tables.runs,
-    *(tables.entries.c[name] for name in ("published_at", "note", "withdrawn_at", "withdrawn_by_host")),
+    *(tables.entries.c[name] for name in ("published_at", "note", "withdrawn_at", "withdrawn_by_host", "reproduces")),
 ).join_from(tables.entries, tables.runs)
 
 
 def _published(row: Row[Any]) -> Published:
     published_at, withdrawn_at = utc(row.published_at), utc(row.withdrawn_at)
     assert published_at is not None
-    return Published(run_of(row), published_at, row.note, withdrawn_at, row.withdrawn_by_host)
+    return Published(run_of(row), published_at, row.note, withdrawn_at, row.withdrawn_by_host, row.reproduces)
 
 
 def _written(scores: Scores) -> dict[str, Any]:

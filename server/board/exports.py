@@ -48,6 +48,8 @@ CSV_COLUMNS = (
     "higher language",
     "lower language",
     "same outcome",
+    "reproduced by",
+    "reproduces",
 )
 """Columns of the CSV file, in order. New ones are added at the end."""
 
@@ -102,6 +104,8 @@ def _standing_cells(standing: Standing, listing: Listing) -> dict[str, object]:
         "last rank": standing.last_rank or "",
         "runs begun": standing.attempts.begun,
         "runs published": standing.attempts.published,
+        "reproduced by": standing.reproduced_by,
+        "reproduces": " ".join(entry.reproduces for entry in standing.entries if entry.reproduces),
     }
     if standing.gap is not None:
         gap = standing.gap
@@ -157,6 +161,7 @@ def _standing(standing: Standing) -> dict[str, Any]:
         "runs_begun": standing.attempts.begun,
         "runs_published": standing.attempts.published,
         "gap": asdict(standing.gap) if standing.gap else None,
+        "reproduced_by": standing.reproduced_by,
     }
 
 
@@ -181,6 +186,9 @@ def _entry(entry: Entry) -> dict[str, Any]:
         "agent_arguments": dict(run.agent_arguments),
         "coverage": entry.coverage,
         "marks": entry.marks,
+        "code": run.code.named(),
+        "reproduces": entry.reproduces,
+        "reproduced_by": len(entry.reproducers),
     }
 
 

@@ -51,6 +51,8 @@ class Mark(StrEnum):
     """It was played with another step limit than ranked runs: this server's, see `Board`."""
     OTHER_CLOCKS = "other-clocks"
     """It was played with other clocks than ranked runs: this server's, see `Board`. Having none counts as different."""
+    REPRODUCTION = "reproduction"
+    """It reproduces another account's run, and is compared with that one alone."""
     SERVER_FAULT = "server-fault"
     """Some of its episodes ended by SERVER_FAULT and count as not played, so its scores may be too low."""
 
@@ -88,6 +90,8 @@ class Entry:
         marks: caveats, in the order of `Mark`.
         seal: fingerprint of the receipt; None without a receipt, and in listings, which do not look it up.
         attempts: runs that its participant began and published on the split in the language, under any agent's name.
+        reproduces: id of the run that it reproduces; None if none.
+        reproducers: accounts with a listed reproduction of it; their number alone is shown.
     """
 
     run: Run
@@ -100,6 +104,8 @@ class Entry:
     marks: tuple[Mark, ...]
     seal: Seal | None = None
     attempts: Attempts = NONE
+    reproduces: str | None = None
+    reproducers: frozenset[str] = frozenset()
 
     @property
     def participant(self) -> str:
@@ -187,6 +193,11 @@ class Standing:
     def attempts(self) -> Attempts:
         """Runs that the participant began and published on the split, in these languages."""
         return sum((entry.attempts for entry in self.entries), NONE)
+
+    @property
+    def reproduced_by(self) -> int:
+        """Number of other accounts that reproduced each of the entries."""
+        return len(frozenset.intersection(*(entry.reproducers for entry in self.entries)))
 
     @property
     def causes(self) -> dict[str, int]:

@@ -152,11 +152,12 @@ def generate_splits(
     tell: Callable[[str], None],
     trial: bool = True,
     sections: int | None = None,
+    secret: str = "",
 ) -> list[Split]:
     """Generate the named splits (None: the paper's) for `arramon-server generate`; see `generation.command.generate`.
 
     Without the trial, an episode is kept once its texts have passed the gate. `sections` is the number of those of
-    `train_extra`.
+    `train_extra`. `secret` seeds hidden splits in place of the host's; empty for that.
     """
     return generate(
         data,
@@ -167,6 +168,7 @@ def generate_splits(
         make_writer=make_instruction_writer if trial else make_untried_writer,
         tell=seldom(tell),
         tried=trial,
+        secret=secret,
     )
 
 
