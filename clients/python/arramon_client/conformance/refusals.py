@@ -97,6 +97,20 @@ def arguments(target: Target) -> None:
         _refuse_run(target, f"a run of an agent with {what}", BAD, agent_arguments=given)
 
 
+@check("refusals.code")
+def code(target: Target) -> None:
+    """An agent's code with an address that is not http, a short commit or an image without a digest is refused."""
+    url = "https://example.org/agent"
+    for what, given in (
+        ("an address of another kind", pb.Code(url="ftp://example.org/agent")),
+        ("an address with a password", pb.Code(url="https://somebody:password@example.org/agent")),
+        ("an abbreviated commit", pb.Code(url=url, commit="0123456")),
+        ("a commit without an address", pb.Code(commit="0123456789" * 4)),
+        ("an image without a digest", pb.Code(image="agent:latest")),
+    ):
+        _refuse_run(target, f"a run of code with {what}", BAD, code=given)
+
+
 @check("refusals.unknown_run")
 def unknown_run(target: Target) -> None:
     """Any request for a run that does not exist is refused: NOT_FOUND."""
