@@ -1,10 +1,11 @@
 """The leaderboard: standings of the published runs, by split and language."""
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import lru_cache
+from typing import Generic, TypeVar
 
 from server.board.comparisons import Compared, Comparisons, Family
 from server.board.entries import Entries, Published
@@ -82,15 +83,15 @@ class Board:
         self._splits = splits
         self._episodes = {name: split.languages for name, split in splits.items()}
         self._limits, self._local = (steps_per_phase, clocks), local
-        self._shared: tuple[object, dict[str, tuple[int, Clocks]]] = (None, {})
-        self._counted: tuple[object, dict[str, dict[tuple[Who, str], Attempts]]] = (None, {})
-        self._reproduced: tuple[object, dict[str, dict[str, frozenset[str]]]] = (None, {})
+        self._shared = _Kept[str, tuple[int, Clocks]](entries.stamp, self._find_limits)
+        self._attempts = _Kept[str, Mapping[tuple[Who, str], Attempts]](entries.stamp, entries.attempts)
+        self._reproducers = _Kept[str, Mapping[str, frozenset[str]]](entries.stamp, entries.reproducers)
         self._references = read_references()
         self._comparisons = Comparisons(entries.episodes)
         self._joined_rows = lru_cache(_KEPT)(self._join_rows)
         self._gaps = lru_cache(_KEPT)(self._find_gap)
         self._differences = lru_cache(_KEPT)(self._find_differences)
-        self._kept: tuple[object, dict[tuple[str, str, str], Listing]] = (None, {})
+        self._listings = _Kept[tuple[str, str, str], Listing](entries.stamp, lambda wanted: self._make(*wanted))
 
     def languages(self) -> dict[str, tuple[str, ...]]:
         """Return the languages of each split that can be listed, by name: of served splits, and of old entries.
@@ -120,15 +121,7 @@ class Board:
             NotFound: if there is no such split or language.
             BadInput: if there is no such metric.
         """
-        stamp = self._entries.stamp()
-        if self._kept[0] != stamp:
-            self._kept = (stamp, {})
-        kept = self._kept[1]
-        found = kept.get((split, language, sort))
-        if found is None:
-            found = self._make(split, language, sort)
-            kept[split, language, sort] = found
-        return found
+        return self._listings[split, language, sort]
 
     def standings(self, split: str, language: str, sort: str = HEADLINE) -> list[Standing]:
         """Return the standings of `listing` without the references."""
@@ -214,37 +207,15 @@ class Board:
         lines = tuple(ranked(standings, sort, family))
         return Listing(split, language, sort, lines, self.reference(split, language), family)
 
-    def _attempts_on(self, split: str) -> dict[tuple[Who, str], Attempts]:
-        stamp = self._entries.stamp()
-        if self._counted[0] != stamp:
-            self._counted = (stamp, {})
-        kept = self._counted[1]
-        if split not in kept:
-            kept[split] = self._entries.attempts(split)
-        return kept[split]
-
-    def _reproducers_on(self, split: str) -> dict[str, frozenset[str]]:
-        stamp = self._entries.stamp()
-        if self._reproduced[0] != stamp:
-            self._reproduced = (stamp, {})
-        kept = self._reproduced[1]
-        if split not in kept:
-            kept[split] = self._entries.reproducers(split)
-        return kept[split]
-
     def _limits_on(self, split: str) -> tuple[int, Clocks]:
         """Return the step limit and the clocks under which runs of a split are ranked."""
-        if not self._local:
-            return self._limits
-        stamp = self._entries.stamp()
-        if self._shared[0] != stamp:
-            self._shared = (stamp, {})
-        kept = self._shared[1]
-        if split not in kept:
-            listed = sorted(self._entries.listed(split), key=lambda published: published.published_at, reverse=True)
-            counts = Counter((one.run.steps_per_phase, Clocks.of(one.run)) for one in listed)
-            kept[split] = counts.most_common(1)[0][0] if counts else self._limits  # of equal counts the latest
-        return kept[split]
+        return self._shared[split] if self._local else self._limits
+
+    def _find_limits(self, split: str) -> tuple[int, Clocks]:
+        """Return the step limit and the clocks that most listed runs of a split share; of equal counts the latest."""
+        listed = sorted(self._entries.listed(split), key=lambda published: published.published_at, reverse=True)
+        counts = Counter((one.run.steps_per_phase, Clocks.of(one.run)) for one in listed)
+        return counts.most_common(1)[0][0] if counts else self._limits
 
     def _rows_of(self, entries: tuple[Entry, ...]) -> Rows:
         """Return the scores of a system in several languages together."""
@@ -305,10 +276,36 @@ class Board:
             published.note,
             coverage,
             marks,
-            attempts=self._attempts_on(run.split).get((who(run), run.language), Attempts()),
+            attempts=self._attempts[run.split].get((who(run), run.language), Attempts()),
             reproduces=published.reproduces,
-            reproducers=self._reproducers_on(run.split).get(run.run_id, frozenset()),
+            reproducers=self._reproducers[run.split].get(run.run_id, frozenset()),
         )
+
+
+K, V = TypeVar("K"), TypeVar("V")
+
+
+class _Kept(Generic[K, V]):
+    """Values that are made when they are first asked for, and kept until a stamp changes.
+
+    Args:
+        stamp: returns a version of what the values depend on.
+        make: returns the value of a key.
+    """
+
+    def __init__(self, stamp: Callable[[], object], make: Callable[[K], V]) -> None:
+        self._stamp, self._make = stamp, make
+        self._kept: tuple[object, dict[K, V]] = (None, {})
+
+    def __getitem__(self, key: K) -> V:
+        """Return the value of a key."""
+        stamp = self._stamp()
+        if self._kept[0] != stamp:
+            self._kept = (stamp, {})
+        kept = self._kept[1]
+        if key not in kept:
+            kept[key] = self._make(key)
+        return kept[key]
 
 
 _KEPT = 2048

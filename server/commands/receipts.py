@@ -80,6 +80,7 @@ def _rescore(arguments: argparse.Namespace) -> int:
     if arguments.receipt is not None:
         rescored = rescore_file(arguments.receipt, arguments.actions, read_splits(config.data))
         print(*_lines(rescored), sep="\n")
+        print(f"signed with the key {rescored.public_key}; compare it with the host's (`arramon-client verify`)")
         return int(bool(rescored.differences))
     different = 0
     with (

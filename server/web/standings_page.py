@@ -10,6 +10,7 @@ from server.board.epochs import EpochBoard
 from server.board.standings import BOTH, Mark, Standing
 from server.episodes.splits import Split
 from server.errors import NotFound
+from server.runs.storage.epochs import EpochState
 from server.runs.storage.records import CANCELLED
 from server.web.epochs_page import state_of
 from server.web.filters import COVERAGES, GAP, METRICS, SENSORS, TURNS, Choice
@@ -43,9 +44,20 @@ class StandingsPage:
         self._episodes = {name: split.languages for name, split in splits.items()}
 
     def defaults(self, language: str) -> Choice:
-        """Return the default choice for readers of a language: a split with published runs, preferably a hidden one."""
+        """Return the default choice for readers of a language: a split with published runs, preferably a hidden one.
+
+        Of hidden splits the latest open epoch comes first, and those that are closed come last.
+        """
         languages = self._board.languages()
-        ordered = sorted(languages, key=lambda name: (not self._is_hidden(name), name))
+        epochs = {epoch.statement.split: epoch for epoch in self._epochs.all()}
+
+        def order(name: str) -> tuple[bool, bool, int, str]:
+            epoch = epochs.get(name)
+            if epoch is None:
+                return not self._is_hidden(name), False, 0, name
+            return False, epoch.record.state is not EpochState.OPEN, -epoch.number, name
+
+        ordered = sorted(languages, key=order)
         choices = [
             Choice(name, language if language in languages[name] else next(iter(languages[name]), language))
             for name in ordered

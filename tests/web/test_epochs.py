@@ -110,3 +110,12 @@ def test_withdrawn_reproductions_and_originals_are_not_linked(web: WebHouse) -> 
     text = web.site.get(f"/en/runs/{'3' * 32}").text
     assert "repeats a run that is not published now" in text
     assert REPRODUCED_RUN not in text
+
+
+def test_the_first_page_shows_the_latest_open_epoch_with_runs(web: WebHouse) -> None:
+    web.season()
+    assert "test_unseen_e2" in Page(web.site.get("/en/").text).headings[0][1]
+    web.epochs.close("test_unseen_e2")
+    assert "test_unseen_e2" in Page(web.site.get("/en/").text).headings[0][1]
+    web.published(7, 0.5, "walker", split="hidden")
+    assert "hidden" in Page(web.site.get("/en/").text).headings[0][1]

@@ -65,7 +65,7 @@ def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) ->
     if not found:
         made = document(actions_of, make_report(run, progress, played, split), played, hidden=split.hidden)
         found = [*first(differences_of_receipt(content, made))]
-    return Rescored(run.run_id, len(recorded), sum(steps.values()), True, tuple(found))
+    return Rescored(run.run_id, len(recorded), sum(steps.values()), True, tuple(found), key)
 
 
 def _read_receipt(path: Path) -> tuple[dict[str, Any], str]:

@@ -39,6 +39,7 @@ class Rescored:
         episodes, steps: numbers of ended episodes and of their recorded steps.
         has_receipt: whether there was a receipt to compare with.
         differences: descriptions of the differences; empty if there are none.
+        public_key: key that signed the receipt of a file, in hexadecimal; empty for runs of a journal.
     """
 
     run_id: str
@@ -46,6 +47,7 @@ class Rescored:
     steps: int
     has_receipt: bool
     differences: tuple[str, ...]
+    public_key: str = ""
 
 
 class Rescorer:

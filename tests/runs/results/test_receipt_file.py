@@ -71,7 +71,7 @@ def files(tmp_path: Path, request: pytest.FixtureRequest) -> Files:
 
 
 def test_an_unchanged_receipt_is_rescored_identically(files: Files) -> None:
-    assert files.rescore() == Rescored("r", 6, 13 + 4 * STEPS + 3 + 2, True, ())
+    assert files.rescore() == Rescored("r", 6, 13 + 4 * STEPS + 3 + 2, True, (), files.key.public.hex())
 
 
 def test_actions_that_came_after_an_episodes_end_do_not_count(files: Files) -> None:
