@@ -11,7 +11,7 @@ stands around it. Then two accounts agree if
   that is only walked towards, until, along or beside leaves open where the turn is made;
 - the **things on the way** are the same ones in the same order, each with the same kind, colour, look and side.
   "Past", "to" and "towards" say the same of a thing where another thing follows it before the next turn. "Between" is
-  said of its two things. "Straight on" and "along the street" name nothing, and are left out;
+  said of its two things; a turn "at" or "into" a street leads along it. "Straight on" and "along the street" name nothing, and are left out;
 - the **target** has the same kind, colour and pattern;
 - what stands **around the target** is the same. It may be told as passed or reached last, or as a relation:
   "past the phone booth; the ball is there", "the ball behind the phone booth", "near the phone booth". Opposite
@@ -200,6 +200,7 @@ def _route(parts: Sequence[Mark | str], target: Name, relations: Sequence[Relati
             legs[-1][-1] = replace(part, positions=part.positions or legs[-1][-1].positions)
         else:
             legs[-1].append(part)
+    legs[-1] = [mark for mark in legs[-1] if not (len(mark.names) == 1 and mark.names[0].fits(target))]
     around: list[Mark] = []
     for relation, names in relations:
         if names == (_SEEN,) or (relation == "on_top_of" and names[0].kind in _GROUND):
@@ -223,9 +224,7 @@ def _merge(mark: Mark, marks: list[Mark], *, replaces: bool) -> bool:
 
 def _parts_read(step: Step) -> Iterator[Mark | str]:
     if isinstance(step, Rotate):
-        if step.thing is not None:
-            yield Mark((name_read(step.thing),), frozenset({step.at}))
-        yield step.direction
+        yield from _turn(step.direction, step.at, step.thing and name_read(step.thing))
     elif isinstance(step, Face):
         yield Mark((name_read(step.thing),))
     else:
@@ -236,14 +235,22 @@ def _parts_said(step: Sequence[Any]) -> Iterator[Mark | str]:
     sort, *rest = step
     if sort == "turn":
         direction, at, thing = [*rest, "", ""][:3]
-        if thing:
-            yield Mark((name_said(thing),), frozenset({at}))
-        yield direction
+        yield from _turn(direction, at, name_said(thing) if thing else None)
     elif sort == "face":
         yield Mark((name_said(rest[0]),))
     else:
         way, things, side = [*rest, "", ""][:3]
         yield from _walk(way, _names_said(things), side)
+
+
+def _turn(direction: str, at: str, name: Name | None) -> Iterator[Mark | str]:
+    """Yield a turn and where it is made; one at a street or an alley leads into it."""
+    into = name is not None and name.kind in ("street", "alley") and at == "at"
+    if name is not None and not into:
+        yield Mark((name,), frozenset({at}))
+    yield direction
+    if name is not None and into:
+        yield from _walk("along", (name,), "")
 
 
 def _walk(way: str, names: tuple[Name, ...], side: str) -> Iterator[Mark]:
@@ -309,5 +316,5 @@ def _same_object(one: Name, other: Name) -> bool:
 
 def _same_relation(one: Relation, other: Relation) -> bool:
     (relation, names), (their_relation, their_names) = one, other
-    by_wall = names[0].kind == "wall" and {relation, their_relation} == {"near", "against"}
+    by_wall = names[0].kind == "building" and {relation, their_relation} == {"near", "against"}
     return (relation == their_relation or by_wall) and _match(names, their_names)

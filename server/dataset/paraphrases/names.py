@@ -7,11 +7,11 @@ from lang.meaning import Thing
 SAME_KIND = {
     "crossing": "intersection", "crossroads": "intersection", "junction": "intersection", "building_corner": "corner",
     "t-junction": "t_junction", "sidewalk": "street", "road": "street", "wall_corner": "corner", "roadblock": "barrier",
-    "tires": "tyre_stack", "tyres": "tyre_stack", "benches": "bench",
+    "wall": "building", "tires": "tyre_stack", "tyres": "tyre_stack", "benches": "bench",
 }  # fmt: skip
 
 SAME_WORD = {
-    "golden": "gold", "wooden": "gold", "gray": "grey", "metal": "silver", "spotted": "dotted", "dot": "circle"
+    "golden": "gold", "wooden": "gold", "gray": "grey", "metal": "grey", "silver": "grey", "spotted": "dotted", "dot": "circle"
 }  # fmt: skip
 """Words for one colour or look. A wooden thing of the street is of the catalogue's colour gold."""
 
