@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from lang.clauses import focus_of, step_of
 from lang.grammar import Grammar
 from lang.matching import Bindings
-from lang.meaning import TURNS, Assembly, Navigation, Step, Thing, Where
+from lang.meaning import TURNS, Assembly, Navigation, Rotate, Step, Thing, Where
 from lang.noun_phrases import PRONOUN, SAME, NounPhrase
 from lang.reference import map_mentions, repeats
 
@@ -14,6 +14,8 @@ BARE = " bare"
 """Ends the key of a clause without a verb ("left at the bank"), which begins a clause of the text or is none."""
 
 _STEPS = ("turn", "face", "walk")
+
+_AT = {"at": "near", "before": "in_front_of", "after": "behind"}
 
 _GROUND = ("street", "alley", "square")
 """Kinds of things that objects lie on."""
@@ -78,10 +80,7 @@ class Discourse:
                 targets += [self.focus] if self.focus is not None else []
             elif kind in ("target", "mention") and "target" in bound:
                 if not listed and last is not None and last.label.startswith("turn"):
-                    side = self._place_of(last)
-                    if side is not None and "slightly" in self._attribute(dict(last.bound), "direction"):
-                        steps.pop()  # "A little to the left, by the tree, is the mug."
-                        before += side
+                    before += self._place_of_turn(steps)
                 named = self._with(self._target(bound), before)
                 (targets if kind == "target" else mentioned).append(named)
                 before = ()
@@ -93,6 +92,16 @@ class Discourse:
         candidates = targets or mentioned or collectibles or [Thing("")]
         named = [thing for thing in candidates if thing.kind] or candidates
         return Navigation(tuple(steps), self._in_full(named[-1], [*collectibles, *mentioned]))
+
+    @staticmethod
+    def _place_of_turn(steps: list[Step]) -> tuple[Where, ...]:
+        """Take away a slight turn at the end and return it as a place: "just before the tree, a bit left, is the mug"."""
+        turn = steps[-1] if steps else None
+        if not isinstance(turn, Rotate) or not turn.direction.startswith("slightly"):
+            return ()
+        steps.pop()
+        at = () if turn.thing is None else (Where(_AT[turn.at], (turn.thing,)),)
+        return (*at, Where(f"{turn.direction.rpartition(' ')[2]}_of", (Thing("you"),)))
 
     def _place_of(self, item: Item) -> tuple[Where, ...] | None:
         """Return what a clause says of where the target is, that has been named before it; None if it is none such."""

@@ -86,7 +86,8 @@ class TextParser:
         if slot == "joined":
             return list(reader.noun_phrase_reader.read_joined(self.keys, at, reader.conjunctions))
         if slot in ("thing", "other"):
-            return [*self._noun_phrases_at(at), *self._located_things(reader.nested, at, depth, top=False)]
+            # The automaton tries the last one first: a plain noun phrase rather than one with a relation.
+            return [*self._located_things(reader.nested, at, depth, top=False), *self._noun_phrases_at(at)]
         if slot in ("landmark", "detail"):
             return [
                 (end, named)
@@ -124,7 +125,7 @@ class TextParser:
         found: list[tuple[int, object]] = []
         for match in automaton.find(self.keys, at, read):
             bound = dict(match.bound)
-            thing, where = bound["thing"], bound["where"]
+            thing, where = bound["thing"], bound.get("where", ())
             assert isinstance(thing, NounPhrase)
             assert isinstance(where, tuple)
             found.append((match.end, replace(thing, where=where)))
@@ -158,7 +159,7 @@ class TextParser:
             relation, _, kind = match.label.key.partition(" ")
             exactly = not self.reader.exact_slots.isdisjoint(bound)
             things = things_in(bound, kind, is_between=relation == "between")
-            each = [(thing,) for thing in things] if "joined" in bound and relation != "between" else [things]
+            each = [(thing,) for thing in things] if relation != "between" else [things]
             found.append((match.end, tuple(RelationPhrase(relation, about, exactly) for about in each)))
         return list(dict.fromkeys(found))
 

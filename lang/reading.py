@@ -46,6 +46,7 @@ class Reader:
         self.noun_phrase_reader = NounPhraseReader(grammar, lexicon, self.split)
         self.books = self._books()
         also = grammar.also_read
+        nested = {key: also[key] for key in also if key == "nested"}
         targets = {f"target {key}": patterns for key, patterns in grammar.target.items()}
         self.clauses = {
             "navigation": self._automaton(
@@ -54,8 +55,8 @@ class Reader:
             ),
             "assembly": self._automaton(grammar.assembly, {key: also[key] for key in also if key in grammar.assembly}),
         }
-        self.attached = self._automaton({"attached": grammar.attached, "nested": grammar.nested}, {})
-        self.nested = self._automaton({"nested": grammar.nested}, {})
+        self.attached = self._automaton({"attached": grammar.attached, "nested": grammar.nested}, nested)
+        self.nested = self._automaton({"nested": grammar.nested}, nested)
         self.relations = self._automaton(grammar.where, {key: also[key] for key in also if key in grammar.where})
         for relation, phrases in relations["phrases"].items():
             for phrase in phrases:
