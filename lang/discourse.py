@@ -23,13 +23,19 @@ _GROUND = ("street", "alley", "square")
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """A part of the text that was understood, up to but excluding `end`; `fresh` if a clause may begin there."""
+    """A part of the text that was understood, up to but excluding `end`.
+
+    Attributes:
+        fresh: whether a clause may begin there.
+        also: whether its pattern is only read.
+    """
 
     end: int
     label: str
     bound: Bindings
     cost: float
     fresh: bool = False
+    also: bool = False
 
 
 def things_in(bound: Mapping[str, object], kind: str, *, is_between: bool) -> tuple[NounPhrase, ...]:
@@ -79,7 +85,7 @@ class Discourse:
             elif item.label == "target same":
                 targets += [self.focus] if self.focus is not None else []
             elif kind in ("target", "mention") and "target" in bound:
-                if not listed and last is not None and last.label.startswith("turn"):
+                if not listed and last is not None and last.also and last.label.startswith("turn"):
                     before += self._place_of_turn(steps)
                 named = self._with(self._target(bound), before)
                 (targets if kind == "target" else mentioned).append(named)
@@ -95,7 +101,7 @@ class Discourse:
 
     @staticmethod
     def _place_of_turn(steps: list[Step]) -> tuple[Where, ...]:
-        """Take away a slight turn at the end and return it as a place: "just before the tree, a bit left, is the mug"."""
+        """Take away a slight turn at the end and return it as a place: "before the tree, a bit left, is the mug"."""
         turn = steps[-1] if steps else None
         if not isinstance(turn, Rotate) or not turn.direction.startswith("slightly"):
             return ()
@@ -122,9 +128,12 @@ class Discourse:
         return self._with(fuller[-1], target.where) if fuller else target
 
     def assembly(self, items: Sequence[Item]) -> Assembly:
-        """Return the meaning of an assembly instruction: turns, the first object that is named, all relations."""
+        """Return the meaning of an assembly instruction: turns, the object to place, all relations.
+
+        The object is the first that is named and is no landmark: "There is a red bowl; put the mug on it."
+        """
         turns: list[str] = []
-        thing: Thing | None = None
+        named: list[Thing] = []
         wheres: tuple[Where, ...] = ()
         for item in items:
             bound = dict(item.bound)
@@ -133,16 +142,23 @@ class Discourse:
                 if direction in TURNS:
                     turns.append(direction)
                 continue
-            named = bound.get("thing", bound.get("target"))
-            if thing is None and isinstance(named, NounPhrase):
-                thing = self._thing(named)
-                wheres += thing.where
-                thing = self._with(thing, (), bare=True)
+            about = bound.get("thing", bound.get("target"))
+            if isinstance(about, NounPhrase):
+                if len(named) == 1:
+                    self.focus = named[0]
+                thing = self._thing(about)
+                if not named or not thing.is_same(named[0]):
+                    wheres += thing.where if not named else ()
+                    named.append(self._with(thing, (), bare=True))
+                    self.mentioned_things.append(named[-1])
             if "where" in bound:
+                if self.focus is None and item.label == "where":
+                    self.focus = named[0] if named else None
                 wheres += self._wheres(bound["where"])
-        meaning = map_mentions(
-            Assembly(tuple(turns), thing or Thing(""), wheres), lambda each: replace(each, number="")
-        )
+        landmarks = [thing for where in wheres for thing in where.things]
+        carried = [thing for thing in named if not any(thing.is_same(each) for each in landmarks)]
+        thing = next(iter(carried), Thing("") if named and landmarks else next(iter(named), Thing("")))
+        meaning = map_mentions(Assembly(tuple(turns), thing, wheres), lambda each: replace(each, number=""))
         assert isinstance(meaning, Assembly)
         return meaning
 

@@ -13,8 +13,8 @@ SLOTS = frozenset(
         *("a", "b", "c"),
     )
 )
-"""Slots that are neither words nor tables. Only read are "joined", two things that share a noun, "landmark", a thing that
-is not to be picked up, and "detail", a thing that describes the one before it."""
+"""Slots that are neither words nor tables. Only read are "joined", two things that share a noun, "landmark", a thing
+that is not to be picked up, and "detail", a thing that describes the one before it."""
 
 INSIDE = "~"
 """Marks the place in a noun of several words where what describes it stands: "the end of the ~street"."""

@@ -14,8 +14,9 @@ if TYPE_CHECKING:
 DEPTH = 2
 """Maximum nesting of landmarks described by landmarks."""
 
-_ITEM, _WHERE, _MENTION, _FILLER, _UNKNOWN = 0.2, 0.32, 0.8, 0.06, 1.0
-"""Costs of reading a clause, each of the relations that stand alone, or a thing alone, of skipping a joining word, and any other word."""
+_ITEM, _WHERE, _WHERE_MORE, _MENTION, _FILLER, _UNKNOWN = 0.2, 0.28, 0.35, 0.8, 0.06, 1.0
+"""Costs of reading a clause, a relation alone, each further one joined to it, or a thing alone; of skipping a joining
+word, and any other word."""
 
 _ALSO, _AMID, _UNUSUAL = 0.05, 0.3, 0.1
 """Extra costs of a clause that is only read, of a main clause that begins after other words, and of one about a thing
@@ -59,11 +60,11 @@ class TextParser:
                 continue
             unusual = not self._is_usual(match)
             cost = _ITEM + _ALSO * match.label.also + _AMID * (amid and match.label.main_only) + _UNUSUAL * unusual
-            yield Item(match.end, match.label.key, match.bound, cost, fresh)
+            yield Item(match.end, match.label.key, match.bound, cost, fresh, match.label.also)
         for end, named in self._slot("target", start, DEPTH, top=True):
             yield Item(end, "mention", (("target", named),), _MENTION, fresh)
         for end, wheres in self._slot("where", start, DEPTH, top=True):
-            yield Item(end, "where", (("where", wheres),), _WHERE * _count(wheres), fresh)
+            yield Item(end, "where", (("where", wheres),), _WHERE + _WHERE_MORE * (_count(wheres) - 1), fresh)
 
     def _is_usual(self, match: Match) -> bool:
         kind = match.label.key.rpartition(" ")[2]

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from lang.discourse import BARE, Discourse
-from lang.grammar import Grammar
+from lang.grammar import Grammar, Table
 from lang.lexicon import FUZZY_LENGTH, keys_of, within_one_edit
 from lang.matching import OPTIONAL, Automaton, PatternLabel, Phrasebook
 from lang.meaning import Meaning
@@ -146,7 +146,17 @@ class Reader:
         joins = Automaton(self.split)
         for patterns in self._grammar.joins.values():
             joins.add("", patterns)
-        return frozenset(joins.vocabulary) | OPTIONAL
+        # "Right" opens sentences ("right after that, ..."), but by itself it is a turn.
+        tables = [table for table in self._grammar.tables.values() if table.attribute == "direction"]
+        turns = {key for table in tables for key in self._only_words(table)}
+        return (frozenset(joins.vocabulary) - turns) | OPTIONAL
+
+    def _only_words(self, table: Table) -> Iterable[str]:
+        """Yield the keys of a table's wordings that have only one."""
+        for patterns in table.values.values():
+            for text in (text for pattern in patterns for text in self._grammar.spellings(pattern)):
+                if len(keys := self.split(text)) == 1:
+                    yield keys[0]
 
     def _all_words(self) -> Iterable[str]:
         yield from self.fillers
