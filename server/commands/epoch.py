@@ -154,7 +154,7 @@ def _list(arguments: argparse.Namespace) -> None:
     if arguments.json:
         print(json.dumps(as_file(epochs), indent=2, ensure_ascii=False))
         return
-    rows = [("epoch", "state", "episodes", "opened", "closed", "revealed", "commitment")]
+    rows: list[tuple[str, ...]] = [("epoch", "state", "episodes", "opened", "closed", "revealed", "commitment")]
     for epoch in epochs:
         record = epoch.record
         times = (record.opened_at, record.closed_at, record.revealed_at)

@@ -214,9 +214,9 @@ def anonymous(target: Target) -> None:
     _refuse_caller(target, "a caller without a token", bare)
 
 
-def _refuse_run(target: Target, what: str, code: grpc.StatusCode, **fields: Any) -> None:
+def _refuse_run(target: Target, what: str, status: grpc.StatusCode, /, **fields: Any) -> None:
     """Check that a request for a run is refused if it differs from a valid one in these fields."""
-    expect_refusal(what, lambda: target.create_raw(_request(target, **fields)), code)
+    expect_refusal(what, lambda: target.create_raw(_request(target, **fields)), status)
 
 
 def _request(target: Target, **fields: Any) -> pb.CreateRunRequest:

@@ -141,4 +141,4 @@ def check_time(name: str, text: str) -> None:
     expect(is_utc, f"{name} is {text!r}, expected a time by RFC 3339 in UTC")
 
 
-CHECKS = (created, owned, listed, order, chosen, arguments)
+CHECKS = (created, owned, listed, order, chosen, arguments, code)
