@@ -8,6 +8,7 @@ from lang.grammar import Grammar
 from lang.matching import Bindings
 from lang.meaning import TURNS, Assembly, Navigation, Step, Thing, Where
 from lang.noun_phrases import PRONOUN, SAME, NounPhrase
+from lang.outline import Part
 from lang.reference import map_mentions, repeats
 
 _STEPS = ("turn", "face", "walk")
@@ -65,6 +66,21 @@ class Discourse:
         collectibles = [thing for thing in self.mentioned_things if thing.look in self.grammar.looks["collectible"]]
         candidates = targets or mentioned or collectibles or [Thing("")]
         return Navigation(tuple(steps), self._in_full(candidates[-1], [*collectibles, *mentioned]))
+
+    def part(self, item: Item) -> tuple[Part, ...]:
+        """Return what one item of a navigation instruction says: steps, the object to pick up, or its relations."""
+        kind, bound = item.label.split()[0], dict(item.bound)
+        if kind in _STEPS:
+            return tuple(self._step(item))
+        if kind in ("target", "mention") and "target" in bound:
+            return (self._target(bound),)
+        return self._wheres(bound["where"]) if "where" in bound else ()
+
+    def mention(self, named: NounPhrase) -> Thing:
+        """Return the thing that a noun phrase means which stands alone."""
+        thing = self._thing(named)
+        self.mentioned_things.append(thing)
+        return thing
 
     def _in_full(self, target: Thing, said: Sequence[Thing]) -> Thing:
         """Return the target with colour and look from an earlier mention if it lacks both ("Pick up the bucket.")."""

@@ -1,7 +1,7 @@
 """Reader of instructions: matches the language's patterns against a text and skips what it does not understand."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -11,6 +11,7 @@ from lang.lexicon import FUZZY_LENGTH, keys_of, within_one_edit
 from lang.matching import OPTIONAL, Automaton, Match, PatternLabel, Phrasebook
 from lang.meaning import Meaning
 from lang.noun_phrases import NounPhrase, NounPhraseReader, RelationPhrase
+from lang.outline import Said, said_of
 from lang.patterns import Choice, Pattern, Slot
 from lang.patterns import Sequence as Body
 from lang.tokens import Tokenizer
@@ -94,15 +95,36 @@ class Reader:
         """
         if phase not in PHASES:
             raise ValueError(f"phase {phase!r}; expected {' or '.join(PHASES)}")
-        for pattern, replacement in self._grammar.reading:
-            text = re.sub(pattern, replacement, text)
-        keys = tuple(map(self._correct, self.split(self._tokenizer.normalise(text))))
-        items = _Text(self, keys, phase).items()
+        items = [item for _, item in _Text(self, self._keys(text), phase).items()]
         if not items:
             expected = "what to pick up" if phase == "navigation" else "where to place what"
             raise CannotRead(f"nothing understood in {text[:80]!r}; expected steps or {expected}")
         discourse = Discourse(self._grammar)
         return discourse.navigation(items) if phase == "navigation" else discourse.assembly(items)
+
+    def outline(self, text: str) -> tuple[Said, ...]:
+        """Return the turns of a navigation instruction and the things that it mentions, in order; `outline` says how.
+
+        Nothing is raised for a text of which nothing is understood: its outline is empty.
+        """
+        keys = self._keys(text)
+        discourse = Discourse(self._grammar)
+        said: list[Said] = []
+        words, at = _Text(self, keys, "navigation"), 0
+        for start, item in words.items():
+            parts = [each for part in discourse.part(item) for each in said_of(part)]
+            known = {each.thing.kind for each in parts if each.thing is not None}
+            passing = [*words.names(at, start, set()), *words.names(start, item.end, known)]
+            said += [*(Said(thing=discourse.mention(named), manner="seen") for named in passing), *parts]
+            at = item.end
+        rest = words.names(at, len(keys), set())
+        return (*said, *(Said(thing=discourse.mention(named), manner="seen") for named in rest))
+
+    def _keys(self, text: str) -> tuple[str, ...]:
+        """Return a text's words for comparison, with typing errors corrected."""
+        for pattern, replacement in self._grammar.reading:
+            text = re.sub(pattern, replacement, text)
+        return tuple(map(self._correct, self.split(self._tokenizer.normalise(text))))
 
     def _correct(self, key: str) -> str:
         """Return the word, corrected if exactly one known word is within one typing error."""
@@ -178,8 +200,8 @@ class _Text:
     phase: str
     _memo: dict[tuple[str, int, int, bool], list[tuple[int, object]]] = field(default_factory=dict)
 
-    def items(self) -> list[Item]:
-        """Return the understood parts in order, from the division of the text with the least cost."""
+    def items(self) -> list[tuple[int, Item]]:
+        """Return the understood parts in order, each with its start, from the cheapest division of the text."""
         size = len(self.keys)
         best: list[tuple[float, Item | None]] = [(0.0, None)] * (size + 1)
         for start in range(size - 1, -1, -1):
@@ -193,7 +215,7 @@ class _Text:
         while at < size:
             chosen = best[at][1]
             if chosen is not None:
-                items.append(chosen)
+                items.append((at, chosen))
             at = chosen.end if chosen is not None else at + 1
         return items
 
@@ -244,6 +266,19 @@ class _Text:
             for end, named in self._noun_phrases_at(at)
             if number is None or (isinstance(named, NounPhrase) and named.number == number)
         ]
+
+    def names(self, start: int, end: int, known: set[str]) -> Iterator[NounPhrase]:
+        """Yield things named between two words, long names first: no collectibles, and no kinds that are known."""
+        at = start
+        while at < end:
+            found = [
+                (to, named) for to, named in self._noun_phrases_at(at) if to <= end and isinstance(named, NounPhrase)
+            ]
+            at, named = max(found, key=lambda each: each[0], default=(at + 1, None))
+            if named is None or named.back or named.kind in known:
+                continue
+            if not self.reader.noun_phrase_reader.is_collectible(named):
+                yield named
 
     def _noun_phrases_at(self, at: int) -> list[tuple[int, object]]:
         key = ("", at, 0, False)
