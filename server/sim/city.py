@@ -75,7 +75,7 @@ def city_scene(section: Section, spare: Iterable[Prop] = ()) -> Scene:
 
 
 def refurnished(scene: Scene, section: Section) -> Scene:
-    """Return the scene of a section that differs from the one of `scene` in furniture alone.
+    """Return the scene of a section that differs from the one of `scene` in furniture alone, zebra crossings excepted.
 
     It is `city_scene(section)`, but shares everything that is the same with `scene`: meshes, textures and bodies.
 
@@ -87,7 +87,13 @@ def refurnished(scene: Scene, section: Section) -> Scene:
     before = {body.name: body for body in scene.bodies if body.name.partition("/")[0] in kinds}
     props = [_same(body, before.get(body.name)) for body in _prop_bodies(section.props, meshes, textures)]
     rest = [body for body in scene.bodies if body.name not in before]
-    return Scene(scene.name, (*props, *rest), meshes, textures, scene.spare)
+    return Scene(
+        scene.name,
+        (*props, *rest),
+        meshes if len(meshes) > len(scene.meshes) else scene.meshes,
+        textures if len(textures) > len(scene.textures) else scene.textures,
+        scene.spare,
+    )
 
 
 def _same(body: Body, before: Body | None) -> Body:

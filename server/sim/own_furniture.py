@@ -71,6 +71,10 @@ class OwnFurniture:
                 raise ValueError(f"changes prop {index} of section {section.id!r}, a {PAINTED}: these stay")
 
 
+NO_FURNITURE = OwnFurniture()
+"""That of an episode which has its section's furniture as it is."""
+
+
 def furnished(section: Section, furniture: OwnFurniture) -> Section:
     """Return the section as it is in an episode: its own props in their order, then those of the episode."""
     if furniture.is_empty:

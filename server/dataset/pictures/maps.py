@@ -6,6 +6,7 @@ from server.dataset.pictures.canvas import BLACK, GREEN, PINK, SWATCHES, WHITE, 
 from server.episodes.episode import Episode, Turn
 from server.sim.assets.facades import wall_colour
 from server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
+from server.sim.own_furniture import furnished
 from server.sim.room import COLUMNS, ROWS, START
 from server.sim.section import Section
 
@@ -42,7 +43,7 @@ def section_map(section: Section, episode: Episode, scale: float = 16.0) -> Imag
 
     Turn 1 goes from the black dot to the white dot, where turn 2 begins.
     """
-    canvas = ground_map(section, scale)
+    canvas = ground_map(furnished(section, episode.furniture), scale)
     for turn, colour in zip(episode.turns, (PINK, GREEN), strict=True):
         canvas.line(turn.path, colour)
     for number, turn in enumerate(episode.turns, start=1):
