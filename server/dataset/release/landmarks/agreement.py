@@ -10,6 +10,8 @@ from server.dataset.release.landmarks.alignment import Aligned
 from server.dataset.release.landmarks.kernels import ASIDE, BACK, STEP, frames_of, in_frames, kernel
 from server.dataset.release.landmarks.mentions import FURNITURE, Event
 from server.dataset.release.landmarks.walks import Numbers, Walk
+from server.sim.city import label_of_prop
+from server.sim.section import Prop
 
 WITHIN = 4.0
 """Distance from where a text puts a thing within which it must be, in units."""
@@ -31,12 +33,12 @@ def _apart(manner: str, relation: str) -> Numbers:
 def nearest(event: Event, place: int, walk: Walk, things: Sequence[Standing]) -> tuple[int, float]:
     """Return the index of the fitting thing nearest to where a mention puts it, and how far it is; (-1, inf) if none.
 
-    A thing fits if it is of the kind, and of the colour, the look and on the side that are said.
+    A thing fits if it is of the kind, of the colour and on the side that are said, and a banner has the shape.
     """
     fitting = [
         number
         for number, (kind, _, _, colour, look) in enumerate(things)
-        if kind == event.kind and event.colour in ("", colour) and event.look in ("", look)
+        if kind == event.kind and event.colour in ("", colour) and (kind != "banner" or event.look in ("", look))
     ]
     if not fitting:
         return -1, np.inf
@@ -56,13 +58,19 @@ def nearest(event: Event, place: int, walk: Walk, things: Sequence[Standing]) ->
 def mentions_of(
     events: Sequence[Event], aligned: Aligned, walk: Walk, things: Sequence[Standing], kinds: Sequence[str] = FURNITURE
 ) -> list[tuple[Event, int, int]]:
-    """Return each mention of furniture, its place on the walk, and the index of the thing that it is of; -1 for none."""
+    """Return each mention of furniture, its place on the walk, and the index of its thing; -1 for none."""
     found = []
     for event, place in zip(events, aligned.best, strict=True):
         if event.kind in kinds:
             number, apart = nearest(event, place, walk, things)
             found.append((event, place, number if apart <= WITHIN else -1))
     return found
+
+
+def standing_of(props: Sequence[Prop]) -> list[Standing]:
+    """Return props as things in a world."""
+    labels = [label_of_prop(prop) for prop in props]
+    return [(prop.kind, prop.x, prop.z, label.colour, label.look) for prop, label in zip(props, labels, strict=True)]
 
 
 def by_kind(things: Sequence[Standing], strength: float) -> Mapping[str, list[tuple[float, float, float, str]]]:

@@ -1,11 +1,12 @@
 """Alignment of an instruction to its walk: a hidden Markov model whose states are the places of the walk.
 
-Events come in the order of the text. A turn is likely where the walk turns so; a mention where the known landmarks of its
-kind are where its kernel expects one; and a big turn of the walk is seldom passed over.
+Events come in the order of the text. A turn is likely where the walk turns so; a mention where the known landmarks of
+its kind are where its kernel expects one; and a big turn of the walk is seldom passed over.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -53,9 +54,7 @@ def align(events: Sequence[Event], walk: Walk, fit: Fit) -> Aligned:
     size = len(walk.places)
     emission = np.stack([_emission(event, number, len(events), walk, fit) for number, event in enumerate(events)])
     passed = np.cumsum(_big_turns(walk))
-    moves = [np.zeros((size, size))] + [
-        _moves(before, event, passed) for before, event in zip(events, events[1:], strict=False)
-    ]
+    moves = [np.zeros((size, size)), *(_moves(before, event, passed) for before, event in pairwise(events))]
     forward, viterbi = np.empty_like(emission), np.empty_like(emission)
     back = np.zeros(emission.shape, dtype=np.intp)
     first = -PASSED_OVER * _between(np.zeros(1, dtype=np.intp), np.arange(size), passed, False, _turns(events[0]))[0]

@@ -7,19 +7,24 @@ import lang
 from lang.outline import Said
 from server.sim.labels import BANNER_COLOURS
 
+METAL, METAL_BENCH = ("bench", "silver"), "metal_bench"
+"""Kind and colour of benches of metal, and their sort."""
+
 SCENERY = (
     "barrier", "banner", "barrel", "tyre_stack", "traffic_light", "mailbox", "bags", "stop_sign", "speed_sign",
+    METAL_BENCH,
 )  # fmt: skip
-"""Street furniture that keeps its place in all episodes of a section. People who name one beside targets less than 2
-units apart in different episodes agree 3 to 15 times as often as chance."""
+"""Sorts of street furniture that keep their places in all episodes of a section. People who name one beside targets
+less than 2 units apart in different episodes agree 3 to 15 times as often as chance."""
 
 DRAWN = ("cone", "phone_booth", "bench", "dumpster", "lamp_post", "hydrant", "bin")
-"""Street furniture that stands elsewhere in each episode: people agree no more than chance (0.7 to 1.2 times)."""
+"""Kinds of street furniture that stand elsewhere in each episode: people agree 0.7 to 1.2 times as often as chance."""
 
 FACADES = "building"
 """The kind of buildings, whose looks agree 2 to 3 times as often as chance."""
 
-FURNITURE = (*SCENERY, *DRAWN)
+FURNITURE = tuple(kind for kind in (*SCENERY, *DRAWN) if kind != METAL_BENCH)
+"""Kinds of street furniture that people name."""
 
 _SIGN = "shop_sign"
 """What has a ground colour and hangs on a wall is a banner, even if it is called a sign."""
@@ -39,6 +44,7 @@ class Event:
         side: "left" or "right" if the landmark's side is said.
         tied: whether it is of the same moment as the event before.
         weight: share of its landmark's one vote: a landmark named twice in a text still votes once.
+        identity: the same for all mentions of one thing in a text; "" if unknown.
     """
 
     direction: str = ""
@@ -50,6 +56,12 @@ class Event:
     side: str = ""
     tied: bool = False
     weight: float = 1.0
+    identity: str = ""
+
+    @property
+    def sort(self) -> str:
+        """What the landmark votes for: its kind, or "metal_bench", which unlike other benches keeps its place."""
+        return METAL_BENCH if (self.kind, self.colour) == METAL else self.kind
 
 
 def events_of(text: str, language: str) -> tuple[Event, ...]:
@@ -75,4 +87,5 @@ def _event(said: Said, identities: Sequence[str]) -> Event:
         side=said.side,
         tied=said.tied,
         weight=weight,
+        identity=thing.identity,
     )

@@ -8,9 +8,10 @@ from scipy.spatial import cKDTree
 
 from server.dataset.release.landmarks.alignment import Aligned, align
 from server.dataset.release.landmarks.kernels import frames_of, likelihood
-from server.dataset.release.landmarks.mentions import SCENERY, Event
+from server.dataset.release.landmarks.mentions import METAL, METAL_BENCH, SCENERY, Event, events_of
 from server.dataset.release.landmarks.mixture import Ballot, Peak, peaks_of
-from server.dataset.release.landmarks.walks import Numbers, Walk
+from server.dataset.release.landmarks.walks import Numbers, Walk, walks_of
+from server.episodes.episode import Episode
 
 ROUNDS = 2
 """Alignments with the map that the one before gave. After more, peaks fall to pieces."""
@@ -125,6 +126,16 @@ class Map:
         return found
 
 
+def told_of(episode: Episode) -> list[Told]:
+    """Return what the texts of an episode say, in all its languages, turn by turn."""
+    walks = walks_of(episode)
+    return [
+        Told(episode.episode_id, number + 1, language, walk, events_of(texts[number].navigation, language))
+        for number, walk in enumerate(walks)
+        for language, texts in sorted(episode.instructions.items())
+    ]
+
+
 def recover(told: Sequence[Told]) -> list[Landmark]:
     """Return the landmarks of a section on which its texts agree; the same texts give the same result."""
     told = [each for each in told if each.events]
@@ -133,7 +144,7 @@ def recover(told: Sequence[Told]) -> list[Landmark]:
     for _ in range(ROUNDS + 1):
         aligned = [align(each.events, each.walk, known.fit) for each in told]
         ballots = {kind: _ballot(kind, told, aligned) for kind in SCENERY}
-        known = Map.of({kind: _strengths(peaks_of(ballot, 1.0)) for kind, (ballot, _) in ballots.items()})
+        known = Map.of({_kind(sort): _strengths(peaks_of(ballot, 1.0)) for sort, (ballot, _) in ballots.items()})
     return [landmark for kind, (ballot, halves) in ballots.items() for landmark in _confirmed(kind, ballot, halves)]
 
 
@@ -151,7 +162,7 @@ def _ballot(kind: str, told: Sequence[Told], aligned: Sequence[Aligned]) -> tupl
     order = {episode: number for number, episode in enumerate(sorted({each.episode for each in told}))}
     for each, found in zip(told, aligned, strict=True):
         for event, posterior in zip(each.events, found.posterior, strict=True):
-            if event.kind != kind:
+            if event.sort != kind:
                 continue
             rows.append(vote(event, each.walk, posterior, cells))
             weights.append(event.weight)
@@ -193,6 +204,13 @@ def _confirmed(kind: str, ballot: Ballot, halves: Numbers) -> list[Landmark]:
             look = peak.looks[0][0] if peak.looks else ""
             place = (round(peak.x, 2), round(peak.z, 2))
             found.append(
-                Landmark(kind, *place, colour, look, round(peak.votes, 1), (round(votes[0], 1), round(votes[1], 1)))
+                Landmark(
+                    _kind(kind), *place, colour, look, round(peak.votes, 1), (round(votes[0], 1), round(votes[1], 1))
+                )
             )
     return found
+
+
+def _kind(sort: str) -> str:
+    """Return the kind of street furniture of a sort."""
+    return METAL[0] if sort == METAL_BENCH else sort
