@@ -18,6 +18,19 @@ OWN_ORIGINS = (TEXT, DRAWN)
 
 
 @dataclass(frozen=True, slots=True)
+class Origin:
+    """The origin of one prop.
+
+    Attributes:
+        name: AGREEMENT, TEXT or DRAWN.
+        votes: of AGREEMENT; otherwise 0.
+    """
+
+    name: str
+    votes: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class Recovered:
     """A prop or a building of a section that is as several texts agree.
 
@@ -69,6 +82,17 @@ class Provenance:
     def building_votes(self) -> dict[int, float]:
         """Return the votes of the buildings whose facade was recovered, by index."""
         return {each.index: each.votes for each in self.buildings}
+
+    def origins(self, section: Section, episode: Episode | None = None) -> tuple[Origin, ...]:
+        """Return the origin of each prop of the section, or of `own_furniture.furnished` for an episode, in order."""
+        votes = self.prop_votes()
+        gone = () if episode is None else episode.furniture.left_out
+        kept = [index for index in range(len(section.props)) if index not in gone]
+        added = () if episode is None else self.own.get(episode.episode_id, (DRAWN,) * len(episode.furniture.added))
+        return (
+            *(Origin(AGREEMENT, votes[index]) if index in votes else Origin(DRAWN) for index in kept),
+            *map(Origin, added),
+        )
 
     def check(self, section: Section, episodes: Mapping[str, Episode]) -> None:
         """Check it against the section and the episodes of its split.

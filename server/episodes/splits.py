@@ -115,6 +115,29 @@ def no_splits(data: Path) -> NotFound:
     )
 
 
+def check_split(splits: Mapping[str, Split], name: str | None) -> None:
+    """Check that there is a split of a name, if one is given.
+
+    Raises:
+        NotFound: if there is not; the message says which there are.
+    """
+    if name is not None and name not in splits:
+        raise NotFound(f"there is no split {name!r}; there are {', '.join(splits)}")
+
+
+def split_with_episode(splits: Mapping[str, Split], episode_id: str, name: str | None) -> Split:
+    """Return the split of a name, or the first one that has an episode if the name is None.
+
+    Raises:
+        NotFound: if there is no such split or no such episode.
+    """
+    check_split(splits, name)
+    for split in splits.values():
+        if name in (None, split.name) and episode_id in split.episodes:
+            return split
+    raise NotFound(f"there is no episode {episode_id!r} in {name or ', '.join(splits)}")
+
+
 def read_split(folder: Path) -> Split:
     """Read one split.
 

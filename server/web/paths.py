@@ -93,7 +93,9 @@ class Paths:
         if split is None or ending is None:
             raise NotFound(f"run {entry.run.run_id!r} has no episode {quoted(episode_id)} to show")
         episode = split.episodes[episode_id]
-        ground = section_map.ground(furnished(split.sections[episode.section], episode.furniture))
+        section, provenance = split.sections[episode.section], split.provenance.get(episode.section)
+        origins = () if provenance is None else provenance.origins(section, episode)
+        ground = section_map.ground(furnished(section, episode.furniture), origins)
         tracks = self._cached_tracks(entry.run, episode_id, ending.cause if ending.has_played else "")
         return PlayedEpisode(episode, ending, ground, tracks)
 
