@@ -7,10 +7,11 @@ import hashlib
 import shutil
 import tempfile
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
+from server.episodes.demands import Demands, read_demands
 from server.episodes.episode import Episode, languages_of
 from server.episodes.files import (
     FORMAT,
@@ -48,6 +49,7 @@ class Split:
         sections: by id.
         data_hash: SHA-256 of the names and contents of all its files, in hexadecimal.
         training: whether it is for training alone, and runs on it are not ranked.
+        demands: what the instructions ask for, by episode; empty if that is not known.
     """
 
     name: str
@@ -57,6 +59,7 @@ class Split:
     sections: Mapping[str, Section]
     data_hash: str
     training: bool = False
+    demands: Demands = field(default_factory=dict)
 
     @property
     def sensors(self) -> tuple[str, ...]:
@@ -127,7 +130,9 @@ def read_split(folder: Path) -> Split:
             problem = f"is {episode.section!r}; there are {', '.join(sections) or 'none'} in {folder / 'sections'}"
             raise BadFile(folder / "episodes.jsonl", problem, line=line, field="section")
     by_id = {episode.episode_id: episode for episode in episodes}
-    return Split(header.split, header.hidden, header.source, by_id, sections, hash_of(folder), header.training)
+    data_hash, hidden, training = hash_of(folder), header.hidden, header.training
+    demands = read_demands(folder, data_hash)
+    return Split(header.split, hidden, header.source, by_id, sections, data_hash, training, demands)
 
 
 def write_split(
