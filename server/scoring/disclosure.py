@@ -57,7 +57,9 @@ class PublishedSums:
     def leverages(self, more: Floats | None = None) -> Floats:
         """Return the leverage of each episode, (episodes,), with `more`, a vector orthogonal to the published ones."""
         found = self._leverage if more is None else self._leverage + _products(more)
-        greatest: Floats = np.linalg.eigvalsh(found)[:, -1]  # over both turns of an episode together
+        one, other, both = found[:, 0, 0], found[:, 1, 1], found[:, 0, 1]
+        # The larger eigenvalue: that of the two turns' combination of which the sums tell most.
+        greatest: Floats = (one + other) / 2.0 + np.hypot((one - other) / 2.0, both)
         return greatest
 
     def _rest(self, vector: Floats) -> Floats:
