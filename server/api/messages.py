@@ -57,6 +57,8 @@ def run_message(run: Run, progress: Progress) -> pb.Run:
         bank_seconds_left=run.bank_left,
         published=progress.published,
         agent_arguments=[pb.AgentArgument(name=name, value=value) for name, value in run.agent_arguments],
+        thinking_seconds=progress.thinking_seconds,
+        timed_steps=progress.timed_steps,
     )
 
 

@@ -17,14 +17,6 @@ from server.web.paths import Paths
 from server.web.standings_page import columns
 from server.web.texts import Texts
 
-_FRAME = {
-    "width": curves.WIDTH,
-    "height": curves.HEIGHT,
-    "left": curves.LEFT,
-    "right": curves.WIDTH - curves.RIGHT,
-    "bottom": curves.HEIGHT - curves.BOTTOM,
-}
-
 _ROW_ORDER = ("1", "2", "total")
 """Rows of a score table, as in `server.scoring.aggregate.ROWS`."""
 
@@ -76,7 +68,7 @@ class RunPage:
             "causes": _causes(entry),
             "ctc": curves.ctc_chart(entry.rows),
             "open": self._open(run_id) if is_open else None,
-            "frame": _FRAME,
+            "frame": curves.FRAME,
             "report": self._report(t, entry),
             "facts": self._facts(t, entry),
             "back": f"/{t.language}/{Choice(run.split, run.language).link()}",

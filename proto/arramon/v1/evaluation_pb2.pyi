@@ -488,6 +488,8 @@ class Run(_message.Message):
     BANK_SECONDS_LEFT_FIELD_NUMBER: _builtins.int
     PUBLISHED_FIELD_NUMBER: _builtins.int
     AGENT_ARGUMENTS_FIELD_NUMBER: _builtins.int
+    THINKING_SECONDS_FIELD_NUMBER: _builtins.int
+    TIMED_STEPS_FIELD_NUMBER: _builtins.int
     run_id: _builtins.str
     participant: _builtins.str
     agent: _builtins.str
@@ -512,6 +514,12 @@ class Run(_message.Message):
     """
     published: _builtins.bool
     """Whether the run is on the leaderboard."""
+    thinking_seconds: _builtins.float
+    """Time between the moments at which observations were sent and the arrival of their answers, in ended episodes: the
+    agent's own, the network's both ways, the client's, and with several episodes in parallel that of all of them.
+    """
+    timed_steps: _builtins.int
+    """Steps for which it was measured: not those that were open while a stream broke."""
     @_builtins.property
     def sensors(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]: ...
     @_builtins.property
@@ -551,10 +559,12 @@ class Run(_message.Message):
         bank_seconds_left: _builtins.float | None = ...,
         published: _builtins.bool = ...,
         agent_arguments: _abc.Iterable[Global___AgentArgument] | None = ...,
+        thinking_seconds: _builtins.float = ...,
+        timed_steps: _builtins.int = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left", "bank_seconds_left", b"bank_seconds_left", "limits", b"limits"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left", "agent", b"agent", "agent_arguments", b"agent_arguments", "bank_seconds_left", b"bank_seconds_left", "causes", b"causes", "created_at", b"created_at", "data_hash", b"data_hash", "ended_at", b"ended_at", "episodes", b"episodes", "episodes_ended", b"episodes_ended", "images", b"images", "language", b"language", "limits", b"limits", "participant", b"participant", "published", b"published", "reoffers", b"reoffers", "run_id", b"run_id", "sensors", b"sensors", "split", b"split", "state", b"state", "steps", b"steps"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left", "agent", b"agent", "agent_arguments", b"agent_arguments", "bank_seconds_left", b"bank_seconds_left", "causes", b"causes", "created_at", b"created_at", "data_hash", b"data_hash", "ended_at", b"ended_at", "episodes", b"episodes", "episodes_ended", b"episodes_ended", "images", b"images", "language", b"language", "limits", b"limits", "participant", b"participant", "published", b"published", "reoffers", b"reoffers", "run_id", b"run_id", "sensors", b"sensors", "split", b"split", "state", b"state", "steps", b"steps", "thinking_seconds", b"thinking_seconds", "timed_steps", b"timed_steps"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__bank_seconds_left: _TypeAlias = _typing.Literal["bank_seconds_left"]  # noqa: Y015
     _WhichOneofArgType__bank_seconds_left: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left"]  # noqa: Y015
