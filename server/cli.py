@@ -16,7 +16,7 @@ from server.process import logs
 
 FAMILIES = {
     "serve": ("serve", "health"),
-    "data": ("import-release", "generate"),
+    "data": ("import-release", "generate", "demands"),
     "epoch": ("epoch",),
     "demonstrations": ("export-demos",),
     "sheets": ("sheets", "add-paraphrased"),

@@ -12,6 +12,7 @@ from arramon.v1.leaderboard_pb2_grpc import LeaderboardServicer
 from server.api.authentication import caller_of
 from server.api.messages import row_message, run_message, score_message
 from server.board.board import Against, Board
+from server.board.cost import Cost
 from server.board.epochs import Epoch, EpochBoard, EpochChanges
 from server.board.exports import as_csv, as_json
 from server.board.publishing import Publishing
@@ -48,7 +49,8 @@ class BoardServicer(LeaderboardServicer):
 
         def publish() -> pb.Entry:
             reproduces = request.reproduces if request.HasField("reproduces") else None
-            self._publishing.publish(caller, request.run_id, request.note, reproduces)
+            cost = cost_of(request.cost) if request.HasField("cost") else None
+            self._publishing.publish(caller, request.run_id, request.note, cost, reproduces)
             return self._entry(request.run_id)
 
         return await asyncio.to_thread(publish)
@@ -133,6 +135,21 @@ def entry_message(entry: Entry, *, listed: bool = False) -> pb.Entry:
         runs_published=entry.attempts.published,
         reproduced_by=len(entry.reproducers),
         reproduces=entry.reproduces or "",
+        cost=cost_message(entry.cost) if entry.cost else None,
+    )
+
+
+def cost_message(cost: Cost) -> pb.Cost:
+    """Return the message for a declared cost."""
+    return pb.Cost(parameters=cost.parameters, tokens=cost.tokens, price=cost.price)
+
+
+def cost_of(message: pb.Cost) -> Cost:
+    """Return the declared cost in a message."""
+    return Cost(
+        message.parameters if message.HasField("parameters") else None,
+        message.tokens if message.HasField("tokens") else None,
+        message.price if message.HasField("price") else None,
     )
 
 
@@ -172,8 +189,8 @@ def epoch_changes_message(found: EpochChanges, metric: str) -> pb.CompareEpochsR
     """Return the message for how agents stand on two epochs."""
     lines = [
         pb.EpochComparison(
-            older=entry_message(line.older, listed=True),
-            newer=entry_message(line.newer, listed=True),
+            older=standing_message(line.older, brief=True),
+            newer=standing_message(line.newer, brief=True),
             older_mean=line.older_mean,
             newer_mean=line.newer_mean,
             difference=score_message(metric, line.difference),
@@ -222,6 +239,7 @@ def standing_message(standing: Standing, *, brief: bool = False) -> pb.Standing:
         runs_published=standing.attempts.published,
         reproduced_by=standing.reproduced_by,
         gap=pb.LanguageGap(**asdict(standing.gap)) if standing.gap else None,
+        spread=pb.SeedSpread(**asdict(standing.spread)) if standing.spread else None,
     )
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.engine import Row
 
+from server.board.cost import NO_COST, Cost
 from server.board.episode_table import EpisodeTable
 from server.board.standings import Rows, Seal
 from server.errors import NotFound, quoted
@@ -50,6 +51,7 @@ class Published:
         withdrawn_at: time of the withdrawal, in UTC; None while the run is listed.
         withdrawn_by_host: whether the host withdrew it.
         reproduces: id of the run that it reproduces; None if none.
+        cost: what the run cost, as declared.
     """
 
     run: Run
@@ -58,6 +60,7 @@ class Published:
     withdrawn_at: datetime | None
     withdrawn_by_host: bool
     reproduces: str | None = None
+    cost: Cost = NO_COST
 
     @property
     def is_listed(self) -> bool:
@@ -160,9 +163,10 @@ class Entries:
         episodes: EpisodeTable,
         *,
         by_host: bool,
+        cost: Cost | None = None,
         reproduces: str | None = None,
     ) -> bool:
-        """Publish a run, also one that was withdrawn; if it is listed already, replace its note.
+        """Publish a run, also one that was withdrawn; if it is listed already, replace its note, and its cost if given.
 
         `reproduces` is the id of the run that it reproduces, empty for none, or None to leave that as it was.
 
@@ -184,6 +188,7 @@ class Entries:
             "withdrawn_at": None,
             "withdrawn_by_host": False,
             "revision": table.c.revision + 1,
+            **({} if cost is None else {"cost": cost.written()}),
         }
         if reproduces is not None:
             values["reproduces"] = reproduces or None
@@ -195,7 +200,8 @@ class Entries:
             if connection.execute(sa.select(table.c.run_id).where(mine)).all():
                 return False
             row = {"run_id": run_id, "published_at": now, "note": note, "scores": _written(scores)}
-            row |= {"episodes": episodes.packed(), "reproduces": reproduces or None}
+            row |= {"episodes": episodes.packed(), "cost": cost.written() if cost else None}
+            row |= {"reproduces": reproduces or None}
             connection.execute(table.insert().values(row))
             return True
 
@@ -223,14 +229,18 @@ _LISTED = tables.entries.c.withdrawn_at.is_(None)
 
 _ENTRIES = sa.select(
     tables.runs,
-    *(tables.entries.c[name] for name in ("published_at", "note", "withdrawn_at", "withdrawn_by_host", "reproduces")),
+    *(
+        tables.entries.c[name]
+        for name in ("published_at", "note", "withdrawn_at", "withdrawn_by_host", "reproduces", "cost")
+    ),
 ).join_from(tables.entries, tables.runs)
 
 
 def _published(row: Row[Any]) -> Published:
     published_at, withdrawn_at = utc(row.published_at), utc(row.withdrawn_at)
     assert published_at is not None
-    return Published(run_of(row), published_at, row.note, withdrawn_at, row.withdrawn_by_host, row.reproduces)
+    withdrawn = row.withdrawn_by_host
+    return Published(run_of(row), published_at, row.note, withdrawn_at, withdrawn, row.reproduces, Cost.of(row.cost))
 
 
 def _written(scores: Scores) -> dict[str, Any]:

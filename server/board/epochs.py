@@ -8,8 +8,8 @@ import numpy as np
 
 from server.board.board import Board
 from server.board.entries import Entries
-from server.board.episode_table import join
-from server.board.standings import BOTH, COLUMNS, HEADLINE, TOTAL, Entry
+from server.board.episode_table import join, mean_table
+from server.board.standings import BOTH, COLUMNS, HEADLINE, TOTAL, Standing
 from server.episodes.epochs import LIST_FORMAT, LIST_VERSION, Statement, epoch_of, read_statement
 from server.episodes.splits import Split
 from server.errors import BadInput, Conflict, NotFound, quoted
@@ -50,15 +50,16 @@ class Change:
     """How an agent stands on a newer epoch against an older one.
 
     Attributes:
-        older, newer: its ranked run on each; of several the one published last.
+        older, newer: its ranked standing on each: one run, or those with several seeds; of several standings the one
+            published last.
         older_mean, newer_mean: means of both turns.
         difference: the newer minus the older mean, with its 95% interval.
         against_others: the same minus the mean of that of all other agents; None with one agent.
         same_code: whether both runs name the same code.
     """
 
-    older: Entry
-    newer: Entry
+    older: Standing
+    newer: Standing
     older_mean: float
     newer_mean: float
     difference: Interval
@@ -131,8 +132,8 @@ class EpochBoard:
     def compare(self, older: str, newer: str, language: str, metric: str = HEADLINE) -> EpochChanges:
         """Return how all agents with ranked runs on two epochs of a split stand on the older against the newer one.
 
-        An agent is the same if account, participant, name, arguments and sensors are the same, and if its runs do not
-        name different code.
+        An agent is the same if account, participant, name, arguments but the seed, and sensors are the same, and if its
+        runs do not name different code.
 
         Raises:
             NotFound: if there is no such epoch or language.
@@ -194,25 +195,26 @@ class EpochBoard:
                 after[key].rows[TOTAL][metric].mean,
                 Interval(float(each.mean[at]), float(each.low[at]), float(each.high[at])),
                 None if apart is None else Interval(float(apart.mean[at]), float(apart.low[at]), float(apart.high[at])),
-                bool(before[key].run.code) and after[key].run.code.is_of(before[key].run.code),
+                all(_codes(before[key], after[key])),
             )
             for at, key in enumerate(keys)
         ]
-        lines.sort(key=lambda line: (line.difference.mean, line.newer.run.run_id))
+        lines.sort(key=lambda line: (line.difference.mean, line.newer.entries[0].run.run_id))
         overall = Interval(float(mean.mean), float(mean.low), float(mean.high))
         return EpochChanges(older, newer, tuple(lines), overall)
 
-    def _agents(self, split: str, language: str) -> dict[object, Entry]:
-        """Return the ranked entry of each agent that was published last."""
-        found: dict[object, Entry] = {}
-        ranked = [line.entries[0] for line in self._board.standings(split, language) if line.is_ranked]
-        for entry in sorted(ranked, key=lambda entry: (entry.published_at, entry.run.run_id)):
-            found[(*entry.system, entry.run.agent_arguments, entry.sensors)] = entry
-        return found
+    def _agents(self, split: str, language: str) -> dict[object, Standing]:
+        """Return the ranked standing of each agent that was published last."""
+        ranked = [line for line in self._board.standings(split, language) if line.is_ranked]
+        ordered = sorted(ranked, key=lambda line: max((one.published_at, one.run.run_id) for one in line.entries))
+        return {line.entries[0].kind: line for line in ordered}
 
-    def _scored(self, split: str, entries: Sequence[Entry], column: int) -> Scored:
+    def _scored(self, split: str, standings: Sequence[Standing], column: int) -> Scored:
         section_of = {name: episode.section for name, episode in self._splits[split].episodes.items()}
-        joined = [join([self._entries.episodes(entry.run.run_id)], section_of) for entry in entries]
+        joined = [
+            join([mean_table([self._entries.episodes(one.run.run_id) for one in line.entries])], section_of)
+            for line in standings
+        ]
         return Scored(np.stack([one.values[:, -1, column] for one in joined]), joined[0].strata)
 
 
@@ -245,7 +247,12 @@ def epoch_with_statement(record: EpochRecord) -> Epoch:
     return Epoch(record, read_statement(record.statement, f"statement of {record.split}"))
 
 
-def _may_be_same(older: Entry, newer: Entry) -> bool:
-    """Return whether two runs do not name different code."""
-    one, other = older.run.code, newer.run.code
-    return not (one and other) or other.is_of(one)
+def _may_be_same(older: Standing, newer: Standing) -> bool:
+    """Return whether no two runs of the standings name different code."""
+    return all(same is not False for same in _codes(older, newer))
+
+
+def _codes(older: Standing, newer: Standing) -> list[bool | None]:
+    """Return for each pair of runs whether they name the same code; None if one of them names none."""
+    pairs = ((one.run.code, other.run.code) for one in older.entries for other in newer.entries)
+    return [other.is_of(one) if one and other else None for one, other in pairs]

@@ -48,6 +48,12 @@ CSV_COLUMNS = (
     "higher language",
     "lower language",
     "same outcome",
+    "seeds",
+    "seed deviation",
+    "seconds a step",
+    "declared parameters",
+    "declared tokens",
+    "declared price",
     "reproduced by",
     "reproduces",
 )
@@ -104,6 +110,10 @@ def _standing_cells(standing: Standing, listing: Listing) -> dict[str, object]:
         "last rank": standing.last_rank or "",
         "runs begun": standing.attempts.begun,
         "runs published": standing.attempts.published,
+        "seeds": standing.seeds,
+        "seed deviation": standing.spread.deviation if standing.spread else "",
+        "seconds a step": "" if standing.seconds_a_step is None else standing.seconds_a_step,
+        **{f"declared {name}": "" if value is None else value for name, value in asdict(standing.cost).items()},
         "reproduced by": standing.reproduced_by,
         "reproduces": " ".join(entry.reproduces for entry in standing.entries if entry.reproduces),
     }
@@ -161,6 +171,9 @@ def _standing(standing: Standing) -> dict[str, Any]:
         "runs_begun": standing.attempts.begun,
         "runs_published": standing.attempts.published,
         "gap": asdict(standing.gap) if standing.gap else None,
+        "seeds": asdict(standing.spread) if standing.spread else None,
+        "seconds_a_step": standing.seconds_a_step,
+        "declared_cost": asdict(standing.cost),
         "reproduced_by": standing.reproduced_by,
     }
 
@@ -186,6 +199,9 @@ def _entry(entry: Entry) -> dict[str, Any]:
         "agent_arguments": dict(run.agent_arguments),
         "coverage": entry.coverage,
         "marks": entry.marks,
+        "thinking_seconds": entry.progress.thinking_seconds,
+        "timed_steps": entry.progress.timed_steps,
+        "declared_cost": asdict(entry.cost),
         "code": run.code.named(),
         "reproduces": entry.reproduces,
         "reproduced_by": len(entry.reproducers),

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from server.board.cost import Cost
 from server.board.entries import Entries, Published, Scores
 from server.board.episode_table import EpisodeTable
 from server.board.reproductions import check_reproduction
@@ -38,13 +39,16 @@ class Publishing:
         self._entries = entries
         self._receipts = receipts
 
-    def publish(self, caller: Caller, run_id: str, note: str, reproduces: str | None = None) -> None:
+    def publish(
+        self, caller: Caller, run_id: str, note: str, cost: Cost | None = None, reproduces: str | None = None
+    ) -> None:
         """Publish a run that has ended, and sign its receipt; if it is listed already, replace its note.
 
         Args:
             caller: the run's participant, or a host.
             run_id: id of the run.
             note: line of at most MAX_NOTE characters for readers of the leaderboard; may be empty.
+            cost: what the run cost, as declared; None to leave what was declared before.
             reproduces: id of the published run that it reproduces, empty for none; None to leave that as it was.
 
         Raises:
@@ -55,10 +59,12 @@ class Publishing:
                 training alone; if it is hidden and the run lacks some of its episodes, as the mean over a few reveals
                 scores of single ones; if none of its episodes was played to its end; or if it is no reproduction of
                 the run that it names (see `check_reproduction`).
-            BadInput: if the note is too long, or has more than one line.
+            BadInput: if the note is too long, or has more than one line, or a number of the cost is out of range.
         """
         run = self._own(caller, run_id)
         _check_note(note := note.strip())
+        if cost is not None:
+            cost.check()
         by_host = caller.role is Role.HOST
         entry = self._entries.find(run_id)
         if entry is not None and entry.withdrawn_by_host and not by_host:
@@ -72,7 +78,7 @@ class Publishing:
         self._receipts.of(caller, run_id)
         scores = Scores(report.progress, report.table.rows, report.signature)
         episodes = EpisodeTable.of(self._journal.endings(run_id))
-        if not self._entries.publish(run_id, note, scores, episodes, by_host=by_host, reproduces=reproduces):
+        if not self._entries.publish(run_id, note, scores, episodes, by_host=by_host, cost=cost, reproduces=reproduces):
             raise _withdrawn_by_host(run_id)
 
     def withdraw(self, caller: Caller, run_id: str) -> None:

@@ -64,8 +64,8 @@ class Season:
             player.play(actions)  # type: ignore[arg-type]
         return run.run_id
 
-    def publishes(self, who: Person, run_id: str, **fields: str) -> pb.Entry:
-        return who.board.Publish(pb.PublishRequest(run_id=run_id, **fields), metadata=METADATA)
+    def publishes(self, who: Person, run_id: str, reproduces: str | None = None) -> pb.Entry:
+        return who.board.Publish(pb.PublishRequest(run_id=run_id, reproduces=reproduces), metadata=METADATA)
 
     def entry(self, run_id: str) -> pb.Entry:
         return self.nobody.board.GetEntry(pb.GetEntryRequest(run_id=run_id), metadata=METADATA)
@@ -191,7 +191,7 @@ def test_agents_on_two_epochs_are_compared(season: Season, capsys: pytest.Captur
     assert (line.older_mean, line.newer_mean, line.difference.mean, line.same_code) == (1.0, 0.0, -1.0, True)
     assert not line.HasField("against_others")
     assert (found.mean.mean, found.sort) == (-1.0, "PTC@CTC-3")
-    assert not [entry.rows for entry in (line.older, line.newer) if entry.rows]
+    assert not [standing.rows for standing in (line.older, line.newer) if standing.rows]
     words = ["epochs", "--server", season.server.address, "--compare", OLDER, NEWER]
     assert main([*words, "--lang", "en"]) == 0
     shown = capsys.readouterr().out

@@ -164,7 +164,7 @@ def test_of_several_runs_the_one_published_last_counts(house: House, tmp_path: P
     for run_id, split, score in (("1", older, 1.0), ("2", older, 0.0), ("3", newer, 0.5)):
         house.publish(house.run(run_id, score, split=split))
     (line,) = house.epoch_board.compare(older, newer, "en").agents
-    assert (line.older.run.run_id, line.difference.mean, line.against_others) == ("2", 0.5, None)
+    assert (line.older.entries[0].run.run_id, line.difference.mean, line.against_others) == ("2", 0.5, None)
 
 
 @pytest.mark.parametrize(

@@ -40,7 +40,7 @@ def run(house: House, run_id: str, account: str | None, scores: Any = 1.0, **mor
 
 
 def reproduce(house: House, run_id: str, of: str = "anns", caller: Caller = HOST) -> str:
-    house.publishing.publish(caller, run_id, "", of)
+    house.publishing.publish(caller, run_id, "", reproduces=of)
     return run_id
 
 
@@ -67,7 +67,7 @@ def test_republishing_keeps_or_changes_what_is_reproduced(house: House) -> None:
     reproduce(house, run(house, "bobs", "bob"))
     house.publish("bobs", "a note")
     assert (house.board.entry("bobs").reproduces, house.board.entry("bobs").note) == ("anns", "a note")
-    house.publishing.publish(HOST, "bobs", "", "")
+    house.publishing.publish(HOST, "bobs", "", reproduces="")
     assert house.board.entry("bobs").reproduces is None
     assert len(house.board.entry("anns").reproducers) == 0
 

@@ -88,7 +88,7 @@ class WebHouse(House):
         for (split, run_id, who), score in runs.items():
             self.run(run_id, score, split=split, participant=who, account=who, code=code)
             reproduces = REPRODUCED_RUN if who != "ann" else None
-            self.publishing.publish(HOST, run_id, "", reproduces)
+            self.publishing.publish(HOST, run_id, "", reproduces=reproduces)
         for split, number in ((older, "4"), (newer, "5")):
             self.publish(self.run(number * 32, 0.25, split=split, agent="other", participant="bob", account="bob"))
         self.epochs.close(older)

@@ -127,7 +127,7 @@ def replayed(
         actions_of: returns the actions of a run's episode, given the ids of both.
     """
     episode = split.episodes[ending.episode_id]
-    session = Session(episode, worlds.ground(split.name, episode.section), Limits(run.steps_per_phase))
+    session = Session(episode, worlds.ground(split.name, episode), Limits(run.steps_per_phase))
     actions = actions_of(run.run_id, ending.episode_id) if ending.has_played else []
     for _ in session.replay(actions):
         pass

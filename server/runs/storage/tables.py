@@ -122,6 +122,8 @@ episodes = Table(
     Column("faults", Integer, nullable=False, server_default="0"),
     Column("sent", Float),
     Column("sent_step", Integer),
+    Column("thinking_seconds", Float),
+    Column("timed_steps", Integer),
 )
 Index("run_episodes_by_state", episodes.c.run_id, episodes.c.state, episodes.c.ordinal)
 Index(
@@ -176,6 +178,7 @@ entries = Table(
     Column("revision", Integer, nullable=False, server_default="0"),
     Column("scores", JSON, nullable=False),
     Column("episodes", LargeBinary),
+    Column("cost", JSON),
     Column("reproduces", String(32)),  # no foreign key: rows are imported in any order
 )
 Index("entries_by_reproduced", entries.c.reproduces)

@@ -97,7 +97,7 @@ def comparison(found: pb.CompareEpochsResponse, older: str, newer: str, metric: 
     for line in found.agents:
         apart = _interval(line.against_others) if line.HasField("against_others") else "-"
         made.add_row(
-            Text(f"{line.newer.run.agent}\n{line.newer.run.participant}"),
+            Text(f"{line.newer.agent}\n{line.newer.participant}"),
             f"{line.older_mean:.3f}",
             f"{line.newer_mean:.3f}",
             _interval(line.difference),

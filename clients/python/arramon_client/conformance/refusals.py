@@ -261,7 +261,8 @@ def _refuse_caller(target: Target, what: str, access: Access) -> None:
 
 
 CHECKS = (
-    split, language, sensors, hidden_sensors, hidden_part, agent, episodes, chosen, arguments, unknown_run,
+    split, language, sensors, hidden_sensors, hidden_part, agent, episodes, chosen, arguments, code,
+    unknown_run,
     page, first_message,
     image_size, encoding, quality, unfinished, token, anonymous,
 )  # fmt: skip

@@ -1,10 +1,10 @@
-"""Migration 0009: the code that a run names, reproductions of runs, and epochs of hidden splits."""
+"""Migration 0011: the code that a run names, reproductions of runs, and epochs of hidden splits."""
 
 import sqlalchemy as sa
 from alembic import op
 
-revision = "0009"
-down_revision = "0008"
+revision = "0011"
+down_revision = "0010"
 
 
 def upgrade() -> None:
