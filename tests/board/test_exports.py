@@ -30,6 +30,7 @@ def test_csv_columns_are_stable() -> None:
     assert CSV_COLUMNS[49:52] == ("last rank", "runs begun", "runs published")
     assert CSV_COLUMNS[58:] == (
         "seeds", "seed deviation", "seconds a step", "declared parameters", "declared tokens", "declared price",
+        "reproduced by", "reproduces",
     )  # fmt: skip
     assert CSV_COLUMNS[52:58] == ("gap", "gap low", "gap high", "higher language", "lower language", "same outcome")
 
