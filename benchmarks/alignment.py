@@ -5,8 +5,8 @@
 It learns from the development half of the free paraphrases, and is measured on their test half: how often a text fits
 its own route better than the same route mirrored, than with one turn the other way, and than nine other routes; and, as
 the grammar's texts for the same episodes are known to lead the follower, how often it contradicts them. --show prints
-texts of the grammar that it contradicts. --train learns anew and writes the models into the package. Takes some minutes, as
-the routes are looked at through the camera.
+texts of the grammar that it contradicts. --train learns anew and writes the models into the package. Takes some
+minutes, as the routes are looked at through the camera.
 """
 
 import argparse

@@ -36,7 +36,7 @@ MIN_COUNT = 2
 
 DIGITS = 5
 
-_WORD = re.compile(r"[a-z]+|[\u0900-\u097f]+")
+_WORD = re.compile(r"[a-z]+|[\u0900-\u0963\u0966-\u097f]+")
 
 Floats = npt.NDArray[np.float64]
 
