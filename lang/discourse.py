@@ -8,6 +8,7 @@ from lang.grammar import Grammar
 from lang.matching import Bindings
 from lang.meaning import TURNS, Assembly, Navigation, Rotate, Step, Thing, Where
 from lang.noun_phrases import PRONOUN, SAME, NounPhrase
+from lang.outline import Part
 from lang.reference import map_mentions, repeats
 
 BARE = " bare"
@@ -96,8 +97,8 @@ class Discourse:
                 before += self._wheres(bound["where"])
         collectibles = [thing for thing in self.mentioned_things if thing.look in self.grammar.looks["collectible"]]
         candidates = targets or mentioned or collectibles or [Thing("")]
-        named = [thing for thing in candidates if thing.kind] or candidates
-        return Navigation(tuple(steps), self._in_full(named[-1], [*collectibles, *mentioned]))
+        kinds = [thing for thing in candidates if thing.kind] or candidates
+        return Navigation(tuple(steps), self._in_full(kinds[-1], [*collectibles, *mentioned]))
 
     @staticmethod
     def _place_of_turn(steps: list[Step]) -> tuple[Where, ...]:
@@ -119,6 +120,21 @@ class Discourse:
         if item.label == "turn bare" or (item.label == "turn" and slight):
             return (Where(f"{side}_of", (Thing("you"),)),) if side in ("left", "right") else None
         return None
+
+    def part(self, item: Item) -> tuple[Part, ...]:
+        """Return what one item of a navigation instruction says: steps, the object to pick up, or its relations."""
+        kind, bound = item.label.split()[0], dict(item.bound)
+        if kind in (*_STEPS, "landmark"):
+            return tuple(self._step(item))
+        if kind in ("target", "mention") and "target" in bound:
+            return (self._target(bound),)
+        return self._wheres(bound["where"]) if "where" in bound else ()
+
+    def mention(self, named: NounPhrase) -> Thing:
+        """Return the thing that a noun phrase means which stands alone."""
+        thing = self._thing(named)
+        self.mentioned_things.append(thing)
+        return thing
 
     def _in_full(self, target: Thing, said: Sequence[Thing]) -> Thing:
         """Return the target with colour and look from an earlier mention if it lacks both ("Pick up the bucket.")."""

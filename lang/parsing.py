@@ -1,6 +1,6 @@
 """Division of one text into the parts that are understood, at the least cost."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -32,8 +32,8 @@ class TextParser:
     phase: str
     _memo: dict[tuple[str, int, int, bool], list[tuple[int, object]]] = field(default_factory=dict)
 
-    def items(self) -> list[Item]:
-        """Return the understood parts in order, from the division of the text with the least cost."""
+    def items(self) -> list[tuple[int, Item]]:
+        """Return the understood parts in order, each with its start, from the cheapest division of the text."""
         size = len(self.keys)
         best: list[tuple[float, Item | None]] = [(0.0, None)] * (size + 1)
         for start in range(size - 1, -1, -1):
@@ -47,7 +47,7 @@ class TextParser:
         while at < size:
             chosen = best[at][1]
             if chosen is not None:
-                items.append(chosen)
+                items.append((at, chosen))
             at = chosen.end if chosen is not None else at + 1
         return items
 
@@ -108,6 +108,19 @@ class TextParser:
             for end, named in self._noun_phrases_at(at)
             if number is None or (isinstance(named, NounPhrase) and named.number == number)
         ]
+
+    def names(self, start: int, end: int, known: set[str]) -> Iterator[NounPhrase]:
+        """Yield things named between two words, long names first: no collectibles, and no kinds that are known."""
+        at = start
+        while at < end:
+            found = [
+                (to, named) for to, named in self._noun_phrases_at(at) if to <= end and isinstance(named, NounPhrase)
+            ]
+            at, named = max(found, key=lambda each: each[0], default=(at + 1, None))
+            if named is None or named.back or named.kind in known:
+                continue
+            if not self.reader.noun_phrase_reader.is_collectible(named):
+                yield named
 
     def _noun_phrases_at(self, at: int) -> list[tuple[int, object]]:
         key = ("", at, 0, False)

@@ -10,6 +10,7 @@ from lang.lexicon import FUZZY_LENGTH, keys_of, within_one_edit
 from lang.matching import OPTIONAL, Automaton, PatternLabel, Phrasebook
 from lang.meaning import Meaning
 from lang.noun_phrases import NounPhraseReader
+from lang.outline import Said, said_of
 from lang.parsing import TextParser
 from lang.patterns import Choice, Pattern, Slot
 from lang.patterns import Sequence as Body
@@ -91,15 +92,36 @@ class Reader:
         """
         if phase not in PHASES:
             raise ValueError(f"phase {phase!r}; expected {' or '.join(PHASES)}")
-        for pattern, replacement in self._grammar.reading:
-            text = re.sub(pattern, replacement, text)
-        keys = tuple(map(self._correct, self.split(self._tokenizer.normalise(text))))
-        items = TextParser(self, keys, phase).items()
+        items = [item for _, item in TextParser(self, self._keys(text), phase).items()]
         if not items:
             expected = "what to pick up" if phase == "navigation" else "where to place what"
             raise CannotRead(f"nothing understood in {text[:80]!r}; expected steps or {expected}")
         discourse = Discourse(self._grammar)
         return discourse.navigation(items) if phase == "navigation" else discourse.assembly(items)
+
+    def outline(self, text: str) -> tuple[Said, ...]:
+        """Return the turns of a navigation instruction and the things that it mentions, in order; `outline` says how.
+
+        Nothing is raised for a text of which nothing is understood: its outline is empty.
+        """
+        keys = self._keys(text)
+        discourse = Discourse(self._grammar)
+        said: list[Said] = []
+        words, at = TextParser(self, keys, "navigation"), 0
+        for start, item in words.items():
+            parts = [each for part in discourse.part(item) for each in said_of(part)]
+            known = {each.thing.kind for each in parts if each.thing is not None}
+            passing = [*words.names(at, start, set()), *words.names(start, item.end, known)]
+            said += [*(Said(thing=discourse.mention(named), manner="seen") for named in passing), *parts]
+            at = item.end
+        rest = words.names(at, len(keys), set())
+        return (*said, *(Said(thing=discourse.mention(named), manner="seen") for named in rest))
+
+    def _keys(self, text: str) -> tuple[str, ...]:
+        """Return a text's words for comparison, with typing errors corrected."""
+        for pattern, replacement in self._grammar.reading:
+            text = re.sub(pattern, replacement, text)
+        return tuple(map(self._correct, self.split(self._tokenizer.normalise(text))))
 
     def _correct(self, key: str) -> str:
         """Return the word, corrected if exactly one known word is within one typing error."""
