@@ -2,18 +2,17 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from server.dataset.release.landmarks.agreement import by_kind, standing_of
 from server.dataset.release.landmarks.facades import paint
-from server.dataset.release.landmarks.ground import Ground, walked_points
+from server.dataset.release.landmarks.ground import Ground, Room
 from server.dataset.release.landmarks.own import moved_off, own_furniture, wanted
 from server.dataset.release.landmarks.recovery import Landmark, Map, Told, recover, told_of
 from server.dataset.release.landmarks.scenery import props_of
 from server.dataset.release.landmarks.strays import strays_of
-from server.dataset.release.landmarks.walks import Numbers
 from server.episodes.episode import Episode
 from server.episodes.provenance import DRAWN, TEXT, Provenance, Recovered
 from server.sim.own_furniture import OwnFurniture, furnished
@@ -21,37 +20,6 @@ from server.sim.section import Section
 
 KNOWN = 0.8
 """Strength of each thing of a world in the alignment of a text to that world."""
-
-
-@dataclass(frozen=True, slots=True)
-class Place:
-    """What one episode leaves free.
-
-    Attributes:
-        walked: (n, 2), closely spaced points on its paths.
-        targets: (2, 2), the objects to pick up.
-        distracters: (m, 2), the other objects in its streets.
-    """
-
-    walked: Numbers
-    targets: Numbers
-    distracters: Numbers
-
-    @classmethod
-    def of(cls, episode: Episode) -> "Place":
-        """Return what an episode leaves free."""
-        paths = [np.array(turn.path) for turn in episode.turns]
-        positions = [[(each.position.x, each.position.z) for each in turn.street] for turn in episode.turns]
-        return cls(
-            walked_points(paths),
-            np.array([street[0] for street in positions]),
-            np.array([place for street in positions for place in street[1:]]).reshape(-1, 2),
-        )
-
-    @property
-    def objects(self) -> Numbers:
-        """All objects in its streets, (k, 2)."""
-        return np.concatenate([self.targets, self.distracters])
 
 
 def rebuild(section: Section, episodes: Sequence[Episode]) -> tuple[Section, list[Episode], Provenance]:
@@ -72,9 +40,9 @@ def rebuild(section: Section, episodes: Sequence[Episode]) -> tuple[Section, lis
     built = props_of(landmarks, section.heading, section.buildings, ground, walked)
     buildings, facades = paint(section.buildings, everything)
     rebuilt = replace(section, props=tuple(prop for prop, _ in built), buildings=buildings)
-    places = {episode.episode_id: Place.of(episode) for episode in listed}
-    own = {each.episode_id: own_of(each, told[each.episode_id], rebuilt, ground, places) for each in listed}
-    furniture = {each.episode_id: _with_strays(each.episode_id, own, told, rebuilt, ground, places) for each in listed}
+    rooms = {episode.episode_id: Room.of(episode, ground) for episode in listed}
+    own = {name: own_of(name, told[name], rebuilt, room) for name, room in rooms.items()}
+    furniture = {name: _with_strays(name, own, told[name], rebuilt, room) for name, room in rooms.items()}
     origins = {
         name: tuple(TEXT if number < len(own[name].added) else DRAWN for number in range(len(each.added)))
         for name, each in furniture.items()
@@ -85,39 +53,32 @@ def rebuild(section: Section, episodes: Sequence[Episode]) -> tuple[Section, lis
     return rebuilt, [replace(each, furniture=furniture[each.episode_id]) for each in episodes], provenance
 
 
-def own_of(
-    episode: Episode, told: Sequence[Told], section: Section, ground: Ground, places: Mapping[str, Place]
-) -> OwnFurniture:
+def own_of(name: str, told: Sequence[Told], section: Section, room: Room) -> OwnFurniture:
     """Return what an episode's texts ask for, and which of its section's props it moves out of its way."""
-    place = places[episode.episode_id]
-    moved, left_out = moved_off(section.props, ground, place.walked, place.objects)
+    moved, left_out = moved_off(section.props, room)
     changed = OwnFurniture((), tuple(moved), tuple(left_out))
     standing = furnished(section, changed).props
-    asked = wanted(told, Map.of(by_kind(standing_of(standing), KNOWN)), ground)
+    asked = wanted(told, Map.of(by_kind(standing_of(standing), KNOWN)), room.ground)
     return replace(
         changed,
-        added=tuple(own_furniture(episode.episode_id, asked, ground, place.walked, place.objects, standing)),
+        added=tuple(own_furniture(name, asked, room, standing)),
     )
 
 
 def _with_strays(
     name: str,
     own: Mapping[str, OwnFurniture],
-    told: Mapping[str, Sequence[Told]],
+    told: Sequence[Told],
     section: Section,
-    ground: Ground,
-    places: Mapping[str, Place],
+    room: Room,
 ) -> OwnFurniture:
-    place, mine = places[name], own[name]
+    mine = own[name]
     strays = strays_of(
         name,
         mine.added,
-        frozenset(event.kind for each in told[name] for event in each.events),
+        frozenset(event.kind for each in told for event in each.events),
         {other: each.added for other, each in own.items() if other != name},
-        ground,
-        place.walked,
-        place.targets,
-        place.distracters,
+        room,
         furnished(section, replace(mine, added=())).props,
     )
     return replace(mine, added=(*mine.added, *strays))

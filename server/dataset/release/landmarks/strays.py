@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from server.dataset.randomness import seeded
-from server.dataset.release.landmarks.ground import Ground, apart_from
+from server.dataset.release.landmarks.ground import Room, apart_from
 from server.dataset.release.landmarks.mentions import DRAWN
 from server.dataset.release.landmarks.own import front
 from server.dataset.release.landmarks.walks import Numbers
@@ -35,10 +35,7 @@ def strays_of(
     own: Sequence[Prop],
     named: frozenset[str],
     others: Mapping[str, Sequence[Prop]],
-    ground: Ground,
-    walked: Numbers,
-    targets: Numbers,
-    distracters: Numbers,
+    room: Room,
     standing: Sequence[Prop],
 ) -> list[Prop]:
     """Return furniture that an episode's texts do not name.
@@ -48,18 +45,14 @@ def strays_of(
         own: its own furniture.
         named: kinds that its texts name.
         others: what the texts of each other episode of the section asked for.
-        ground: of the section.
-        walked: (n, 2), closely spaced points on the episode's paths.
-        targets: (2, 2), the objects to pick up.
-        distracters: (m, 2), the other objects in its streets.
+        room: what the episode leaves free.
         standing: the section's furniture as it is in the episode.
     """
     random = seeded(episode, "strays")
-    near = cKDTree(walked).query(ground.places)[0]
+    ground, near = room.ground, room.from_path
     around = float((near <= AROUND).mean())
-    at_path = [prop for prop in own if np.hypot(*(walked - (prop.x, prop.z)).T).min() <= AROUND]
+    at_path = [prop for prop in own if np.hypot(*(room.walked - (prop.x, prop.z)).T).min() <= AROUND]
     wanted = min(MOST, round(len(at_path) * (1.0 - around) / max(around, 0.05)))
-    objects = np.concatenate([targets, distracters])
     taken = [(prop.x, prop.z, prop.kind) for prop in (*standing, *own) if prop.kind not in ON_WALLS]
     placed: list[Prop] = []
 
@@ -69,20 +62,18 @@ def strays_of(
             return False
         spot = ground.places[spots[int(clear.argmax())]]
         x, z = round(float(spot[0]), 3), round(float(spot[1]), 3)
-        placed.append(Prop(prop.kind, x, z, front(spot, ground, walked), prop.colour))
+        placed.append(Prop(prop.kind, x, z, front(spot, ground.heading, room.walked), prop.colour))
         taken.append((x, z, prop.kind))
         return True
 
-    free = {
-        kind: ground.free_for(kind, walked, objects) & ((near > HEARD) if kind in named else True) for kind in DRAWN
-    }
+    free = {kind: room.free_for(kind) & ((near > HEARD) if kind in named else True) for kind in DRAWN}
     pool = [prop for _, props in sorted(others.items()) for prop in props]
     random.shuffle(pool)
-    beside = sum(np.hypot(*(targets - (prop.x, prop.z)).T).min() <= 2 * BESIDE for prop in own)
+    beside = sum(np.hypot(*(room.targets - (prop.x, prop.z)).T).min() <= 2 * BESIDE for prop in own)
     tree = cKDTree(ground.places)
-    for spot in distracters:
+    for spot in room.distracters:
         # Other objects have furniture beside them as often as the targets.
-        if random.random() < beside / len(targets) and pool:
+        if random.random() < beside / len(room.targets) and pool:
             close = np.array(sorted(tree.query_ball_point(spot, 2 * BESIDE)), dtype=np.intp)
             order = [int(each) for each in close]
             random.shuffle(order)
