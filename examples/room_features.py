@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 import arramon_client.environments  # noqa: F401 - registers the environments
+from arramon_client.agent import Observation
 from arramon_client.environments.labels import factored
 from arramon_client.words import words
 
@@ -25,6 +26,9 @@ VOCABULARY = words(
 COLUMNS, ROWS, HEADINGS = 5, 4, 12
 GRID = 8
 """The view is given as GRID x GRID fields."""
+
+SENSORS, SIZE = ("segmentation", "pose"), 32
+"""What the features are made of, and the side length of the view in pixels."""
 
 
 class Features(gymnasium.ObservationWrapper[Vector, np.int64, dict[str, Any]]):
@@ -46,7 +50,7 @@ class Features(gymnasium.ObservationWrapper[Vector, np.int64, dict[str, Any]]):
         self.observation_space = gymnasium.spaces.Box(0.0, 1.0, (size,), np.float32)
 
     def observation(self, observation: dict[str, Any]) -> Vector:
-        """Return (features,) float32 from 0 to 1."""
+        """Return (features,) float32 from 0 to 1; `demonstrated` does so for an observation of a demonstration."""
         if observation["instruction"] != self._text:
             self._text = observation["instruction"]
             said = set(words(self._text))
@@ -62,6 +66,10 @@ class Features(gymnasium.ObservationWrapper[Vector, np.int64, dict[str, Any]]):
         second = np.array([observation["turn"] - 1], np.float32)
         return np.concatenate([cells, facing, second, self._known, fields.ravel()])
 
+    def demonstrated(self, seen: Observation) -> Vector:
+        """Return the same for what an agent saw in a demonstration."""
+        return self.observation({name: getattr(seen, name) for name in ("instruction", "pose", "segmentation", "turn")})
+
     def _by_label(self, said: set[str]) -> Vector:
         """Return by label whether its kind, its colour, its pattern and all three are named, (4, labels)."""
         labels = self._labels
@@ -75,8 +83,8 @@ class Features(gymnasium.ObservationWrapper[Vector, np.int64, dict[str, Any]]):
 def make(data: str | None, **options: object) -> Callable[[], Features]:
     """Return a function that makes an environment with the tasks of a data folder, or with drawn ones."""
     given: dict[str, Any] = {
-        "sensors": ("segmentation", "pose"),
-        "image_size": 32,
+        "sensors": SENSORS,
+        "image_size": SIZE,
         "reward": "progress",
         "steps_per_phase": 40,
         **options,

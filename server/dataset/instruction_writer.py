@@ -10,6 +10,7 @@ from arramon_client.plugin.loader import load_agent
 from lang.meaning import Assembly, Meaning, Navigation, Rotate, Thing, Where
 from lang.quality import check, is_blocked
 from lang.voice import Voice
+from server.dataset.demands import add_demands
 from server.dataset.generation import Draft, Site
 from server.dataset.generation.command import generate
 from server.dataset.generation.sizes import select_plans
@@ -156,9 +157,9 @@ def generate_splits(
     """Generate the named splits (None: the paper's) for `arramon-server generate`; see `generation.command.generate`.
 
     Without the trial, an episode is kept once its texts have passed the gate. `sections` is the number of those of
-    `train_extra`.
+    `train_extra`. What the instructions ask for is written beside splits that are not for training alone.
     """
-    return generate(
+    made = generate(
         data,
         select_plans(names, sections),
         scale=scale,
@@ -168,6 +169,7 @@ def generate_splits(
         tell=seldom(tell),
         tried=trial,
     )
+    return [split if split.training else add_demands(data, split) for split in made]
 
 
 def seldom(tell: Callable[[str], None]) -> Callable[[Progress], None]:

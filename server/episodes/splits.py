@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
+from server.episodes.demands import Demands, read_demands
 from server.episodes.episode import Episode, languages_of
 from server.episodes.files import (
     FORMAT,
@@ -52,6 +53,7 @@ class Split:
         data_hash: SHA-256 of the names and contents of all its files, in hexadecimal.
         training: whether it is for training alone, and runs on it are not ranked.
         provenance: of recovered furniture, by section; empty where none was recovered.
+        demands: what the instructions ask for, by episode; empty if that is not known.
     """
 
     name: str
@@ -62,6 +64,7 @@ class Split:
     data_hash: str
     training: bool = False
     provenance: Mapping[str, Provenance] = field(default_factory=dict)
+    demands: Demands = field(default_factory=dict)
 
     @property
     def sensors(self) -> tuple[str, ...]:
@@ -159,15 +162,17 @@ def read_split(folder: Path) -> Split:
         except ValueError as error:
             raise BadFile(folder / "episodes.jsonl", str(error), line=line, field="furniture") from error
     by_id = {episode.episode_id: episode for episode in episodes}
+    data_hash = hash_of(folder)
     return Split(
         header.split,
         header.hidden,
         header.source,
         by_id,
         sections,
-        hash_of(folder),
+        data_hash,
         header.training,
         _read_provenance(folder, sections, by_id),
+        read_demands(folder, data_hash),
     )
 
 

@@ -4,24 +4,18 @@ from collections.abc import Mapping
 from typing import Any
 
 from server.board.board import Board
-from server.board.standings import Entry, shown
+from server.board.standings import Entry, Mark, shown
 from server.episodes.splits import Split
+from server.runs.results.breakdown import Breakdowns
 from server.runs.storage import causes
 from server.runs.storage.records import CANCELLED, Run
 from server.scoring.episode import GATES, PLACEMENT
 from server.web import curves
+from server.web.breakdown_part import Part, breakdown_part
 from server.web.filters import METRICS, TURNS, Choice
 from server.web.paths import Paths
 from server.web.standings_page import columns
 from server.web.texts import Texts
-
-_FRAME = {
-    "width": curves.WIDTH,
-    "height": curves.HEIGHT,
-    "left": curves.LEFT,
-    "right": curves.WIDTH - curves.RIGHT,
-    "bottom": curves.HEIGHT - curves.BOTTOM,
-}
 
 _ROW_ORDER = ("1", "2", "total")
 """Rows of a score table, as in `server.scoring.aggregate.ROWS`."""
@@ -53,6 +47,7 @@ class RunPage:
         self._board = board
         self._splits = splits
         self._paths = paths
+        self._breakdowns = Breakdowns(splits)
 
     def context(self, t: Texts, run_id: str) -> dict[str, Any]:
         """Return the variables of a run's template.
@@ -73,7 +68,8 @@ class RunPage:
             "causes": _causes(entry),
             "ctc": curves.ctc_chart(entry.rows),
             "open": self._open(run_id) if is_open else None,
-            "frame": _FRAME,
+            "frame": curves.FRAME,
+            "report": self._report(t, entry),
             "facts": self._facts(t, entry),
             "back": f"/{t.language}/{Choice(run.split, run.language).link()}",
             "verify": _verify(entry),
@@ -91,6 +87,12 @@ class RunPage:
         entry = self._board.entry(run_id)
         played = self._paths.played(entry, episode_id)
         return {"entry": entry, "played": played, "metrics": METRICS, "columns": columns(t)}
+
+    def _report(self, t: Texts, entry: Entry) -> Part | None:
+        """Return the scores by what turns ask for; None if the data has changed, so that it is not known."""
+        if Mark.OTHER_DATA in entry.marks:
+            return None
+        return breakdown_part(t, self._breakdowns.of(entry.run, self._paths.endings(entry.run.run_id)))
 
     def _open(self, run_id: str) -> dict[str, Any]:
         shares = curves.open_shares([ending.steps for ending in self._paths.endings(run_id)])

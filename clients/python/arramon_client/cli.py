@@ -16,7 +16,7 @@ from rich.console import Console
 from arramon.v1 import evaluation_pb2
 from arramon_client import arguments, dry_run, receipts, results, run_settings
 from arramon_client.agent import Agent
-from arramon_client.commands import account, leaderboard, runs, verify
+from arramon_client.commands import account, leaderboard, report, runs, verify
 from arramon_client.commands.base import ERROR, INTERRUPTED, SUCCESS, USAGE
 from arramon_client.conformance import command as conformance
 from arramon_client.errors import (
@@ -50,6 +50,7 @@ COMMANDS = {
     "conformance": conformance.main,
     "leaderboard": leaderboard.show,
     "publish": leaderboard.publish,
+    "report": report.main,
     "runs": runs.show,
     "verify": verify.main,
     "withdraw": leaderboard.withdraw,

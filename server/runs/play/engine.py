@@ -80,7 +80,7 @@ class Engine:
         self._time = Timekeeper(activity, now or Stopwatch())
         self._durations = RunDurations(monotonic)
         self._actions = ActionHandler(journal, self._time)
-        self._delivery = Delivery(self._worlds, meter)
+        self._delivery = Delivery(self._worlds, self._time.now, meter)
         self._upkeep = Upkeep(
             journal,
             activity,

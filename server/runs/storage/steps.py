@@ -61,7 +61,7 @@ class Steps:
             if steps and connection.execute(_INSERT_STEP, steps).rowcount != len(steps):
                 raise TakenOver(taken_over)
             for ending in sorted(batch.endings, key=attrgetter("run_id", "episode_id")):
-                values = {name: getattr(ending, name) for name in ("cause", "steps", "scores")}
+                values = {name: getattr(ending, name) for name in _WRITTEN}
                 values["note"] = ending.note.replace("\0", "")  # not allowed in texts of PostgreSQL
                 done = connection.execute(
                     tables.episodes.update()
@@ -94,6 +94,10 @@ class Steps:
         query = sa.select(c.run_id, c.episode_id).where(c.player == CLOSER)
         rows = self._database.read(query.where(sa.tuple_(c.run_id, c.episode_id).in_(list(episodes))))
         return {(row.run_id, row.episode_id) for row in rows}
+
+
+_WRITTEN = ("cause", "steps", "scores", "thinking_seconds", "timed_steps")
+"""What an ending writes to its episode, besides the note."""
 
 
 def _has_unended(run_id: str) -> sa.ColumnElement[bool]:

@@ -109,7 +109,7 @@ def _check(options: Options) -> None:
         _among("tokenizer", options.tokenizer, ("bytes", "words"))
     _check_size(options)
     steps = options.steps_per_phase
-    if steps is not None and (not isinstance(steps, int) or steps < 1):
+    if steps is not None and (not isinstance(steps, int) or isinstance(steps, bool) or steps < 1):
         raise BadArgument(f"steps_per_phase is {steps!r}, expected a number from 1")
     if options.server is not None:
         local = {name: getattr(options, name) for name in ("expert", "data")} | {
