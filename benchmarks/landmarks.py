@@ -22,7 +22,7 @@ from server.dataset.randomness import seeded
 from server.dataset.release.files import read_release
 from server.dataset.release.landmarks.agreement import Standing, by_kind, mentions_of, standing_of
 from server.dataset.release.landmarks.alignment import align
-from server.dataset.release.landmarks.ground import Ground, walked_points
+from server.dataset.release.landmarks.ground import Ground, Room
 from server.dataset.release.landmarks.mentions import SCENERY
 from server.dataset.release.landmarks.own import moved_off, own_furniture, wanted
 from server.dataset.release.landmarks.recovery import Map, Told, recover, told_of

@@ -98,7 +98,7 @@ def _on_ground(
     if not len(free):
         return None
     spot = ground.places[free[int(np.hypot(*(ground.places[free] - place).T).argmin())]]
-    return round(float(spot[0]), 3), round(float(spot[1]), 3), front(spot, ground, walked)
+    return round(float(spot[0]), 3), round(float(spot[1]), 3), front(spot, ground.heading, walked)
 
 
 def _on_wall(
