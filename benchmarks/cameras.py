@@ -18,9 +18,9 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.metadata import version
-from itertools import islice
+from itertools import cycle, islice
 from pathlib import Path
 from typing import Any
 
@@ -30,13 +30,20 @@ from server.episodes.splits import Split, read_splits
 from server.runs.play.session import Session
 from server.sim.bullet import World
 from server.sim.cameras import Camera
-from server.sim.city import city_scene
+from server.sim.city import city_scene, refurnished
+from server.sim.own_furniture import PAINTED, Moved, OwnFurniture, furnished
 from server.sim.raster.camera import RasterCamera
 from server.sim.rules import Limits
+from server.sim.scene import Scene
+from server.sim.section import Section
 from server.sim.view import View, view
 
 HERE = Path(__file__).parent
 VIEWS = 48
+
+VARIATIONS, OWN = 16, 20
+"""Episodes with furniture of their own, and the number of props that each of them adds."""
+
 PEERS = {"vizdoom": "ViZDoom, 320x240, RGB + depth", "miniworld": "MiniWorld, 224x224, RGB"}
 
 FIRST_FRAME = """
@@ -72,14 +79,40 @@ def views_of(split: Split, section: str) -> Iterator[View]:
                 yield from [each for each in seen if not each.indoors][::5]
 
 
-def drawing(camera: Camera, views: Sequence[View], size: int, segmentation: bool) -> Callable[[], float]:
-    """Return a function that draws all views repeatedly for at least half a second, and returns frames per second."""
+def variations_of(section: Section, scene: Scene, number: int) -> list[Scene]:
+    """Return variations of a section's scene, as episodes with furniture of their own have.
+
+    Of the section's props one in six is left out, one in six stands a unit aside, and there are `OWN` more.
+    """
+    made, count = [], len(section.props)
+    for first in range(number):
+        further = (section.props[(7 * first + i) % count] for i in range(OWN))
+        own = OwnFurniture(
+            added=tuple(replace(prop, x=prop.x + 1.0, z=prop.z + 1.0) for prop in further if prop.kind != PAINTED),
+            left_out=tuple(i for i in range(first % 6, count, 6) if section.props[i].kind != PAINTED),
+            moved=tuple(
+                Moved(i, section.props[i].x + 1.0, section.props[i].z, section.props[i].heading)
+                for i in range((first + 1) % 6, count, 6)
+                if section.props[i].kind != PAINTED
+            ),
+        )
+        made.append(refurnished(scene, furnished(section, own)))
+    return made
+
+
+def drawing(
+    camera: Camera, views: Sequence[View], size: int, segmentation: bool, variations: Sequence[Scene | None] = (None,)
+) -> Callable[[], float]:
+    """Return a function that draws all views repeatedly for at least half a second, and returns frames per second.
+
+    Each view is drawn in the next one of the variations of the camera's scene.
+    """
 
     def measure() -> float:
         frames, start = 0, time.perf_counter()
         while frames == 0 or time.perf_counter() - start < 0.5:
-            for seen in views:
-                camera.render(seen.viewpoint, seen.actors, size, segmentation=segmentation)
+            for seen, variation in zip(views, cycle(variations), strict=False):
+                camera.render(seen.viewpoint, seen.actors, size, segmentation=segmentation, variation=variation)
             frames += len(views)
         return frames / (time.perf_counter() - start)
 
@@ -98,16 +131,16 @@ def _peer(python: str, name: str) -> Callable[[], float | None]:
     return measure
 
 
-def _rows(scene_views: tuple[World, RasterCamera, list[View]], peers: str) -> list[Row]:
-    reference, fast, views = scene_views
+def _rows(reference: World, fast: RasterCamera, views: list[View], own: Sequence[Scene], peers: str) -> list[Row]:
     rows = []
     for size in (224, 128):
-        for name, camera, segmentation in (
-            (f"tiny, {size}, RGB + depth", reference, False),
-            (f"tiny, {size}, RGB + depth + segmentation", reference, True),
-            (f"raster, {size}, RGB + depth + segmentation", fast, True),
+        for name, camera, segmentation, variations in (
+            (f"tiny, {size}, RGB + depth", reference, False, (None,)),
+            (f"tiny, {size}, RGB + depth + segmentation", reference, True, (None,)),
+            (f"raster, {size}, RGB + depth + segmentation", fast, True, (None,)),
+            (f"raster, {size}, the same, own furniture", fast, True, own),
         ):
-            rows.append(Row(name, drawing(camera, views, size, segmentation)))
+            rows.append(Row(name, drawing(camera, views, size, segmentation, variations)))
     return rows + [Row(PEERS[name], _peer(peers, name)) for name in PEERS]
 
 
@@ -158,8 +191,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         first = {"compiled anew": _first_frame(f"{folder}/numba"), "kept on disk": _first_frame(f"{folder}/numba")}
     section = min(split.sections)
     scene, views = city_scene(split.sections[section]), list(islice(views_of(split, section), VIEWS))
+    own = variations_of(split.sections[section], scene, VARIATIONS)
     with World(scene) as reference:
-        rows = _rows((reference, RasterCamera(scene), views), arguments.peers)
+        rows = _rows(reference, RasterCamera(scene), views, own, arguments.peers)
         for _ in range(arguments.rounds):
             for row in rows:
                 rate = row.measure()

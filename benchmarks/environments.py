@@ -77,12 +77,12 @@ def bare(split: Split, size: int) -> Callable[[float], Measured]:
 
     worlds, limits = Worlds({split.name: split}), Limits()
     episodes = split.in_playing_order(min(split.languages))
-    sessions = [Session(e, worlds.ground(split.name, e.section), limits) for e in islice(cycle(episodes), COUNT)]
+    sessions = [Session(e, worlds.ground(split.name, e), limits) for e in islice(cycle(episodes), COUNT)]
 
     def step(number: int) -> int:
         for here, session in enumerate(sessions):
             if session.state.finished:
-                ground = worlds.ground(split.name, session.episode.section)
+                ground = worlds.ground(split.name, session.episode)
                 session = sessions[here] = Session(session.episode, ground, limits)
             session.apply(Action((number * COUNT * 7 + here * 24) % 3))
             worlds.render(split.name, session.episode, session.state, size)

@@ -9,8 +9,11 @@ import os
 import signal
 import sys
 import time
+from collections.abc import Iterable
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from queue import SimpleQueue
+from threading import Semaphore
 
 import grpc
 
@@ -22,8 +25,15 @@ from arramon_client.transport.connection import METADATA
 WAYS = ("cancelled", "deadline", "connection closed", "half-closed", "killed", "not read")
 """Ways in which a stream ends."""
 
-SEEN = 3
-"""Messages of the server that it reads before that, or as many as arrive within `PATIENCE`."""
+SEEN_BY_CLIENT = {
+    "cancelled": grpc.StatusCode.CANCELLED,
+    "connection closed": grpc.StatusCode.CANCELLED,
+    "deadline": grpc.StatusCode.DEADLINE_EXCEEDED,
+}
+"""Status with which a stream ends for the client, by its way; others end without an error, or without the client."""
+
+SEEN, SEEN_SECONDS = 3, 3.0
+"""Messages of the server that it reads before that, or as many as arrive within this time, and at least one."""
 
 PATIENCE = 30.0
 """Time limit of a stream, in seconds."""
@@ -36,7 +46,7 @@ def end_rudely(address: str, run: str, way: str, access: Access) -> None:
         grpc.RpcError: if the server ends the stream first.
     """
     requests = SimpleQueue[pb.PlayRequest | None]()
-    opening = pb.Open(run_id=run, max_episodes=2)
+    opening = pb.Open(run_id=run, max_episodes=2, adopt=True)
     requests.put(pb.PlayRequest(open=opening))
     channel = open_channel(address, access, ())
     seconds = 0.5 if way == "deadline" else PATIENCE
@@ -44,20 +54,40 @@ def end_rudely(address: str, run: str, way: str, access: Access) -> None:
     if way == "not read":
         time.sleep(1.0)
         os._exit(0)
-    for _, _response in zip(range(1 if way == "half-closed" else SEEN), responses, strict=False):
-        pass
-    if way == "killed":
-        os.kill(os.getpid(), signal.SIGKILL)
-    elif way == "cancelled":
-        responses.cancel()
-    elif way == "half-closed":
-        requests.put(None)
-        for _response in responses:
-            pass
-    elif way == "deadline":
-        for _response in responses:
-            pass
+    with ThreadPoolExecutor(1) as reader:
+        seen = Semaphore(0)
+        reading = reader.submit(_read, responses, seen)
+        _wait(seen, reading)
+        if way == "killed":
+            os.kill(os.getpid(), signal.SIGKILL)
+        elif way == "cancelled":
+            responses.cancel()
+        elif way == "connection closed":
+            channel.close()
+        elif way == "half-closed":
+            requests.put(None)
+        try:
+            reading.result()
+        except grpc.RpcError as error:
+            if error.code() is not SEEN_BY_CLIENT.get(way):
+                raise
     channel.close()
+
+
+def _read(responses: Iterable[pb.PlayResponse], seen: Semaphore) -> None:
+    for _response in responses:
+        seen.release()
+
+
+def _wait(seen: Semaphore, reading: "Future[None]") -> None:
+    """Wait for the first message, or the stream's end, and then a while for `SEEN`."""
+    while not seen.acquire(timeout=0.1):
+        if reading.done():
+            return
+    until = time.monotonic() + SEEN_SECONDS
+    for _ in range(SEEN - 1):
+        if not seen.acquire(timeout=max(0.0, until - time.monotonic())):
+            return
 
 
 def main(address: str, run: str, way: str, token: str = "", authority: str = "") -> int:
@@ -66,8 +96,6 @@ def main(address: str, run: str, way: str, token: str = "", authority: str = "")
     try:
         end_rudely(address, run, way, access)
     except grpc.RpcError as error:
-        if way == "deadline" and error.code() == grpc.StatusCode.DEADLINE_EXCEEDED:
-            return 0
         sys.stderr.write(f"{error.code().name}: {error.details()}\n")
         return 1
     return 0

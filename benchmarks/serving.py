@@ -142,14 +142,14 @@ def in_process(split: Split, seconds: float, size: int = 224) -> Measured:
     """Measure rules and frames of 16 episodes in turn, in this process."""
     worlds, limits = Worlds({split.name: split}), Limits()
     episodes = islice(cycle(split.episodes.values()), 16)
-    sessions = [Session(e, worlds.ground(split.name, e.section), limits) for e in episodes]
+    sessions = [Session(e, worlds.ground(split.name, e), limits) for e in episodes]
     for session in sessions:
         worlds.render(split.name, session.episode, session.state, size)
     steps, started = 0, time.perf_counter()
     while time.perf_counter() - started < seconds:
         for number, session in enumerate(sessions):
             if session.state.finished:
-                session = Session(session.episode, worlds.ground(split.name, session.episode.section), limits)
+                session = Session(session.episode, worlds.ground(split.name, session.episode), limits)
                 sessions[number] = session
             session.apply(Action((steps * 7 + number * 3) % 3))
             worlds.render(split.name, session.episode, session.state, size)

@@ -24,24 +24,27 @@ class Player:
     Args:
         target: the server's address.
         output: folder for results.
-        more: further arguments of its clients, for example for its token.
+        access: arguments with the files of its token and of the host's authority, if the host requires them.
+        settings: further arguments of its clients, for example its sensors.
 
     Attributes:
         relay: the relay through which its clients connect.
-        more: as given.
+        access, settings: as given.
         run: id of the current run, once it is known.
         finished: ids of its complete runs.
         complaints: messages of clients that failed for other reasons than a missing server.
         refusals: number of clients that found no server and were restarted.
+        seconds: time for which its clients ran.
     """
 
-    def __init__(self, target: str, output: Path, more: Sequence[str] = ()) -> None:
+    def __init__(self, target: str, output: Path, access: Sequence[str] = (), settings: Sequence[str] = ()) -> None:
         self.relay = Relay(target)
         self.run = ""
         self.finished: list[str] = []
         self.complaints: list[str] = []
         self.refusals = 0
-        self.more = more
+        self.seconds = 0.0
+        self.access, self.settings = access, settings
         self._output = output
         self._process: Client | None = None
         self._ending = threading.Event()
@@ -102,12 +105,14 @@ class Player:
     def _play(self) -> None:
         """Play a run to its end, with as many clients as necessary."""
         while not self._given_up.is_set():
-            more = ["--resume", self.run] if self.run else []
-            self._process = client(self.relay.address, self._output, "--quiet", *self.more, *more)
+            more = [*self.settings, *(["--resume", self.run] if self.run else [])]
+            started = time.monotonic()
+            self._process = client(self.relay.address, self._output, "--quiet", *self.access, *more)
             if self._given_up.is_set():
                 self._process.kill()
             said = self._listen(self._process)
             status = self._process.wait()
+            self.seconds += time.monotonic() - started
             if status == 0:
                 self.finished.append(self.run)
                 return

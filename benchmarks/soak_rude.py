@@ -85,7 +85,8 @@ class RudeStreams:
     def _next_way(self) -> str:
         """Return how the next stream is to end; empty after enough streams, or after too many were refused."""
         with self._lock:
-            self._begun += 1
             refused = sum(self.refused.values())
-            is_over = self._begun > self._number + refused or refused > self._number
-        return "" if is_over else WAYS[self._begun % len(WAYS)]
+            if self._begun >= self._number + refused or refused > self._number:
+                return ""
+            self._begun += 1
+            return WAYS[self._begun % len(WAYS)]

@@ -44,13 +44,14 @@ class Service:
         url: URL of the journal.
         hosts: the first process of each host.
         away: hosts that were killed and are not restarted yet.
-        given_up: number of restarts of whole hosts, after their workers died too often in a row.
+        exits: statuses of hosts that exited on their own and were restarted: 1 after their workers died too often in
+            a row; negative for a crash.
     """
 
     def __init__(self, hosts: Sequence[Server], url: str, cluster: Cluster | None, database: Database) -> None:
         self.hosts, self.url, self.cluster = hosts, url, cluster
         self.away: list[Server] = []
-        self.given_up = 0
+        self.exits: list[int] = []
         self._database = database
 
     @property
@@ -107,9 +108,12 @@ class Service:
         """Restart hosts that exited because a worker died repeatedly, as a host's supervisor does."""
         for host in self.hosts:
             if host not in self.away and host.process.poll() is not None:
-                self.given_up += 1
-                host.process.wait(PATIENCE)
+                self.exits.append(host.process.wait(PATIENCE))
                 host.start()
+
+    def stop(self) -> None:
+        """Stop all hosts; what does not end well is added to `exits`."""
+        self.exits += filter(None, [_end(host) for host in self.hosts if host not in self.away])
 
     def _looks(self) -> Iterator[None]:
         """Yield at each poll, for `PATIENCE` seconds."""
@@ -137,14 +141,14 @@ def service(kind: str, workers: int, folder: Path, *, hosted: bool = False) -> I
         shared = ["--journal", url, "--signing-key", str(folder / "key.pem"), "--workers", str(workers)]
         shared += ["--drain-seconds", "5"]
         shared += _settings_of_a_host(folder) if hosted else []
-        hosts = list[Server]()
+        database, hosts = stack.enter_context(closing(Database(url))), list[Server]()
+        there = Service(hosts, url, cluster, database)
+        stack.callback(there.stop)
         for listen in ("127.0.0.2:0", "127.0.0.3:0") if cluster else ("127.0.0.1:0",):
             data = folder / f"host-{len(hosts)}"
             tiny.write(data, count=EPISODES)
             hosts.append(Server(data, listen, *shared, log=folder / f"log-{len(hosts)}"))
-            stack.callback(_end, hosts[-1])
-        database = stack.enter_context(closing(Database(url)))
-        yield Service(hosts, url, cluster, database)
+        yield there
 
 
 AUTHORITY = "authority.pem"
@@ -162,13 +166,14 @@ def _settings_of_a_host(folder: Path) -> list[str]:
     return [*settings, "--log", "info", "--log-format", "json"]
 
 
-def _end(host: Server) -> None:
-    """Stop a host in any state, also if its processes are paused."""
-    if host.process.poll() is None:
-        for process in (host.process.pid, *children(host.process.pid)):
-            with suppress(ProcessLookupError):
-                os.kill(process, signal.SIGCONT)
-        host.stop()
+def _end(host: Server) -> int:
+    """Stop a host in any state, also if its processes are paused, and return its exit status."""
+    if (status := host.process.poll()) is not None:
+        return status
+    for process in (host.process.pid, *children(host.process.pid)):
+        with suppress(ProcessLookupError):
+            os.kill(process, signal.SIGCONT)
+    return host.stop()
 
 
 class Faults:
@@ -258,7 +263,8 @@ class Faults:
         """Start a second client that plays the same run to its end."""
         first = self._player()
         run = first.run
-        second = Player(self._host().address, self._folder / f"second-{len(self.seconds)}", first.more)
+        output = self._folder / f"second-{len(self.seconds)}"
+        second = Player(self._host().address, output, first.access, first.settings)
         self.seconds.append(second.start(run))
         return f"run {run}"
 

@@ -6,28 +6,44 @@ from dataclasses import dataclass, field, replace
 from lang.clauses import focus_of, step_of
 from lang.grammar import Grammar
 from lang.matching import Bindings
-from lang.meaning import TURNS, Assembly, Navigation, Step, Thing, Where
+from lang.meaning import TURNS, Assembly, Navigation, Rotate, Step, Thing, Where
 from lang.noun_phrases import PRONOUN, SAME, NounPhrase
+from lang.outline import Part
 from lang.reference import map_mentions, repeats
 
+BARE = " bare"
+"""Ends the key of a clause without a verb ("left at the bank"), which begins a clause of the text or is none."""
+
 _STEPS = ("turn", "face", "walk")
+
+_AT = {"at": "near", "before": "in_front_of", "after": "behind"}
+
+_GROUND = ("street", "alley", "square")
+"""Kinds of things that objects lie on."""
 
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """A part of the text that was understood, up to but excluding `end`."""
+    """A part of the text that was understood, up to but excluding `end`.
+
+    Attributes:
+        fresh: whether a clause may begin there.
+        also: whether its pattern is only read.
+    """
 
     end: int
     label: str
     bound: Bindings
     cost: float
+    fresh: bool = False
+    also: bool = False
 
 
 def things_in(bound: Mapping[str, object], kind: str, *, is_between: bool) -> tuple[NounPhrase, ...]:
     """Return the things of a clause or relation; `kind` is the rest of its key ("same", "you")."""
     if kind in ("same", "you"):
         return (NounPhrase("", back=PRONOUN) if kind == "same" else NounPhrase("you"),)
-    things = tuple(bound[slot] for slot in ("thing", "pair", "several", "other") if slot in bound)
+    things = tuple(bound[slot] for slot in ("thing", "landmark", "pair", "several", "other") if slot in bound)
     if is_between and "pair" in bound:
         things = 2 * tuple(replace(each, number="") for each in things if isinstance(each, NounPhrase))
     joined = bound.get("joined")
@@ -47,24 +63,78 @@ class Discourse:
     identities: int = 0
 
     def navigation(self, items: Sequence[Item]) -> Navigation:
-        """Return the meaning of a navigation instruction: steps in order, and the last target that is named."""
+        """Return the meaning of a navigation instruction: steps in order, and the last target that is named.
+
+        Before a target is named, things by themselves are passed ("past the bench, the tree, a cone"); after it they
+        say where it is, and so do sides ("the red mug, left, by the bench").
+        """
         steps: list[Step] = []
         targets: list[Thing] = []
         mentioned: list[Thing] = []
+        before: tuple[Where, ...] = ()
+        last: Item | None = None
         for item in items:
             kind, bound = item.label.split()[0], dict(item.bound)
-            if kind in _STEPS:
+            listed = targets or mentioned
+            if kind in ("not", "detail"):
+                continue
+            if listed and (where := self._place_of(item)) is not None:
+                listed[-1] = self._with(listed[-1], where)
+            elif kind in (*_STEPS, "landmark"):
                 steps += self._step(item)
+                before, last = (), item
             elif item.label == "target same":
                 targets += [self.focus] if self.focus is not None else []
             elif kind in ("target", "mention") and "target" in bound:
-                (targets if kind == "target" else mentioned).append(self._target(bound))
-            elif kind == "where" and (targets or mentioned):
-                listed = targets or mentioned
+                if not listed and last is not None and last.also and last.label.startswith("turn"):
+                    before += self._place_of_turn(steps)
+                named = self._with(self._target(bound), before)
+                (targets if kind == "target" else mentioned).append(named)
+                before = ()
+            elif kind == "where" and listed:
                 listed[-1] = self._with(listed[-1], self._wheres(bound["where"]))
+            elif kind == "where" and item.fresh:
+                before += self._wheres(bound["where"])
         collectibles = [thing for thing in self.mentioned_things if thing.look in self.grammar.looks["collectible"]]
         candidates = targets or mentioned or collectibles or [Thing("")]
-        return Navigation(tuple(steps), self._in_full(candidates[-1], [*collectibles, *mentioned]))
+        kinds = [thing for thing in candidates if thing.kind] or candidates
+        return Navigation(tuple(steps), self._in_full(kinds[-1], [*collectibles, *mentioned]))
+
+    @staticmethod
+    def _place_of_turn(steps: list[Step]) -> tuple[Where, ...]:
+        """Take away a slight turn at the end and return it as a place: "before the tree, a bit left, is the mug"."""
+        turn = steps[-1] if steps else None
+        if not isinstance(turn, Rotate) or not turn.direction.startswith("slightly"):
+            return ()
+        steps.pop()
+        at = () if turn.thing is None else (Where(_AT[turn.at], (turn.thing,)),)
+        return (*at, Where(f"{turn.direction.rpartition(' ')[2]}_of", (Thing("you"),)))
+
+    def _place_of(self, item: Item) -> tuple[Where, ...] | None:
+        """Return what a clause says of where the target is, that has been named before it; None if it is none such."""
+        bound = dict(item.bound)
+        if item.label == "landmark":
+            things = self._things(things_in(bound, "", is_between=False))
+            return tuple(Where("near", (thing,)) for thing in things if thing.kind not in _GROUND)
+        slight, _, side = self._attribute(bound, "direction").rpartition(" ")
+        if item.label == "turn bare" or (item.label == "turn" and slight):
+            return (Where(f"{side}_of", (Thing("you"),)),) if side in ("left", "right") else None
+        return None
+
+    def part(self, item: Item) -> tuple[Part, ...]:
+        """Return what one item of a navigation instruction says: steps, the object to pick up, or its relations."""
+        kind, bound = item.label.split()[0], dict(item.bound)
+        if kind in (*_STEPS, "landmark"):
+            return tuple(self._step(item))
+        if kind in ("target", "mention") and "target" in bound:
+            return (self._target(bound),)
+        return self._wheres(bound["where"]) if "where" in bound else ()
+
+    def mention(self, named: NounPhrase) -> Thing:
+        """Return the thing that a noun phrase means which stands alone."""
+        thing = self._thing(named)
+        self.mentioned_things.append(thing)
+        return thing
 
     def _in_full(self, target: Thing, said: Sequence[Thing]) -> Thing:
         """Return the target with colour and look from an earlier mention if it lacks both ("Pick up the bucket.")."""
@@ -74,9 +144,12 @@ class Discourse:
         return self._with(fuller[-1], target.where) if fuller else target
 
     def assembly(self, items: Sequence[Item]) -> Assembly:
-        """Return the meaning of an assembly instruction: turns, the first object that is named, all relations."""
+        """Return the meaning of an assembly instruction: turns, the object to place, all relations.
+
+        The object is the first that is named and is no landmark: "There is a red bowl; put the mug on it."
+        """
         turns: list[str] = []
-        thing: Thing | None = None
+        named: list[Thing] = []
         wheres: tuple[Where, ...] = ()
         for item in items:
             bound = dict(item.bound)
@@ -85,26 +158,36 @@ class Discourse:
                 if direction in TURNS:
                     turns.append(direction)
                 continue
-            named = bound.get("thing", bound.get("target"))
-            if thing is None and isinstance(named, NounPhrase):
-                thing = self._thing(named)
-                wheres += thing.where
-                thing = self._with(thing, (), bare=True)
+            about = bound.get("thing", bound.get("target"))
+            if isinstance(about, NounPhrase):
+                if len(named) == 1:
+                    self.focus = named[0]
+                thing = self._thing(about)
+                if not named or not thing.is_same(named[0]):
+                    wheres += thing.where if not named else ()
+                    named.append(self._with(thing, (), bare=True))
+                    self.mentioned_things.append(named[-1])
             if "where" in bound:
+                if self.focus is None and item.label == "where":
+                    self.focus = named[0] if named else None
                 wheres += self._wheres(bound["where"])
-        meaning = map_mentions(
-            Assembly(tuple(turns), thing or Thing(""), wheres), lambda each: replace(each, number="")
-        )
+        landmarks = [thing for where in wheres for thing in where.things]
+        carried = [thing for thing in named if not any(thing.is_same(each) for each in landmarks)]
+        thing = next(iter(carried), Thing("") if named and landmarks else next(iter(named), Thing("")))
+        meaning = map_mentions(Assembly(tuple(turns), thing, wheres), lambda each: replace(each, number=""))
         assert isinstance(meaning, Assembly)
         return meaning
 
     def _step(self, item: Item) -> list[Step]:
         """Return a clause's step, one for each of its things ("past the bench and the cone"), or none if unclear."""
         bound = dict(item.bound)
-        words = item.label.split()
+        words = ("walk past" if item.label == "landmark" else item.label.removesuffix(BARE)).split()
         size = 2 if words[0] == "walk" or (len(words) > 1 and words[0] == "turn") else 1
         key, rest = " ".join(words[:size]), words[size:]
         things = self._things(things_in(bound, "same" if rest == ["same"] else "", is_between=key == "walk between"))
+        if item.label == "landmark":
+            things = tuple(thing for thing in things if thing.kind != "street")
+        things = tuple(map(self._of_last_kind, things))
         each = [things] if key == "walk between" or len(things) < 2 else [(thing,) for thing in things]
         direction, side = self._attribute(bound, "direction"), self._attribute(bound, "side")
         count = int(self._attribute(bound, "count") or 0)
@@ -115,6 +198,12 @@ class Discourse:
         self.focus = focus_of(things, self.focus)
         self.mentioned_things += things
         return steps
+
+    def _of_last_kind(self, thing: Thing) -> Thing:
+        """Return a thing of the street, with the kind of the last one if its own is not said ("past a blue one")."""
+        if thing.kind or not (thing.colour or thing.which) or not self.mentioned_things:
+            return thing
+        return replace(thing, kind=self.mentioned_things[-1].kind)
 
     def _attribute(self, bound: Mapping[str, object], attribute: str) -> str:
         for slot, table in self.grammar.tables.items():

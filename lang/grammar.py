@@ -8,12 +8,13 @@ from lang.patterns import Pattern, parse, spell_out, split_weight
 
 SLOTS = frozenset(
     (
-        *("thing", "other", "pair", "several", "joined", "target", "where"),
+        *("thing", "other", "pair", "several", "joined", "landmark", "detail", "target", "where"),
         *("noun", "which", "look", "look_after", "colour"),
         *("a", "b", "c"),
     )
 )
-"""Slots that are neither words nor tables. "joined", two things that share a noun, is only read."""
+"""Slots that are neither words nor tables. Only read are "joined", two things that share a noun, "landmark", a thing
+that is not to be picked up, and "detail", a thing that describes the one before it."""
 
 INSIDE = "~"
 """Marks the place in a noun of several words where what describes it stands: "the end of the ~street"."""
@@ -98,6 +99,7 @@ class Grammar:
         self.sentence_end: str = text["sentence_end"]
         self.spelling: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text["spelling"]]
         self.reading: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text["reading"]]
+        self.openers: list[str] = text.get("openers", [])
         self.clumsy: list[str] = text.get("clumsy", [])
         self._classes = grammar.get("classes", {})
         self.words = {name: self._lexemes(f"words.{name}", entry) for name, entry in grammar["words"].items()}
@@ -110,6 +112,7 @@ class Grammar:
     def _read_things(self, things: Mapping[str, Any]) -> None:
         self.nouns = {kind: self._lexemes(f"nouns.{kind}", entries) for kind, entries in things["nouns"].items()}
         self.also_nouns: dict[str, list[str]] = things["also_read"]
+        self.also_looks: dict[str, dict[str, list[str]]] = things.get("also_read_looks", {})
         self.colours = self._tabled("colours", things["colours"])
         self.whiches = self._tabled("whiches", things["whiches"])
         self.looks = {

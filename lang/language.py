@@ -11,6 +11,7 @@ from lang.grammar import Grammar
 from lang.lexicon import Lexicon
 from lang.meaning import Meaning
 from lang.mentions import Mention, find_mentions
+from lang.outline import Said
 from lang.reading import Reader
 from lang.relations import Relations
 from lang.tokens import Tokenizer
@@ -129,12 +130,21 @@ class Language:
         """
         return self._reading(text, phase)
 
+    def outline(self, text: str) -> tuple[Said, ...]:
+        """Return the turns of a navigation instruction and every thing that it mentions, in order.
+
+        Nothing is raised for a text of which nothing is understood: its outline is empty.
+        """
+        return self._reader.outline(text)
+
+    @cached_property
+    def _reader(self) -> Reader:
+        return Reader(self.grammar, self._words, self._relation_words, self._tokenizer)
+
     @cached_property
     def _reading(self) -> Callable[[str, str], Meaning]:
         """The reader, with a cache: a tested instruction is read by both the tester and the follower."""
-        return lru_cache(maxsize=CACHED_READINGS)(
-            Reader(self.grammar, self._words, self._relation_words, self._tokenizer).read
-        )
+        return lru_cache(maxsize=CACHED_READINGS)(self._reader.read)
 
     def count_letters(self, text: str) -> int:
         """Return the number of characters of the text that belong to the language's script."""

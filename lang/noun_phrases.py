@@ -42,6 +42,7 @@ class _Word:
     role: str
     value: str = ""
     kind: str = ""
+    look: str = ""
 
 
 _PATTERNED = "\0"
@@ -119,6 +120,10 @@ class NounPhraseReader:
                 for phrase in phrases:
                     if self._split(phrase) not in written.get(kind, ()):
                         self._book.add(self._split(phrase), _Word("noun", kind))
+        for kind, looks in self._grammar.also_looks.items():
+            for look, phrases in looks.items():
+                for phrase in phrases:
+                    self._book.add(self._split(phrase), _Word("noun", kind, look=look))
         for phrase in self._patterned:
             self._book.add(phrase, _Word("noun", _PATTERNED))
 
@@ -178,7 +183,7 @@ class NounPhraseReader:
                 if word.role == "noun":
                     named = self._with_noun(keys, at, end, word, described, back)
                     found.update((each, None) for each in _other_than_mentioned(named, another=another))
-            nouns = [end for end, word in words if word.role == "noun"]
+            nouns = [end for end, word in words if word.role == "noun" and not word.look]
             # "Blue booth" is one noun, not an adjective before another noun.
             adjectives = [
                 (end, word) for end, word in words if word.role in _DESCRIBING and end > max(nouns, default=0)
@@ -236,7 +241,7 @@ class NounPhraseReader:
             if not patterned:
                 return
             kind = self._patterned[tuple(keys[at:end])]
-        said = {"look": "", "colour": "", "which": "", "two": "", "several": ""}
+        said = {"look": noun.look, "colour": "", "which": "", "two": "", "several": ""}
         for group in described:
             suiting = [word for word in group if self._suits(word, kind)]
             if suiting:

@@ -16,7 +16,7 @@ from server.process import logs
 
 FAMILIES = {
     "serve": ("serve", "health"),
-    "data": ("import-release", "generate"),
+    "data": ("import-release", "generate", "demands"),
     "demonstrations": ("export-demos",),
     "sheets": ("sheets", "add-paraphrased"),
     "inspection": ("show", "stats", "check-instruction"),

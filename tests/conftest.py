@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from server.sim.raster.camera import compile_kernels
 from tests import ROOT, tiny
 from tests.faults.clients import EPISODES, Peace, journal_url, undisturbed
 from tests.forked import Forked
@@ -45,6 +46,12 @@ def interruptible() -> Iterator[None]:
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     """`--numprocesses auto`: two for each core, as tests wait for servers and clocks half of their time."""
     return 2 * (os.cpu_count() or 1)
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile the camera once, before the processes of xdist and the servers that they start would all do so."""
+    if session.config.getoption("numprocesses", None) and not hasattr(session.config, "workerinput"):
+        compile_kernels()
 
 
 LONGEST = (

@@ -46,7 +46,7 @@ def play(
     journal.create(run, list(actions))
     for claim in journal.claim(run_id, journal.pending(run_id), "player", "worker"):
         episode = split.episodes[claim.episode_id]
-        session = Session(episode, worlds.ground(split.name, episode.section), Limits(STEPS))
+        session = Session(episode, worlds.ground(split.name, episode), Limits(STEPS))
         batch = Batch()
         for step, action in enumerate(actions[claim.episode_id]):
             session.apply(Action(action))

@@ -28,7 +28,7 @@ class Environment:
         venv.create(folder, symlinks=True)
         self.folder = folder
         (self.site,) = folder.glob("lib/python3*/site-packages")
-        self._pip("install", "--quiet", "--no-index", "--no-deps", *map(str, wheels))
+        self._pip("install", "--quiet", "--no-compile", "--no-index", "--no-deps", *map(str, wheels))
         self.ours = {each.name for each in distributions(path=[str(self.site)])}
         for required in self._required():
             _link(required, self.site)

@@ -19,6 +19,7 @@ from server.runs.accounts.callers import ANONYMOUS, UNAUTHENTICATED, Caller
 
 PUBLIC_METHODS = frozenset({
     "/arramon.v1.Evaluation/GetServerInfo",
+    "/arramon.v1.Evaluation/GetBreakdown",
     "/arramon.v1.Leaderboard/List",
     "/arramon.v1.Leaderboard/GetEntry",
     "/arramon.v1.Leaderboard/Compare",

@@ -16,6 +16,7 @@ from server.api.encoding_threads import EncodingThreads
 from server.api.interceptor import Origin
 from server.api.messages import (
     account_message,
+    breakdown_message,
     limits_message,
     receipt_message,
     report_message,
@@ -119,6 +120,10 @@ class Servicer(EvaluationServicer):
     async def GetReceipt(self, request: pb.GetReceiptRequest, context: _Context) -> pb.Receipt:
         caller = caller_of()
         return await asyncio.to_thread(lambda: receipt_message(self._receipts.of(caller, request.run_id)))
+
+    async def GetBreakdown(self, request: pb.GetBreakdownRequest, context: _Context) -> pb.Breakdown:
+        caller = caller_of()
+        return await asyncio.to_thread(lambda: breakdown_message(*self._runs.breakdown(caller, request.run_id)))
 
     async def GetAccount(self, request: pb.GetAccountRequest, context: _Context) -> pb.Account:
         caller = caller_of()

@@ -11,6 +11,7 @@ from arramon.v1.leaderboard_pb2_grpc import LeaderboardServicer
 from server.api.authentication import caller_of
 from server.api.messages import row_message, run_message
 from server.board.board import Against, Board
+from server.board.cost import Cost
 from server.board.exports import as_csv, as_json
 from server.board.publishing import Publishing
 from server.board.standings import BOTH, HEADLINE, Entry, Mark, Reference, Standing
@@ -42,7 +43,8 @@ class BoardServicer(LeaderboardServicer):
         caller = caller_of()
 
         def publish() -> pb.Entry:
-            self._publishing.publish(caller, request.run_id, request.note)
+            cost = cost_of(request.cost) if request.HasField("cost") else None
+            self._publishing.publish(caller, request.run_id, request.note, cost)
             return entry_message(self._board.entry(request.run_id))
 
         return await asyncio.to_thread(publish)
@@ -108,6 +110,21 @@ def entry_message(entry: Entry, *, listed: bool = False) -> pb.Entry:
         public_key=seal.public_key if seal else b"",
         runs_begun=entry.attempts.begun,
         runs_published=entry.attempts.published,
+        cost=cost_message(entry.cost) if entry.cost else None,
+    )
+
+
+def cost_message(cost: Cost) -> pb.Cost:
+    """Return the message for a declared cost."""
+    return pb.Cost(parameters=cost.parameters, tokens=cost.tokens, price=cost.price)
+
+
+def cost_of(message: pb.Cost) -> Cost:
+    """Return the declared cost in a message."""
+    return Cost(
+        message.parameters if message.HasField("parameters") else None,
+        message.tokens if message.HasField("tokens") else None,
+        message.price if message.HasField("price") else None,
     )
 
 
@@ -146,6 +163,7 @@ def standing_message(standing: Standing, *, brief: bool = False) -> pb.Standing:
         runs_begun=standing.attempts.begun,
         runs_published=standing.attempts.published,
         gap=pb.LanguageGap(**asdict(standing.gap)) if standing.gap else None,
+        spread=pb.SeedSpread(**asdict(standing.spread)) if standing.spread else None,
     )
 
 

@@ -11,6 +11,7 @@ from server.runs.accounts.callers import Caller
 from server.runs.accounts.quotas import Quota
 from server.runs.accounts.usage import Usage
 from server.runs.play.clocks import Clocks
+from server.runs.results.breakdown import Breakdown
 from server.runs.results.receipts import Receipt
 from server.runs.results.reports import Report
 from server.runs.storage.records import Ending, Progress, Run
@@ -56,6 +57,8 @@ def run_message(run: Run, progress: Progress) -> pb.Run:
         bank_seconds_left=run.bank_left,
         published=progress.published,
         agent_arguments=[pb.AgentArgument(name=name, value=value) for name, value in run.agent_arguments],
+        thinking_seconds=progress.thinking_seconds,
+        timed_steps=progress.timed_steps,
     )
 
 
@@ -97,6 +100,32 @@ def report_message(report: Report) -> pb.Report:
         signature=report.signature,
         rows=[row_message(name, intervals) for name, intervals in report.table.rows.items()],
         episodes=[_episode_scores(ending) for ending in report.endings],
+    )
+
+
+def breakdown_message(report: Report, breakdown: Breakdown) -> pb.Breakdown:
+    """Return the message for the scores of a run by groups of turns."""
+    run = run_message(report.run, report.progress)
+    run.ClearField("bank_seconds_left")
+    groups = [
+        pb.TurnGroup(
+            aspect=line.group.aspect,
+            name=line.group.name,
+            low=line.group.low,
+            high=None if line.group.name else line.group.high,
+            turns=line.found.turns,
+            episodes=line.found.episodes,
+            scores=[_score(metric, interval) for metric, interval in line.found.scores.items()],
+        )
+        for line in breakdown.lines
+    ]
+    return pb.Breakdown(
+        run=run,
+        signature=report.signature,
+        groups=groups,
+        withheld=breakdown.withheld,
+        rounded=breakdown.rounded,
+        reads=breakdown.reads,
     )
 
 

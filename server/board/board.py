@@ -1,14 +1,16 @@
 """The leaderboard: standings of the published runs, by split and language."""
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from datetime import datetime
 from functools import lru_cache
 
-from server.board.comparisons import Compared, Comparisons, Family
+import numpy as np
+
+from server.board.comparisons import Compared, Comparisons, Family, Key
 from server.board.entries import Entries, Published
-from server.board.episode_table import gap_of, join
+from server.board.episode_table import EpisodeTable, gap_of, join, mean_table
+from server.board.lines import by_language, run_ids, systems, with_seeds
 from server.board.ranking import ranked
 from server.board.reference import read_references
 from server.board.standings import BOTH, COLUMNS, HEADLINE, PRIVILEGED, Entry, Mark, Reference, Rows, Standing
@@ -18,7 +20,9 @@ from server.runs.accounts.attempts import Attempts, Who, who
 from server.runs.play.clocks import Clocks
 from server.runs.storage import causes
 from server.scoring.aggregate import MIN_SECTION, Interval, table_rows
+from server.scoring.episode import METRICS
 from server.scoring.languages import LanguageGap
+from server.scoring.seeds import SeedSpread, seed_spread
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +91,7 @@ class Board:
         self._comparisons = Comparisons(entries.episodes)
         self._joined_rows = lru_cache(_KEPT)(self._join_rows)
         self._gaps = lru_cache(_KEPT)(self._find_gap)
+        self._spreads = lru_cache(_KEPT)(self._find_spread)
         self._kept: tuple[object, dict[tuple[str, str, str], Listing]] = (None, {})
 
     def languages(self) -> dict[str, tuple[str, ...]]:
@@ -103,10 +108,13 @@ class Board:
     def listing(self, split: str, language: str, sort: str = HEADLINE) -> Listing:
         """Return the standings of a split in a language or, for BOTH, in all together, and the paper's results.
 
+        Ranked runs of one agent that differ in the argument SEED alone are one standing, with the mean over seeds; of
+        several with the same seed the latest published is in it, and the others stand alone.
+
         BOTH lists systems (same account, participant and agent) with entries in all languages of the split. Of several
-        entries of a system in one language, ranked ones take precedence over others, then the latest published. Scores
-        are means over the languages, with intervals that keep the languages of an episode together; where the data has
-        changed, so that sections are unknown, the ends are means of the languages' ends.
+        standings of a system in one language, ranked ones take precedence over others, then the latest published.
+        Scores are means over the languages, with intervals that keep the languages of an episode together; where the
+        data has changed, so that sections are unknown, the ends are means of the languages' ends.
 
         Args:
             split: name of the split.
@@ -192,17 +200,16 @@ class Board:
         entries = [
             self._entry(published) for published in self._entries.listed(split, None if language == BOTH else language)
         ]
+        lines = list(with_seeds(entries))
         if language == BOTH:
-            standings = [
-                Standing(whole, self._rows_of(whole), self._gap_of(whole, sort))
-                for whole in _systems(entries, known[split])
-            ]
-        else:
-            standings = [Standing((entry,), entry.rows) for entry in entries]
+            lines = list(systems(lines, known[split]))
+        standings = [
+            Standing(line, self._rows_of(line), self._gap_of(line, sort), self._spread_of(line, sort)) for line in lines
+        ]
         able = [standing for standing in standings if standing.is_ranked]
         family = self._comparisons.family(able, sort, self._sections(split))
-        lines = tuple(ranked(standings, sort, family))
-        return Listing(split, language, sort, lines, self.reference(split, language), family)
+        order = tuple(ranked(standings, sort, family))
+        return Listing(split, language, sort, order, self.reference(split, language), family)
 
     def _attempts_on(self, split: str) -> dict[tuple[Who, str], Attempts]:
         stamp = self._entries.stamp()
@@ -228,28 +235,48 @@ class Board:
         return kept[split]
 
     def _rows_of(self, entries: tuple[Entry, ...]) -> Rows:
-        """Return the scores of a system in several languages together."""
+        """Return the scores of several runs together."""
+        if len(entries) == 1:
+            return entries[0].rows
         if any(Mark.OTHER_DATA in entry.marks for entry in entries):
             return _mean(entries)
-        return self._joined_rows(entries[0].run.split, tuple(entry.run.run_id for entry in entries))
+        return self._joined_rows(entries[0].run.split, run_ids(entries))
 
     def _gap_of(self, entries: tuple[Entry, ...], metric: str) -> LanguageGap | None:
         """Return the gap between a system's languages."""
-        if len(entries) < 2 or any(Mark.OTHER_DATA in entry.marks for entry in entries):
+        languages = tuple(dict.fromkeys(entry.run.language for entry in entries))
+        if len(languages) < 2 or any(Mark.OTHER_DATA in entry.marks for entry in entries):
             return None
-        split, run_ids = entries[0].run.split, tuple(entry.run.run_id for entry in entries)
-        return self._gaps(split, run_ids, tuple(entry.run.language for entry in entries), metric)
+        return self._gaps(entries[0].run.split, run_ids(entries), languages, metric)
 
-    def _find_gap(
-        self, split: str, run_ids: tuple[str, ...], languages: tuple[str, ...], metric: str
-    ) -> LanguageGap | None:
-        tables = [self._entries.episodes(run_id) for run_id in run_ids]
+    def _spread_of(self, entries: tuple[Entry, ...], metric: str) -> SeedSpread | None:
+        """Return the spread between seeds: those that the agent has in every language."""
+        spoken = [{entry.seed: entry.run.run_id for entry in same} for same in by_language(entries)]
+        if len(spoken[0]) < 2 or any(set(one) != set(spoken[0]) for one in spoken):
+            return None
+        return self._spreads(
+            entries[0].run.split, tuple(tuple(one[seed] for one in spoken) for seed in spoken[0]), metric
+        )
+
+    def _find_spread(self, split: str, ids: Key, metric: str) -> SeedSpread | None:
+        sections, column = self._sections(split), METRICS.index(metric)
+        runs = [join([self._entries.episodes(run_id) for run_id in same], sections).values for same in ids]
+        scores = np.stack([values[:, -1, column] for values in runs])
+        few = scores.shape[1] < (MIN_SECTION if self._splits[split].hidden else 2)  # they tell of single episodes
+        return None if few else seed_spread(scores)
+
+    def _find_gap(self, split: str, ids: Key, languages: tuple[str, ...], metric: str) -> LanguageGap | None:
+        tables = self._tables(ids)
         found = gap_of(tables, languages, self._sections(split), metric)
         few = found is not None and found.episodes < MIN_SECTION
         return None if few and self._splits[split].hidden else found  # a few episodes tell of single ones
 
-    def _join_rows(self, split: str, run_ids: tuple[str, ...]) -> Rows:
-        joined = join([self._entries.episodes(run_id) for run_id in run_ids], self._sections(split))
+    def _tables(self, ids: Key) -> list[EpisodeTable]:
+        """Return the scores in each language, as means over the seeds."""
+        return [mean_table([self._entries.episodes(run_id) for run_id in same]) for same in ids]
+
+    def _join_rows(self, split: str, ids: Key) -> Rows:
+        joined = join(self._tables(ids), self._sections(split))
         return table_rows(joined.values, joined.strata, are_sections=joined.are_sections)
 
     def _sections(self, split: str) -> dict[str, str]:
@@ -283,28 +310,12 @@ class Board:
             coverage,
             marks,
             attempts=self._attempts_on(run.split).get((who(run), run.language), Attempts()),
+            cost=published.cost,
         )
 
 
 _KEPT = 2048
 """Systems whose scores over all languages are cached, about 10 KB each."""
-
-
-def _systems(entries: Iterable[Entry], languages: Sequence[str]) -> Iterator[tuple[Entry, ...]]:
-    """Yield one entry per language for each system that has entries in all languages."""
-    systems: dict[object, dict[str, Entry]] = {}
-    for entry in entries:
-        of_system = systems.setdefault(entry.system, {})
-        other = of_system.get(entry.run.language)
-        if other is None or _preference(entry) > _preference(other):
-            of_system[entry.run.language] = entry
-    for found in systems.values():
-        if len(found) == len(languages):
-            yield tuple(found[language] for language in languages)
-
-
-def _preference(entry: Entry) -> tuple[bool, datetime, str]:
-    return entry.is_ranked, entry.published_at, entry.run.run_id
 
 
 def _mean(entries: Sequence[Entry]) -> Rows:

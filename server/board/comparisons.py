@@ -8,7 +8,7 @@ from threading import Lock
 import numpy as np
 import numpy.typing as npt
 
-from server.board.episode_table import EpisodeTable, join
+from server.board.episode_table import EpisodeTable, join, mean_table
 from server.board.standings import Standing
 from server.scoring.episode import METRICS
 from server.scoring.intervals import Floats
@@ -20,8 +20,8 @@ LEVEL = 0.05
 _KEPT = 12
 """Families that are kept: 2 MB each for 200 runs of 1205 episodes."""
 
-Key = tuple[str, ...]
-"""Ids of the runs of a standing."""
+Key = tuple[tuple[str, ...], ...]
+"""Ids of the runs of a standing: of those in each language, one for each seed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +108,7 @@ class Comparisons:
         column = METRICS.index(metric)
         scores, strata = [], np.zeros(0, np.intp)
         for key in keys:
-            joined = join([self._read(run_id) for run_id in key], section_of)
+            joined = join([mean_table([self._read(run_id) for run_id in runs]) for runs in key], section_of)
             scores.append(joined.values[:, -1, column])
             strata = joined.strata
         return Family(keys, np.array(scores).reshape(len(keys), len(strata)), strata)
@@ -116,7 +116,7 @@ class Comparisons:
 
 def key_of(standing: Standing) -> Key:
     """Return the ids of a standing's runs."""
-    return tuple(entry.run.run_id for entry in standing.entries)
+    return tuple(tuple(entry.run.run_id for entry in entries) for entries in standing.by_language)
 
 
 def closed(better: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:

@@ -10,6 +10,7 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.engine import Row
 
+from server.board.cost import NO_COST, Cost
 from server.board.episode_table import EpisodeTable
 from server.board.standings import Rows, Seal
 from server.errors import NotFound, quoted
@@ -49,6 +50,7 @@ class Published:
         note: note of the publisher; may be empty.
         withdrawn_at: time of the withdrawal, in UTC; None while the run is listed.
         withdrawn_by_host: whether the host withdrew it.
+        cost: what the run cost, as declared.
     """
 
     run: Run
@@ -56,6 +58,7 @@ class Published:
     note: str
     withdrawn_at: datetime | None
     withdrawn_by_host: bool
+    cost: Cost = NO_COST
 
 
 class Entries:
@@ -131,8 +134,10 @@ class Entries:
                 connection.execute(table.update().where(table.c.run_id == run_id).values(episodes=found.packed()))
         return found
 
-    def publish(self, run_id: str, note: str, scores: Scores, episodes: EpisodeTable, *, by_host: bool) -> bool:
-        """Publish a run, also one that was withdrawn; if it is listed already, replace its note.
+    def publish(
+        self, run_id: str, note: str, scores: Scores, episodes: EpisodeTable, *, by_host: bool, cost: Cost | None = None
+    ) -> bool:
+        """Publish a run, also one that was withdrawn; if it is listed already, replace its note, and its cost if given.
 
         Only a host can publish what a host has withdrawn. The statement that publishes checks this itself: otherwise a
         publication that began before could undo a host's withdrawal.
@@ -152,6 +157,7 @@ class Entries:
             "withdrawn_at": None,
             "withdrawn_by_host": False,
             "revision": table.c.revision + 1,
+            **({} if cost is None else {"cost": cost.written()}),
         }
         with self._database.write() as connection:
             mine = table.c.run_id == run_id
@@ -161,7 +167,7 @@ class Entries:
             if connection.execute(sa.select(table.c.run_id).where(mine)).all():
                 return False
             row = {"run_id": run_id, "published_at": now, "note": note, "scores": _written(scores)}
-            row |= {"episodes": episodes.packed()}
+            row |= {"episodes": episodes.packed(), "cost": cost.written() if cost else None}
             connection.execute(table.insert().values(row))
             return True
 
@@ -189,14 +195,14 @@ _LISTED = tables.entries.c.withdrawn_at.is_(None)
 
 _ENTRIES = sa.select(
     tables.runs,
-    *(tables.entries.c[name] for name in ("published_at", "note", "withdrawn_at", "withdrawn_by_host")),
+    *(tables.entries.c[name] for name in ("published_at", "note", "withdrawn_at", "withdrawn_by_host", "cost")),
 ).join_from(tables.entries, tables.runs)
 
 
 def _published(row: Row[Any]) -> Published:
     published_at, withdrawn_at = utc(row.published_at), utc(row.withdrawn_at)
     assert published_at is not None
-    return Published(run_of(row), published_at, row.note, withdrawn_at, row.withdrawn_by_host)
+    return Published(run_of(row), published_at, row.note, withdrawn_at, row.withdrawn_by_host, cost=Cost.of(row.cost))
 
 
 def _written(scores: Scores) -> dict[str, Any]:

@@ -49,6 +49,17 @@ class EpisodeTable:
             return cls(tuple(archive["ids"].tolist()), archive["scores"])
 
 
+def mean_table(tables: Sequence[EpisodeTable]) -> EpisodeTable:
+    """Return the mean of runs of the same episodes, such as those of one agent with several seeds.
+
+    Raises:
+        ValueError: if the runs did not play the same episodes.
+    """
+    if any(table.ids != tables[0].ids for table in tables):
+        raise ValueError("the runs did not play the same episodes")
+    return EpisodeTable(tables[0].ids, np.mean([table.scores for table in tables], axis=0))
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Joined:
     """Scores of a system's episodes, with the languages of each episode kept together.

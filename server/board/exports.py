@@ -48,6 +48,12 @@ CSV_COLUMNS = (
     "higher language",
     "lower language",
     "same outcome",
+    "seeds",
+    "seed deviation",
+    "seconds a step",
+    "declared parameters",
+    "declared tokens",
+    "declared price",
 )
 """Columns of the CSV file, in order. New ones are added at the end."""
 
@@ -102,6 +108,10 @@ def _standing_cells(standing: Standing, listing: Listing) -> dict[str, object]:
         "last rank": standing.last_rank or "",
         "runs begun": standing.attempts.begun,
         "runs published": standing.attempts.published,
+        "seeds": standing.seeds,
+        "seed deviation": standing.spread.deviation if standing.spread else "",
+        "seconds a step": "" if standing.seconds_a_step is None else standing.seconds_a_step,
+        **{f"declared {name}": "" if value is None else value for name, value in asdict(standing.cost).items()},
     }
     if standing.gap is not None:
         gap = standing.gap
@@ -157,6 +167,9 @@ def _standing(standing: Standing) -> dict[str, Any]:
         "runs_begun": standing.attempts.begun,
         "runs_published": standing.attempts.published,
         "gap": asdict(standing.gap) if standing.gap else None,
+        "seeds": asdict(standing.spread) if standing.spread else None,
+        "seconds_a_step": standing.seconds_a_step,
+        "declared_cost": asdict(standing.cost),
     }
 
 
@@ -181,6 +194,9 @@ def _entry(entry: Entry) -> dict[str, Any]:
         "agent_arguments": dict(run.agent_arguments),
         "coverage": entry.coverage,
         "marks": entry.marks,
+        "thinking_seconds": entry.progress.thinking_seconds,
+        "timed_steps": entry.progress.timed_steps,
+        "declared_cost": asdict(entry.cost),
     }
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from server.board.cost import Cost
 from server.board.entries import Entries, Published, Scores
 from server.board.episode_table import EpisodeTable
 from server.board.standings import is_control
@@ -37,13 +38,14 @@ class Publishing:
         self._entries = entries
         self._receipts = receipts
 
-    def publish(self, caller: Caller, run_id: str, note: str) -> None:
+    def publish(self, caller: Caller, run_id: str, note: str, cost: Cost | None = None) -> None:
         """Publish a run that has ended, and sign its receipt; if it is listed already, replace its note.
 
         Args:
             caller: the run's participant, or a host.
             run_id: id of the run.
             note: line of at most MAX_NOTE characters for readers of the leaderboard; may be empty.
+            cost: what the run cost, as declared; None to leave what was declared before.
 
         Raises:
             NotFound: if there is no such run that the caller may see.
@@ -52,10 +54,12 @@ class Publishing:
             Conflict: if the run is still being played; if the data of its split has changed; if the split is for
                 training alone; if it is hidden and the run lacks some of its episodes, as the mean over a few reveals
                 scores of single ones; or if none of its episodes was played to its end.
-            BadInput: if the note is too long, or has more than one line.
+            BadInput: if the note is too long, or has more than one line, or a number of the cost is out of range.
         """
         run = self._own(caller, run_id)
         _check_note(note := note.strip())
+        if cost is not None:
+            cost.check()
         by_host = caller.role is Role.HOST
         entry = self._entries.find(run_id)
         if entry is not None and entry.withdrawn_by_host and not by_host:
@@ -67,7 +71,7 @@ class Publishing:
         self._receipts.of(caller, run_id)
         scores = Scores(report.progress, report.table.rows, report.signature)
         episodes = EpisodeTable.of(self._journal.endings(run_id))
-        if not self._entries.publish(run_id, note, scores, episodes, by_host=by_host):
+        if not self._entries.publish(run_id, note, scores, episodes, by_host=by_host, cost=cost):
             raise _withdrawn_by_host(run_id)
 
     def withdraw(self, caller: Caller, run_id: str) -> None:

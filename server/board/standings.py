@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from datetime import datetime
 from enum import StrEnum
 
+from server.board.cost import NO_COST, Cost, mean_cost
 from server.runs.accounts.attempts import NONE, Attempts
 from server.runs.storage.records import Progress, Run
 from server.scoring.aggregate import Interval
 from server.scoring.languages import LanguageGap
+from server.scoring.seeds import SeedSpread
 
 Rows = Mapping[str, Mapping[str, Interval]]
 """Row name of `server.scoring.aggregate.ROWS` -> metric of `server.scoring.episode.METRICS` -> value."""
@@ -33,6 +35,9 @@ HEADLINE = "PTC@CTC-3"
 
 BOTH = "both"
 """Value in place of a language code for all languages of a split together."""
+
+SEED = "seed"
+"""Argument of an agent by which runs of one agent differ that count together."""
 
 PRIVILEGED = frozenset({"pose", "oracle"})
 """Sensors with information that no camera shows."""
@@ -88,6 +93,7 @@ class Entry:
         marks: caveats, in the order of `Mark`.
         seal: fingerprint of the receipt; None without a receipt, and in listings, which do not look it up.
         attempts: runs that its participant began and published on the split in the language, under any agent's name.
+        cost: what it cost, as its publisher declared it.
     """
 
     run: Run
@@ -100,11 +106,23 @@ class Entry:
     marks: tuple[Mark, ...]
     seal: Seal | None = None
     attempts: Attempts = NONE
+    cost: Cost = NO_COST
 
     @property
     def participant(self) -> str:
         """Displayed name of the participant."""
         return shown(self.run.participant)
+
+    @property
+    def seed(self) -> str | None:
+        """Value of the agent's argument SEED; None without it."""
+        return dict(self.run.agent_arguments).get(SEED)
+
+    @property
+    def kind(self) -> tuple[object, ...]:
+        """What runs have in common that differ in their seed alone."""
+        arguments = tuple(pair for pair in self.run.agent_arguments if pair[0] != SEED)
+        return (*self.system, self.run.language, self.run.sensors, arguments)
 
     @property
     def agent(self) -> str:
@@ -134,12 +152,13 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Standing:
-    """A line of the leaderboard: one entry, or the entries of one system in all languages together.
+    """A line of the leaderboard: the runs of one agent with one seed or several, in one language or in all together.
 
     Attributes:
-        entries: one entry, or one per language, in the order of the language codes.
-        rows: scores of the entry, or the means over the languages, see `Board.listing`.
+        entries: in the order of the language codes, and of the seeds.
+        rows: scores of the entry, or the means over seeds and languages, see `Board.listing`.
         gap: gap between the languages in the metric that ranks; None with one language, or if the data has changed.
+        spread: spread between seeds in the metric that ranks; None with one seed, or with others in another language.
         rank: rank from 1, one more than the number of standings shown to be better; 0 if not ranked.
         last_rank: the last rank that it could have, as far as differences are shown; 0 if not ranked.
         tied: whether another standing has the same rank.
@@ -148,6 +167,7 @@ class Standing:
     entries: tuple[Entry, ...]
     rows: Rows
     gap: LanguageGap | None = None
+    spread: SeedSpread | None = None
     rank: int = 0
     last_rank: int = 0
     tied: bool = False
@@ -165,7 +185,28 @@ class Standing:
     @property
     def languages(self) -> tuple[str, ...]:
         """Codes of the languages, in order."""
-        return tuple(entry.run.language for entry in self.entries)
+        return tuple(dict.fromkeys(entry.run.language for entry in self.entries))
+
+    @property
+    def by_language(self) -> tuple[tuple[Entry, ...], ...]:
+        """Entries of each language."""
+        return tuple(tuple(one for one in self.entries if one.run.language == code) for code in self.languages)
+
+    @property
+    def seeds(self) -> int:
+        """Number of runs with different seeds in each language; the least, if these differ."""
+        return min(len(entries) for entries in self.by_language)
+
+    @property
+    def seconds_a_step(self) -> float | None:
+        """Mean time for an answer over the steps of all runs; None if none was measured."""
+        steps = sum(entry.progress.timed_steps for entry in self.entries)
+        return sum(entry.progress.thinking_seconds for entry in self.entries) / steps if steps else None
+
+    @property
+    def cost(self) -> Cost:
+        """Declared cost of a run: the mean of those that declare it."""
+        return mean_cost([entry.cost for entry in self.entries])
 
     @property
     def sensors(self) -> tuple[str, ...]:
@@ -186,7 +227,7 @@ class Standing:
     @property
     def attempts(self) -> Attempts:
         """Runs that the participant began and published on the split, in these languages."""
-        return sum((entry.attempts for entry in self.entries), NONE)
+        return sum((entries[0].attempts for entries in self.by_language), NONE)
 
     @property
     def causes(self) -> dict[str, int]:

@@ -7,7 +7,8 @@ from pathlib import Path
 from server.commands import Commands
 from server.commands.wording import describe
 from server.dataset.release.importer import import_release
-from server.errors import BadInput
+from server.episodes.splits import folder_of, read_split
+from server.errors import BadInput, NotFound, quoted
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:
@@ -47,6 +48,24 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
         help="keep episodes that no agent has tried: quicker, and marked in the split's header",
     )
     generate.set_defaults(command=_generate)
+
+    demands = commands.add_parser(
+        "demands",
+        parents=[common],
+        help="count what the instructions of splits ask for, for reports; `generate` does it, earlier releases did not",
+    )
+    demands.add_argument("splits", nargs="+", metavar="SPLIT", help="name of a generated split")
+    demands.set_defaults(command=_demands)
+
+
+def _demands(arguments: argparse.Namespace) -> None:
+    from server.dataset.demands import add_demands
+
+    for name in arguments.splits:
+        folder = folder_of(arguments.data, name)
+        if not folder.is_dir():
+            raise NotFound(f"there is no split {quoted(name)} in {arguments.data}")
+        print(describe(add_demands(arguments.data, read_split(folder))))
 
 
 def _import(arguments: argparse.Namespace) -> None:

@@ -3,18 +3,23 @@
 import argparse
 import json
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
-from lang.quality import PHASES, is_blocked
+from lang.quality import PHASES, Failure, is_blocked
 from server.commands import Commands
 from server.dataset.instruction_check import check_texts
+from server.errors import BadInput
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:
     """Add all three commands."""
-    show = commands.add_parser("show", parents=[common], help="draw an episode: a map, and the agent's views")
-    show.add_argument("episode", help="id of the episode, such as 8900")
-    show.add_argument("--split", help="split of the episode (default: the first split that has it)")
+    show = commands.add_parser(
+        "show", parents=[common], help="draw an episode: a map, and the agent's views; or the map of a section"
+    )
+    show.add_argument("episode", nargs="?", help="id of the episode, such as 8900")
+    show.add_argument("--section", metavar="ID", help="draw this section instead, with all that was recovered of it")
+    show.add_argument("--split", help="split of the episode or section (default: the first split that has it)")
     show.add_argument("--output", type=Path, default=Path(), help="folder for the pictures (default: current folder)")
     show.set_defaults(command=_show)
 
@@ -38,7 +43,12 @@ def _add_check(commands: Commands, common: argparse.ArgumentParser) -> None:
     check = commands.add_parser(
         "check-instruction", parents=[common], help="print the quality checks that a text fails"
     )
-    check.add_argument("texts", nargs="*", metavar="TEXT", help="an instruction (default: each line of standard input)")
+    check.add_argument(
+        "texts",
+        nargs="*",
+        metavar="TEXT",
+        help="an instruction (default: with --episode its own ones, otherwise each line of standard input)",
+    )
     check.add_argument("--lang", default="en", help="language of the text (default: %(default)s)")
     check.add_argument("--phase", required=True, choices=PHASES, help="phase that it instructs")
     check.add_argument("--target", default="", metavar="WORDS", help="object it must name: 'dotted brown bucket'")
@@ -49,13 +59,21 @@ def _add_check(commands: Commands, common: argparse.ArgumentParser) -> None:
         metavar="DEGREES",
         help="angle by which the path turns before its first step",
     )
+    check.add_argument(
+        "--episode", metavar="ID", help="also check that what a text names is there, in this episode's world"
+    )
+    check.add_argument("--split", help="split of the episode (default: the first split that has it)")
+    check.add_argument("--turn", type=int, choices=(1, 2), help="turn of the episode (default: both)")
     check.set_defaults(command=_check)
 
 
 def _show(arguments: argparse.Namespace) -> None:
-    from server.dataset.pictures.episode import show
+    from server.dataset.pictures.episode import show, show_section
 
-    for path in show(arguments.data, arguments.episode, arguments.split, arguments.output):
+    if (arguments.episode is None) == (arguments.section is None):
+        raise BadInput("name either an episode or a section to show: `show 8900`, or `show --section 1`")
+    draw, name = (show, arguments.episode) if arguments.section is None else (show_section, arguments.section)
+    for path in draw(arguments.data, name, arguments.split, arguments.output):
         print(path)
 
 
@@ -74,9 +92,8 @@ def _stats(arguments: argparse.Namespace) -> None:
 
 def _check(arguments: argparse.Namespace) -> int:
     """Print the failed checks of each text; return 1 if one of them blocks its text."""
-    texts = arguments.texts or (line for line in map(str.strip, sys.stdin) if line)
     blocked = False
-    for text, failures in check_texts(texts, arguments.lang, arguments.phase, arguments.target, arguments.first_turn):
+    for text, failures in _checked(arguments):
         print(text)
         for failure in failures:
             print(f"  {failure}")
@@ -84,3 +101,23 @@ def _check(arguments: argparse.Namespace) -> int:
             print("  passes every check")
         blocked |= is_blocked(failures)
     return int(blocked)
+
+
+def _checked(arguments: argparse.Namespace) -> Iterator[tuple[str, tuple[Failure, ...]]]:
+    """Yield each text with the checks that it fails."""
+    given = arguments.lang, arguments.phase, arguments.target, arguments.first_turn
+    if arguments.episode is None:
+        if arguments.split is not None or arguments.turn is not None:
+            raise BadInput(
+                "--split and --turn name the world of an episode: give its id with --episode, or leave them out"
+            )
+        yield from check_texts(arguments.texts or (line for line in map(str.strip, sys.stdin) if line), *given)
+        return
+    if arguments.phase != "navigation":
+        raise BadInput("--episode checks what stands in the streets: expected --phase navigation")
+    from server.dataset.world_check import check_in_world
+
+    named = arguments.data, arguments.episode, arguments.split, arguments.turn, arguments.lang
+    for text, turn, absent in check_in_world(*named, arguments.texts):
+        ((_, failures),) = check_texts([text], *given)
+        yield f"turn {turn}: {text}", (*failures, *absent)

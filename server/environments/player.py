@@ -23,6 +23,7 @@ from server.runs.play.session import Session
 from server.scoring.episode import EpisodeScores
 from server.sim.cameras import Frame
 from server.sim.labels import LABELS
+from server.sim.own_furniture import furnished
 from server.sim.rules import Action, Limits, Phase, PhaseEnded, State
 from server.sim.view import visible_pose
 
@@ -100,12 +101,12 @@ class LocalPlayer:
         episode = self._find(episode_id, seed)
         if self._settings.language not in episode.instructions:
             raise UsageError(f"the episode {episode_id!r} has no instructions in {self._settings.language!r}")
-        self._session = Session(episode, self._worlds.ground(self._name, episode.section), self._limits)
+        self._session = Session(episode, self._worlds.ground(self._name, episode), self._limits)
         self._reward = reward_of(self._settings.reward, episode)
         self._expert = None
         if self._settings.expert is not None:
-            scene = self._worlds.scene(self._name, episode.section)
-            ground = self._worlds.ground(self._name, episode.section)
+            scene = self._worlds.scene(self._name, episode)
+            ground = self._worlds.ground(self._name, episode)
             self._expert = expert_of(self._settings.expert, episode, scene, ground)
         self._skip(self._session, (self._settings.turn, self._settings.start))
         return self._observe(self._session, into)
@@ -155,7 +156,7 @@ class LocalPlayer:
     def map(self, size: int) -> npt.NDArray[np.uint8] | None:
         """Return a picture of the present phase from above, (size, size, 3); without targets on a hidden split."""
         session = self._played
-        section = self._sections[session.episode.section]
+        section = furnished(self._sections[session.episode.section], session.episode.furniture)
         return phase_map(session, section, size, shows_targets=not self._info.hidden)
 
     def chain_head(self, run_id: str) -> bytes:

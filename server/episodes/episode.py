@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from server.sim.geometry import Pose
+from server.sim.own_furniture import NO_FURNITURE, OwnFurniture
 from server.sim.room import Placement, Square
 from server.sim.rules import Action, Collectible, Layout, PlacedObject
 
@@ -63,6 +64,7 @@ class Episode:
         turns: both turns.
         decoys: objects in the room when the first assembly phase begins.
         instructions: texts of both turns, by language code.
+        furniture: how its street furniture differs from its section's.
     """
 
     episode_id: str
@@ -71,6 +73,7 @@ class Episode:
     turns: tuple[Turn, Turn]
     decoys: tuple[PlacedObject, ...]
     instructions: Mapping[str, tuple[Instructions, Instructions]]
+    furniture: OwnFurniture = NO_FURNITURE
 
     def __post_init__(self) -> None:
         if not self.instructions:

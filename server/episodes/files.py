@@ -1,13 +1,13 @@
-"""Episode files, JSON Lines with a header, and section files, one JSON object each. Both are validated when read.
+"""Files of episodes (JSON Lines with a header), sections and provenance (one JSON object each), validated when read.
 
 The first line of an episode file is the header; every further line is one `Episode` (see `episode`), field by field.
-`docs/episodes.md` describes the format for authors of such files.
+Version 1 has no `furniture`. `docs/episodes.md` describes the format for authors of such files.
 """
 
 import gzip
 import json
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -16,10 +16,14 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import from_json
 
 from server.episodes.episode import Episode
+from server.episodes.provenance import Provenance
 from server.errors import BadFile
 from server.sim.section import Section
 
-FORMAT, VERSION = "arramon-episodes", 1
+FORMAT = "arramon-episodes"
+
+PLAIN, FURNISHED = 1, 2
+"""Versions of the format: without and with episodes' own furniture."""
 
 
 _T = TypeVar("_T")
@@ -31,7 +35,7 @@ class Header:
 
     Attributes:
         format: always "arramon-episodes".
-        version: of the format; other versions are rejected.
+        version: of the format, PLAIN or FURNISHED; other versions are rejected.
         split: name of the split, such as "val_seen".
         hidden: whether targets, goals and paths must never leave the server.
         source: origin of the episodes, as free text.
@@ -49,18 +53,33 @@ class Header:
 _HEADER = TypeAdapter(Header)
 _EPISODE = TypeAdapter(Episode)
 _SECTION = TypeAdapter(Section)
+_PROVENANCE = TypeAdapter(Provenance)
 
 
-def write_episodes(path: Path, header: Header, episodes: Iterable[Episode]) -> None:
-    """Write an episode file. The same episodes give the same bytes."""
+def version_for(episodes: Iterable[Episode]) -> int:
+    """Return the lowest version of the format that can hold the episodes: older servers read PLAIN files as well."""
+    return PLAIN if all(episode.furniture.is_empty for episode in episodes) else FURNISHED
+
+
+def write_episodes(path: Path, header: Header, episodes: Sequence[Episode]) -> None:
+    """Write an episode file. The same episodes give the same bytes.
+
+    Raises:
+        ValueError: if the header's version cannot hold the episodes.
+    """
+    if header.version < version_for(episodes):
+        raise ValueError(f"version {header.version} of the format holds no furniture; expected {FURNISHED}")
+    left_out = {"furniture"} if header.version == PLAIN else None
     with path.open("wb") as file:
         file.write(_HEADER.dump_json(header, exclude_defaults=True) + b"\n")
         for episode in episodes:
-            file.write(_EPISODE.dump_json(episode) + b"\n")
+            file.write(_EPISODE.dump_json(episode, exclude=left_out) + b"\n")
 
 
 def read_episodes(path: Path) -> tuple[Header, list[Episode]]:
-    """Read and validate an episode file; one whose name ends in ".gz" is decompressed.
+    """Read and validate an episode file of any version; one whose name ends in ".gz" is decompressed.
+
+    Episodes of a file without furniture have their section's as it is.
 
     Raises:
         BadFile: if the content is wrong, naming the line and the field.
@@ -72,6 +91,9 @@ def read_episodes(path: Path) -> tuple[Header, list[Episode]]:
     episodes: dict[str, Episode] = {}
     for number, line in enumerate(lines[1:-1], start=2):
         episode = parse(_EPISODE, line, path, line=number)
+        if header.version == PLAIN and not episode.furniture.is_empty:
+            problem = f"is in a file of version {PLAIN}; expected version {FURNISHED} in the header"
+            raise BadFile(path, problem, line=number, field="furniture")
         if episode.episode_id in episodes:
             raise BadFile(path, f"episode {episode.episode_id!r} occurs twice", line=number, field="episode_id")
         episodes[episode.episode_id] = episode
@@ -90,6 +112,20 @@ def read_section(path: Path) -> Section:
         BadFile: if the content is wrong, naming the field.
     """
     return parse(_SECTION, read_bytes(path), path)
+
+
+def write_provenance(path: Path, provenance: Provenance) -> None:
+    """Write a file of provenance, indented so that people can read it."""
+    path.write_bytes(_PROVENANCE.dump_json(provenance, indent=1) + b"\n")
+
+
+def read_provenance(path: Path) -> Provenance:
+    """Read and validate a file of provenance.
+
+    Raises:
+        BadFile: if the content is wrong, naming the field.
+    """
+    return parse(_PROVENANCE, read_bytes(path), path)
 
 
 def read_bytes(path: Path) -> bytes:
@@ -125,8 +161,8 @@ def parse(adapter: TypeAdapter[_T], data: bytes, path: Path, *, line: int | None
 def _check_header(path: Path, header: Header) -> Header:
     if header.format != FORMAT:
         raise BadFile(path, f"is {header.format!r}, expected {FORMAT!r}", line=1, field="format")
-    if header.version != VERSION:
-        problem = f"is {header.version}; this release of the server reads version {VERSION}"
+    if header.version not in (PLAIN, FURNISHED):
+        problem = f"is {header.version}; this release of the server reads versions {PLAIN} and {FURNISHED}"
         raise BadFile(path, problem, line=1, field="version")
     return header
 

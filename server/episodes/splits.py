@@ -1,4 +1,4 @@
-"""Splits in the data folder: `splits/NAME/episodes.jsonl` and `splits/NAME/sections/ID.json`.
+"""Splits in the data folder: `splits/NAME/episodes.jsonl`, `sections/ID.json` and `provenance/ID.json` beside it.
 
 A split's folder is self-contained, sections included, so that one hash identifies the data that a score belongs to.
 """
@@ -7,21 +7,25 @@ import hashlib
 import shutil
 import tempfile
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
+from server.episodes.demands import Demands, read_demands
 from server.episodes.episode import Episode, languages_of
 from server.episodes.files import (
     FORMAT,
-    VERSION,
     Header,
     read_bytes,
     read_episodes,
+    read_provenance,
     read_section,
+    version_for,
     write_episodes,
+    write_provenance,
     write_section,
 )
+from server.episodes.provenance import Provenance
 from server.episodes.texts import Texts, texts_by_language
 from server.errors import BadFile, NotFound, StorageError
 from server.sim.section import Section
@@ -48,6 +52,8 @@ class Split:
         sections: by id.
         data_hash: SHA-256 of the names and contents of all its files, in hexadecimal.
         training: whether it is for training alone, and runs on it are not ranked.
+        provenance: of recovered furniture, by section; empty where none was recovered.
+        demands: what the instructions ask for, by episode; empty if that is not known.
     """
 
     name: str
@@ -57,6 +63,8 @@ class Split:
     sections: Mapping[str, Section]
     data_hash: str
     training: bool = False
+    provenance: Mapping[str, Provenance] = field(default_factory=dict)
+    demands: Demands = field(default_factory=dict)
 
     @property
     def sensors(self) -> tuple[str, ...]:
@@ -110,6 +118,29 @@ def no_splits(data: Path) -> NotFound:
     )
 
 
+def check_split(splits: Mapping[str, Split], name: str | None) -> None:
+    """Check that there is a split of a name, if one is given.
+
+    Raises:
+        NotFound: if there is not; the message says which there are.
+    """
+    if name is not None and name not in splits:
+        raise NotFound(f"there is no split {name!r}; there are {', '.join(splits)}")
+
+
+def split_with_episode(splits: Mapping[str, Split], episode_id: str, name: str | None) -> Split:
+    """Return the split of a name, or the first one that has an episode if the name is None.
+
+    Raises:
+        NotFound: if there is no such split or no such episode.
+    """
+    check_split(splits, name)
+    for split in splits.values():
+        if name in (None, split.name) and episode_id in split.episodes:
+            return split
+    raise NotFound(f"there is no episode {episode_id!r} in {name or ', '.join(splits)}")
+
+
 def read_split(folder: Path) -> Split:
     """Read one split.
 
@@ -126,8 +157,40 @@ def read_split(folder: Path) -> Split:
         if episode.section not in sections:
             problem = f"is {episode.section!r}; there are {', '.join(sections) or 'none'} in {folder / 'sections'}"
             raise BadFile(folder / "episodes.jsonl", problem, line=line, field="section")
+        try:
+            episode.furniture.check(sections[episode.section])
+        except ValueError as error:
+            raise BadFile(folder / "episodes.jsonl", str(error), line=line, field="furniture") from error
     by_id = {episode.episode_id: episode for episode in episodes}
-    return Split(header.split, header.hidden, header.source, by_id, sections, hash_of(folder), header.training)
+    data_hash = hash_of(folder)
+    return Split(
+        header.split,
+        header.hidden,
+        header.source,
+        by_id,
+        sections,
+        data_hash,
+        header.training,
+        _read_provenance(folder, sections, by_id),
+        read_demands(folder, data_hash),
+    )
+
+
+def _read_provenance(
+    folder: Path, sections: Mapping[str, Section], episodes: Mapping[str, Episode]
+) -> dict[str, Provenance]:
+    found = {}
+    for path in sorted((folder / "provenance").glob("*.json")):
+        provenance = read_provenance(path)
+        if provenance.section != path.stem or path.stem not in sections:
+            problem = f"is {provenance.section!r}; expected {path.stem!r}, and a section of that id"
+            raise BadFile(path, problem, field="section")
+        try:
+            provenance.check(sections[path.stem], episodes)
+        except ValueError as error:
+            raise BadFile(path, str(error)) from error
+        found[path.stem] = provenance
+    return found
 
 
 def write_split(
@@ -139,13 +202,14 @@ def write_split(
     episodes: Iterable[Episode],
     sections: Iterable[Section],
     training: bool = False,
+    provenance: Iterable[Provenance] = (),
 ) -> Split:
     """Write a split and read it back. An existing split is replaced only once the new one is complete.
 
     Raises:
         StorageError: if the folder cannot be written.
     """
-    folder = folder_of(data, name)
+    folder, listed = folder_of(data, name), list(episodes)
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".new-") as temporary:
@@ -153,10 +217,13 @@ def write_split(
             (new / "sections").mkdir(parents=True)
             if hidden:
                 new.chmod(0o700)  # Targets, goals and paths stay private to the owner on this machine, too.
-            header = Header(FORMAT, VERSION, name, hidden, source, training)
-            write_episodes(new / "episodes.jsonl", header, episodes)
+            header = Header(FORMAT, version_for(listed), name, hidden, source, training)
+            write_episodes(new / "episodes.jsonl", header, listed)
             for section in sections:
                 write_section(new / "sections" / f"{section.id}.json", section)
+            for each in provenance:
+                (new / "provenance").mkdir(exist_ok=True)
+                write_provenance(new / "provenance" / f"{each.section}.json", each)
             split = read_split(new)
             if folder.exists():
                 shutil.move(folder, Path(temporary) / "old")
@@ -169,7 +236,8 @@ def write_split(
 def hash_of(folder: Path) -> str:
     """The SHA-256 over names and bytes of all files in a split's folder, in hexadecimal."""
     digest = hashlib.sha256()
-    for path in [folder / "episodes.jsonl", *sorted((folder / "sections").glob("*.json"))]:
+    files = [path for name in ("sections", "provenance") for path in sorted((folder / name).glob("*.json"))]
+    for path in [folder / "episodes.jsonl", *files]:
         data = read_bytes(path)
         digest.update(f"{path.relative_to(folder).as_posix()} {len(data)}\n".encode())
         digest.update(data)

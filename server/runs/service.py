@@ -12,6 +12,7 @@ from server.runs.accounts.quotas import Quotas
 from server.runs.agent_arguments import normalize_arguments
 from server.runs.play.clocks import Clocks
 from server.runs.play.engine import Engine
+from server.runs.results.breakdown import Breakdown, Breakdowns
 from server.runs.results.reports import Report, report_of, split_of
 from server.runs.storage.journal import Journal, run_not_found
 from server.runs.storage.records import LEASE, RUNNING, Progress, Run
@@ -57,6 +58,7 @@ class Runs:
         self._journal = journal
         self._engine = engine
         self._accounts = accounts
+        self._breakdowns = Breakdowns(splits)
 
     def addresses(self) -> list[str]:
         """Return the own addresses of this host's server processes; empty unless there are at least two."""
@@ -201,6 +203,20 @@ class Runs:
             Conflict: if the run is still being played, or the data of the split has changed since it was created.
         """
         return report_of(self.visible(caller, run_id), self._journal, self.splits)
+
+    def breakdown(self, caller: Caller, run_id: str) -> tuple[Report, Breakdown]:
+        """Return the scores of a run that has ended, and by what the turns ask for. Published runs are open to all.
+
+        Raises:
+            NotFound: if there is no such run that the caller may see.
+            Conflict: if the run is still being played, or the data of the split has changed since it was created.
+        """
+        published = self._journal.is_published(run_id)
+        run = self._journal.run(run_id)
+        if not (published or caller.may_see(run)):
+            raise run_not_found(run_id)
+        report = report_of(run, self._journal, self.splits)
+        return report, self._breakdowns.of(run, self._journal.endings(run_id))
 
     def _check_participant(self, caller: Caller, participant: str) -> None:
         if participant in ("", caller.account or ANONYMOUS_NAME):

@@ -4,9 +4,10 @@ import math
 import os
 import tempfile
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Container, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import cache
+from dataclasses import replace
+from functools import cache, lru_cache, partial
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -21,6 +22,7 @@ from server.sim.catalogue import ObjectType
 from server.sim.daylight import AMBIENT, DIFFUSE, SUN, sky
 from server.sim.geometry import AGENT_RADIUS
 from server.sim.scene import Body, BoxCollider, Mesh, Scene
+from server.sim.variations import CACHED, SAME, Difference
 
 
 @contextmanager
@@ -62,8 +64,9 @@ class Obstacles:
     def __init__(self, scene: Scene) -> None:
         _check(scene)
         self._client: int | None = pybullet.connect(pybullet.DIRECT)
-        self._solid: set[int] = set()
+        self._solid: dict[int, Body] = {}
         self._probes: dict[float, int] = {}
+        self._boxes: dict[BoxCollider, int] = {}
         self._fill(scene)
 
     def __enter__(self) -> Self:
@@ -80,12 +83,20 @@ class Obstacles:
             pybullet.disconnect(self._client)
             self._client = None
 
-    def way_is_free(self, start: tuple[float, float], end: tuple[float, float]) -> bool:
+    def way_is_free(
+        self,
+        start: tuple[float, float],
+        end: tuple[float, float],
+        absent: Container[Body] = (),
+        further: Sequence[Body] = (),
+    ) -> bool:
         """Return whether the agent's disc can move straight from `start` to `end` without touching a solid body.
 
         Args:
             start: (X, Y) on the scene's ground plane, units.
             end: the same.
+            absent: bodies of the scene that are not there.
+            further: bodies that are there besides those of the scene, each with a collider.
         """
         (x0, y0), (x1, y1) = start, end
         margin = AGENT_RADIUS + 0.01
@@ -94,26 +105,40 @@ class Obstacles:
             (max(x0, x1) + margin, max(y0, y1) + margin, PROBE_HEIGHT + margin),
             physicsClientId=self._client,
         )
-        near = {body for body, _ in overlapping or ()} & self._solid
-        if not near:
+        near = {body for body, _ in overlapping or () if body in self._solid and self._solid[body] not in absent}
+        reach = margin + math.hypot(x1 - x0, y1 - y0) / 2
+        middle = (x0 + x1) / 2, (y0 + y1) / 2
+        beside = [body for body in further if math.dist(middle, body.position[:2]) <= reach + _radius(body)]
+        if not near and not beside:
             return True
-        probe = self._probe(math.hypot(x1 - x0, y1 - y0))
         # A capsule's axis is its own Z: lay it down along X, then turn it about Z.
         half = math.atan2(y1 - y0, x1 - x0) / 2
         sin, cos = math.sin(half) * math.sqrt(0.5), math.cos(half) * math.sqrt(0.5)
-        position, orientation = ((x0 + x1) / 2, (y0 + y1) / 2, PROBE_HEIGHT), (-sin, cos, sin, cos)
-        return not any(
-            pybullet.getClosestPoints(
-                bodyA=-1,
-                bodyB=body,
-                distance=0.0,
-                collisionShapeA=probe,
-                collisionShapePositionA=position,
-                collisionShapeOrientationA=orientation,
-                physicsClientId=self._client,
-            )
-            for body in near
+        touches = partial(
+            pybullet.getClosestPoints,
+            bodyA=-1,
+            distance=0.0,
+            collisionShapeA=self._probe(math.hypot(x1 - x0, y1 - y0)),
+            collisionShapePositionA=(*middle, PROBE_HEIGHT),
+            collisionShapeOrientationA=(-sin, cos, sin, cos),
+            physicsClientId=self._client,
         )
+        return not any(touches(bodyB=body) for body in near) and not any(
+            touches(
+                bodyB=-1,
+                collisionShapeB=self._box(body),
+                collisionShapePositionB=body.position,
+                collisionShapeOrientationB=_turn(body.heading),
+            )
+            for body in beside
+        )
+
+    def _box(self, body: Body) -> int:
+        """Return the collision shape of a body that is not part of the scene. Shapes are cached by size."""
+        assert body.collider is not None
+        if body.collider not in self._boxes:
+            self._boxes[body.collider] = self._collision(body.collider)
+        return self._boxes[body.collider]
 
     def _fill(self, scene: Scene) -> None:
         for body in scene.bodies:
@@ -131,7 +156,7 @@ class Obstacles:
             physicsClientId=self._client,
         )
         if body.collider is not None:
-            self._solid.add(number)
+            self._solid[number] = body
         return number
 
     def _probe(self, length: float) -> int:
@@ -158,20 +183,20 @@ class World(Obstacles):
     """A scene with collisions and visual shapes: the reference camera (`cameras.Camera`)."""
 
     def _fill(self, scene: Scene) -> None:
-        self._labels = labels_of(scene)
+        self._meshes, self._labels = scene.meshes, labels_of(scene)
+        self._places = {body: place for place, body in enumerate(scene.bodies)}
         self._label_numbers: dict[int, int] = {}
         self._bodies: dict[str, int] = {}
         self._actors: dict[tuple[ObjectType, float], list[int]] = {}
+        self._further: dict[tuple[str, str, float, str], list[int]] = {}
+        self._varied = lru_cache(CACHED)(partial(Difference.between, scene))
         self._extents = _extents(scene)
         self._drawn = np.ones(len(scene.bodies), dtype=bool)
         textures = self._load(scene.textures.values())
-        texture_ids = dict(zip(scene.textures, textures, strict=True))
-        shapes: dict[tuple[str, float], int] = {}
+        self._textures = dict(zip(scene.textures, textures, strict=True))
+        self._shapes: dict[tuple[str, float], int] = {}
         for body in scene.bodies:
-            look = (body.mesh, body.scale)
-            if look not in shapes:
-                shapes[look] = self._shape(scene.meshes[body.mesh], body.scale)
-            self._bodies[body.name] = self._show(body, shapes[look], texture_ids[body.texture])
+            self._bodies[body.name] = self._stand(body)
         self._static = tuple(self._bodies.values())
 
     @property
@@ -187,12 +212,16 @@ class World(Obstacles):
         *,
         segmentation: bool = False,
         into: Frame | None = None,
+        variation: Scene | None = None,
     ) -> Frame:
         """Draw a frame of `size` x `size` pixels from `viewpoint`, with `actors` in the scene for this frame only.
 
         The same arguments give the same bytes, independent of earlier frames.
         """
-        frame = self._draw(viewpoint, actors, size, segmentation=segmentation)
+        difference = SAME if variation is None else self._varied(variation)
+        self._cull(viewpoint, difference.absent)
+        shown = [*self._pose(actors), *self._add_further(difference.further)]
+        frame = self._draw(viewpoint, shown, size, segmentation=segmentation)
         if into is None:
             return frame
         into.rgb[...], into.depth[...] = frame.rgb, frame.depth
@@ -201,9 +230,8 @@ class World(Obstacles):
         into.segmentation[...] = frame.segmentation
         return into
 
-    def _draw(self, viewpoint: Viewpoint, actors: Sequence[Actor], size: int, *, segmentation: bool) -> Frame:
-        self._cull(viewpoint)
-        shown = self._pose(actors)
+    def _draw(self, viewpoint: Viewpoint, shown: Iterable[int], size: int, *, segmentation: bool) -> Frame:
+        """Draw a frame, and hide the bodies in `shown` again."""
         _, _, rgba, depth, bodies = pybullet.getCameraImage(
             size,
             size,
@@ -234,13 +262,14 @@ class World(Obstacles):
         numbers[nothing] = 0
         return Frame(rgb, thousandths, numbers)
 
-    def _cull(self, viewpoint: Viewpoint) -> None:
-        """Hide the scene's bodies that are wholly outside the frame: even invisible triangles take time."""
+    def _cull(self, viewpoint: Viewpoint, absent: Iterable[Body]) -> None:
+        """Hide the scene's bodies that are absent or wholly outside the frame: even invisible triangles take time."""
         angle, half = math.radians(viewpoint.heading), math.radians(FIELD_OF_VIEW) / 2
         x, y, radius = self._extents.T
         right = (x - viewpoint.x) * math.cos(angle) - (y - viewpoint.y) * math.sin(angle)
         ahead = (x - viewpoint.x) * math.sin(angle) + (y - viewpoint.y) * math.cos(angle)
         drawn = (np.abs(right) * math.cos(half) - ahead * math.sin(half) < radius) & (ahead > -radius)
+        drawn[[self._places[body] for body in absent]] = False
         for i in np.flatnonzero(drawn != self._drawn):
             self._tint(self._static[i], float(drawn[i]))
         self._drawn = drawn
@@ -262,6 +291,31 @@ class World(Obstacles):
             self._tint(body, 1.0)
             shown.append(body)
         return shown
+
+    def _add_further(self, further: Iterable[Body]) -> list[int]:
+        """Place a body for each further one of a variation, and return the pybullet ids. They collide with nothing."""
+        taken: Counter[tuple[str, str, float, str]] = Counter()
+        shown = []
+        for body in further:
+            key = (body.mesh, body.texture, body.scale, label_of(body))
+            pool = self._further.setdefault(key, [])
+            if taken[key] == len(pool):
+                pool.append(self._stand(replace(body, collider=None)))
+            number = pool[taken[key]]
+            taken[key] += 1
+            pybullet.resetBasePositionAndOrientation(
+                number, body.position, _turn(body.heading), physicsClientId=self._client
+            )
+            self._tint(number, 1.0)
+            shown.append(number)
+        return shown
+
+    def _stand(self, body: Body) -> int:
+        """Create a body of the scene or of a variation of it, and return its pybullet id."""
+        look = (body.mesh, body.scale)
+        if look not in self._shapes:
+            self._shapes[look] = self._shape(self._meshes[body.mesh], body.scale)
+        return self._show(body, self._shapes[look], self._textures[body.texture])
 
     def _new_actor(self, actor: Actor) -> int:
         pool = self._actors[actor.type, actor.scale]
@@ -306,12 +360,19 @@ class World(Obstacles):
         return number
 
 
+def _radius(body: Body) -> float:
+    """Return the radius of the circle around a body's axis that contains its collider, in units."""
+    assert body.collider is not None
+    return math.hypot(body.collider.half_width, body.collider.half_length)
+
+
 def _check(scene: Scene) -> None:
     seen: set[str] = set()
     for body in scene.bodies:
         if body.name in seen:
             raise ValueError(f"scene {scene.name!r} has two bodies named {body.name!r}")
         seen.add(body.name)
+    for body in (*scene.bodies, *scene.spare):
         for word, known, kind in ((body.mesh, scene.meshes, "mesh"), (body.texture, scene.textures, "texture")):
             if word not in known:
                 raise ValueError(f"body {body.name!r} of scene {scene.name!r} names an unknown {kind} {word!r}")

@@ -97,6 +97,7 @@ class Camera(Protocol):
         *,
         segmentation: bool = False,
         into: Frame | None = None,
+        variation: Scene | None = None,
     ) -> Frame:
         """Draw a frame.
 
@@ -107,13 +108,18 @@ class Camera(Protocol):
             segmentation: whether to label each pixel.
             into: a frame of this size, with a segmentation, whose contiguous arrays are overwritten and returned; None
                 for new ones.
+            variation: a scene whose bodies are drawn instead of those of the camera's own scene. Their meshes, textures
+                and labels must be known there, by its bodies or its spare ones.
         """
         ...
 
 
 def labels_of(scene: Scene) -> tuple[str, ...]:
-    """Return all labels that a frame of the scene can have, each once: NOTHING, the bodies', every collectible's."""
-    bodies = {label_of(body) for body in scene.bodies}
+    """Return all labels that a frame of the scene, or of a variation of it, can have, each once.
+
+    First NOTHING, then those of the bodies and the spare ones, then every collectible's.
+    """
+    bodies = {label_of(body) for body in (*scene.bodies, *scene.spare)}
     types = [str(type_) for type_ in ALL_TYPES]
     return (NOTHING, *sorted(bodies.difference(types, [NOTHING])), *types)
 

@@ -1,7 +1,7 @@
 """A section of the city as a scene: streets and pavements, buildings, street furniture."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from server.sim.assets.textures import GROUND_SPAN, Image, texture
 from server.sim.cameras import FAR
 from server.sim.labels import Label
 from server.sim.scene import Body, BoxCollider, Mesh, Scene
-from server.sim.section import Building, Prop, Section
+from server.sim.section import PROP_KINDS, Building, Prop, Section
 
 PAVEMENT = 0.8
 """Width of the pavement around a building, in units."""
@@ -32,8 +32,12 @@ _BEYOND = 40.0
 """Width of the ground beyond the bounds and the buildings, in units."""
 
 
-def city_scene(section: Section) -> Scene:
+def city_scene(section: Section, spare: Iterable[Prop] = ()) -> Scene:
     """Build the scene of a section, without the episodes' own objects.
+
+    Args:
+        section: its geometry and furniture.
+        spare: further props that variations of the scene have (`refurnished`).
 
     Its bodies are named "building/0", "cone/0" and so on, numbered in the section's order, and "asphalt", "kerbs",
     "pavements", "lines", "roofs". Bodies near the eye come first, so that renderers that draw in
@@ -45,11 +49,7 @@ def city_scene(section: Section) -> Scene:
     """
     meshes: dict[str, Mesh] = {}
     textures: dict[str, Image] = {}
-    bodies: list[Body] = []
-    counts: dict[str, int] = {}
-    for prop in section.props:
-        number = counts[prop.kind] = counts.get(prop.kind, -1) + 1
-        bodies.append(_prop_body(prop, number, meshes, textures))
+    bodies = _prop_bodies(section.props, meshes, textures)
     for i, building in enumerate(section.buildings):
         name = f"building/{i}"
         meshes[name] = building_mesh(building, i)
@@ -70,7 +70,48 @@ def city_scene(section: Section) -> Scene:
     for name, label, cover, mesh in _ground(section):
         meshes[name], textures[cover] = mesh, texture(cover)
         bodies.append(Body(name, name, cover, (0.0, 0.0, 0.0), label=label))
-    return Scene(f"section {section.id}", tuple(bodies), meshes, textures)
+    further = tuple(_prop_bodies(spare, meshes, textures))
+    return Scene(f"section {section.id}", tuple(bodies), meshes, textures, further)
+
+
+def refurnished(scene: Scene, section: Section) -> Scene:
+    """Return the scene of a section that differs from the one of `scene` in furniture alone, zebra crossings excepted.
+
+    It is `city_scene(section)`, but shares everything that is the same with `scene`: meshes, textures and bodies.
+
+    Raises:
+        ValueError: as in `city_scene`.
+    """
+    meshes, textures = dict(scene.meshes), dict(scene.textures)
+    kinds = frozenset(PROP_KINDS)
+    before = {body.name: body for body in scene.bodies if body.name.partition("/")[0] in kinds}
+    props = [_same(body, before.get(body.name)) for body in _prop_bodies(section.props, meshes, textures)]
+    rest = [body for body in scene.bodies if body.name not in before]
+    return Scene(
+        scene.name,
+        (*props, *rest),
+        meshes if len(meshes) > len(scene.meshes) else scene.meshes,
+        textures if len(textures) > len(scene.textures) else scene.textures,
+        scene.spare,
+    )
+
+
+def _same(body: Body, before: Body | None) -> Body:
+    """Return the body before if it looks and stands the same."""
+    if before is None:
+        return body
+    looks = [(one.mesh, one.texture, one.position, one.heading) for one in (body, before)]
+    return before if looks[0] == looks[1] else body
+
+
+def _prop_bodies(props: Iterable[Prop], meshes: dict[str, Mesh], textures: dict[str, Image]) -> list[Body]:
+    """Return the bodies of props, numbered by kind, and add their meshes and textures to the given tables."""
+    counts: dict[str, int] = {}
+    bodies = []
+    for prop in props:
+        number = counts[prop.kind] = counts.get(prop.kind, -1) + 1
+        bodies.append(_prop_body(prop, number, meshes, textures))
+    return bodies
 
 
 def _prop_body(prop: Prop, number: int, meshes: dict[str, Mesh], textures: dict[str, Image]) -> Body:

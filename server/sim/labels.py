@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 import numpy.typing as npt
 
-from server.sim.assets.furniture import COLOURS
+from server.sim.assets.furniture import COLOURS, SPOKEN_COLOURS
 from server.sim.assets.signs import SHOPS
 from server.sim.catalogue import ALL_TYPES, ObjectType
 from server.sim.section import FACADES, PROP_KINDS
@@ -63,6 +63,8 @@ LABELS: tuple[Label, ...] = (
     *(Label(kind, colour) for kind in PROP_KINDS if kind not in _SHAPED for colour in COLOURS.get(kind, ("",))),
     *(Label("shop_sign", look=shop) for shop in SHOPS),
     *(Label.of(type_) for type_ in ALL_TYPES),
+    # At the end: what is learned of the labels before keeps its numbers.
+    *(Label(kind, colour) for kind in PROP_KINDS for colour in SPOKEN_COLOURS.get(kind, ())),
 )
 """All labels; a segmentation's numbers are indices into this table."""
 

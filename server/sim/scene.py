@@ -75,9 +75,12 @@ class Scene:
         bodies: their names are unique in the scene.
         meshes: meshes by name.
         textures: textures by name; (height, width, 3) uint8, the first row at the top (v = 1).
+        spare: bodies that are not in this scene, but may be in a variation of it: their meshes, textures and labels are
+            known. Their poses mean nothing.
     """
 
     name: str
     bodies: tuple[Body, ...]
     meshes: Mapping[str, Mesh] = field(repr=False)
     textures: Mapping[str, npt.NDArray[np.uint8]] = field(repr=False)
+    spare: tuple[Body, ...] = ()

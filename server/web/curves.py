@@ -10,6 +10,15 @@ from server.scoring.episode import CTC_DISTANCES
 WIDTH, HEIGHT = 420, 240
 LEFT, RIGHT, TOP, BOTTOM = 44, 12, 12, 40
 
+FRAME = {
+    "width": WIDTH,
+    "height": HEIGHT,
+    "left": LEFT,
+    "right": WIDTH - RIGHT,
+    "bottom": HEIGHT - BOTTOM,
+}
+"""Places of a chart's edges, for templates."""
+
 _TOPS = (0.1, 0.2, 0.5, 1.0)
 """Possible upper ends of an axis of shares."""
 

@@ -7,6 +7,7 @@ from urllib.parse import urlencode
 
 from server.board.standings import BOTH, COLUMNS, HEADLINE, PRIVILEGED, TOTAL, Mark, Standing
 from server.errors import NotFound, quoted
+from server.web.cost_part import COSTS
 
 TURNS = {"total": TOTAL, "1": "turn 1", "2": "turn 2"}
 """Turns in addresses -> row of a score table."""
@@ -38,6 +39,7 @@ _CHOICES: Mapping[str, tuple[str, ...]] = {
     "coverage": COVERAGES,
     "sort": (*METRICS, *OTHER_COLUMNS),
     "order": (ASCENDING, DESCENDING),
+    "cost": COSTS,
 }
 
 
@@ -55,6 +57,7 @@ class Choice:
         order: ascending or descending.
         page: from 1.
         least: least score of what is listed by the gap between languages, as a decimal number; empty for all.
+        cost: one of COSTS, which scores are plotted against.
     """
 
     split: str
@@ -66,6 +69,7 @@ class Choice:
     order: str = DESCENDING
     page: int = 1
     least: str = ""
+    cost: str = COSTS[0]
 
     @property
     def metric(self) -> str:

@@ -13,9 +13,12 @@ from server.runs.storage import causes
 from server.runs.storage.journal import Journal
 from server.runs.storage.records import Ending, Run
 from server.sim.bullet import Obstacles
-from server.sim.city import city_scene
-from server.sim.rules import Limits
+from server.sim.city import city_scene, refurnished
+from server.sim.own_furniture import OwnFurniture, furnished
+from server.sim.rules import Ground, Limits
+from server.sim.scene import Scene
 from server.sim.section import Section
+from server.sim.variations import Difference, VariedGround
 from server.web import section_map
 
 EXAMPLES = 8
@@ -53,14 +56,14 @@ class Paths:
     def __init__(self, splits: Mapping[str, Split], journal: Journal) -> None:
         self._splits = splits
         self._journal = journal
-        self._last: tuple[Section, Obstacles] | None = None
+        self._last: tuple[Section, Scene, Obstacles] | None = None
         self._cached_tracks = lru_cache(_CACHE_SIZE)(self._tracks)
         self.endings = lru_cache(16)(self._endings)
 
     def close(self) -> None:
         """Free the memory of the last section's physics; `played` may be called again."""
         if self._last is not None:
-            self._last[1].close()
+            self._last[2].close()
             self._last = None
 
     def split(self, entry: Entry) -> Split | None:
@@ -90,7 +93,9 @@ class Paths:
         if split is None or ending is None:
             raise NotFound(f"run {entry.run.run_id!r} has no episode {quoted(episode_id)} to show")
         episode = split.episodes[episode_id]
-        ground = section_map.ground(split.sections[episode.section])
+        section, provenance = split.sections[episode.section], split.provenance.get(episode.section)
+        origins = () if provenance is None else provenance.origins(section, episode)
+        ground = section_map.ground(furnished(section, episode.furniture), origins)
         tracks = self._cached_tracks(entry.run, episode_id, ending.cause if ending.has_played else "")
         return PlayedEpisode(episode, ending, ground, tracks)
 
@@ -102,19 +107,23 @@ class Paths:
         split = self._splits[run.split]
         episode = split.episodes[episode_id]
         section = split.sections[episode.section]
-        session = Session(episode, self._obstacles(section), Limits(run.steps_per_phase))
+        session = Session(episode, self._ground(section, episode.furniture), Limits(run.steps_per_phase))
         for _ in session.replay(self._journal.actions(run.run_id, episode_id) if cause else ()):
             pass
         if cause == causes.TIME_LIMIT and not session.state.finished:
             session.run_out()
         return tuple(section_map.track(section, turn) for turn in session.record().turns)
 
-    def _obstacles(self, section: Section) -> Obstacles:
-        """Return a section's obstacles; the latest are cached, as readers tend to stay in one section."""
+    def _ground(self, section: Section, furniture: OwnFurniture) -> Ground:
+        """Return what an episode's rules ask; the latest section is cached, as readers tend to stay in one."""
         if self._last is None or self._last[0] is not section:
             self.close()
-            self._last = section, Obstacles(city_scene(section))
-        return self._last[1]
+            scene = city_scene(section)
+            self._last = section, scene, Obstacles(scene)
+        _, scene, obstacles = self._last
+        if furniture.is_empty:
+            return obstacles
+        return VariedGround(obstacles, Difference.between(scene, refurnished(scene, furnished(section, furniture))))
 
 
 def _similarity(ending: Ending) -> float:

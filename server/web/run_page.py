@@ -1,27 +1,23 @@
 """Template variables of a run's page and of an episode's page. A run on a hidden split shows totals only."""
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 from server.board.board import Board
-from server.board.standings import Entry, shown
+from server.board.cost import Cost
+from server.board.standings import Entry, Mark, shown
 from server.episodes.splits import Split
+from server.runs.results.breakdown import Breakdowns
 from server.runs.storage import causes
-from server.runs.storage.records import CANCELLED, Run
+from server.runs.storage.records import CANCELLED, Progress, Run
 from server.scoring.episode import GATES, PLACEMENT
 from server.web import curves
+from server.web.breakdown_part import Part, breakdown_part
 from server.web.filters import METRICS, TURNS, Choice
 from server.web.paths import Paths
 from server.web.standings_page import columns
 from server.web.texts import Texts
-
-_FRAME = {
-    "width": curves.WIDTH,
-    "height": curves.HEIGHT,
-    "left": curves.LEFT,
-    "right": curves.WIDTH - curves.RIGHT,
-    "bottom": curves.HEIGHT - curves.BOTTOM,
-}
 
 _ROW_ORDER = ("1", "2", "total")
 """Rows of a score table, as in `server.scoring.aggregate.ROWS`."""
@@ -53,6 +49,7 @@ class RunPage:
         self._board = board
         self._splits = splits
         self._paths = paths
+        self._breakdowns = Breakdowns(splits)
 
     def context(self, t: Texts, run_id: str) -> dict[str, Any]:
         """Return the variables of a run's template.
@@ -73,7 +70,8 @@ class RunPage:
             "causes": _causes(entry),
             "ctc": curves.ctc_chart(entry.rows),
             "open": self._open(run_id) if is_open else None,
-            "frame": _FRAME,
+            "frame": curves.FRAME,
+            "report": self._report(t, entry),
             "facts": self._facts(t, entry),
             "back": f"/{t.language}/{Choice(run.split, run.language).link()}",
             "verify": _verify(entry),
@@ -91,6 +89,12 @@ class RunPage:
         entry = self._board.entry(run_id)
         played = self._paths.played(entry, episode_id)
         return {"entry": entry, "played": played, "metrics": METRICS, "columns": columns(t)}
+
+    def _report(self, t: Texts, entry: Entry) -> Part | None:
+        """Return the scores by what turns ask for; None if the data has changed, so that it is not known."""
+        if Mark.OTHER_DATA in entry.marks:
+            return None
+        return breakdown_part(t, self._breakdowns.of(entry.run, self._paths.endings(entry.run.run_id)))
 
     def _open(self, run_id: str) -> dict[str, Any]:
         shares = curves.open_shares([ending.steps for ending in self._paths.endings(run_id)])
@@ -113,6 +117,8 @@ class RunPage:
             "steps": t.whole(run.steps_per_phase),
             "clocks": _clocks(t, run),
             "steps_played": t.whole(progress.steps),
+            "thinking": _thinking(t, progress),
+            "cost": _cost(t, entry.cost) or "–",
             "attempts": t("run.attempts_of", published=t.whole(attempts.published), begun=t.whole(attempts.begun)),
             "state": t.named("states", run.state),
             "started": t.moment(run.created_at),
@@ -142,6 +148,18 @@ def _clocks(t: Texts, run: Run) -> str:
     if not any(clocks.values()):
         return t("run.no_clocks")
     return t("run.clock_values", **{name: t("format.seconds", number=t.decimal(v)) for name, v in clocks.items()})
+
+
+def _thinking(t: Texts, progress: Progress) -> str:
+    if progress.seconds_a_step is None:
+        return "–"
+    seconds = t("format.seconds", number=t.amount(progress.seconds_a_step))
+    return t("run.thinking_of", seconds=seconds, steps=t.whole(progress.timed_steps))
+
+
+def _cost(t: Texts, cost: Cost) -> str:
+    declared = {name: value for name, value in asdict(cost).items() if value is not None}
+    return ", ".join(f"{t(f'cost.{name}')}: {t.amount(value)}" for name, value in declared.items())
 
 
 def _placements() -> list[str]:

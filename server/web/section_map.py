@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from server.episodes.provenance import AGREEMENT, DRAWN, TEXT, Origin
 from server.scoring.trajectory import Point2, TurnRecord
 from server.sim.section import Building, Section
 
@@ -18,13 +19,17 @@ class Ground:
     Attributes:
         width, height: of the map, in units.
         roofs: corners of each building, in SVG's notation.
-        props: positions of street furniture.
+        props: positions of street furniture that was drawn.
+        agreed: of that which was recovered: position and number of votes.
+        told: positions of that which an episode's own text put there.
     """
 
     width: float
     height: float
     roofs: tuple[str, ...]
     props: tuple[tuple[float, float], ...]
+    agreed: tuple[tuple[float, float, int], ...] = ()
+    told: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,14 +51,23 @@ class Track:
     end: tuple[float, float] | None
 
 
-def ground(section: Section) -> Ground:
-    """Return the map of a section."""
+def ground(section: Section, origins: Sequence[Origin] = ()) -> Ground:
+    """Return the map of a section.
+
+    Args:
+        section: with all furniture that is to be shown.
+        origins: of each of its props; none if all were drawn.
+    """
     x0, z0, x1, z1 = section.bounds
+    named = list(zip(section.props, origins or [Origin(DRAWN)] * len(section.props), strict=True))
+    placed = [(_place(section, (prop.x, prop.z)), origin) for prop, origin in named]
     return Ground(
         round(x1 - x0 + 2 * MARGIN, 1),
         round(z1 - z0 + 2 * MARGIN, 1),
         tuple(_points(section, _corners(building)) for building in section.buildings),
-        tuple(_place(section, (prop.x, prop.z)) for prop in section.props),
+        tuple(place for place, origin in placed if origin.name == DRAWN),
+        tuple((*place, round(origin.votes)) for place, origin in placed if origin.name == AGREEMENT),
+        tuple(place for place, origin in placed if origin.name == TEXT),
     )
 
 

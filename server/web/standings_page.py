@@ -6,10 +6,12 @@ from datetime import datetime
 from typing import Any
 
 from server.board.board import Board
-from server.board.standings import BOTH, Mark, Standing
+from server.board.standings import BOTH, Entry, Mark, Standing, shown
 from server.episodes.splits import Split
 from server.errors import NotFound
 from server.runs.storage.records import CANCELLED
+from server.web.cost_part import COSTS, cost_part
+from server.web.curves import FRAME
 from server.web.filters import COVERAGES, GAP, METRICS, SENSORS, TURNS, Choice
 from server.web.texts import Texts
 
@@ -59,6 +61,7 @@ class StandingsPage:
         ranked = self._board.standings(choice.split, choice.language, choice.metric)
         fitting = choice.sorted([one for one in ranked if choice.fits(one)])
         first = (choice.page - 1) * PAGE_SIZE
+        here = fitting[first : first + PAGE_SIZE]
         if choice.page > 1 and first >= len(fitting):
             raise NotFound(f"there is no page {choice.page}")
         row = TURNS[choice.turns]
@@ -68,7 +71,10 @@ class StandingsPage:
             "choice": choice,
             "defaults": defaults,
             "row": row,
-            "standings": fitting[first : first + PAGE_SIZE],
+            "standings": here,
+            "cost": cost_part(t, here, row, choice.metric, choice.cost),
+            "frame": FRAME,
+            "entry_name": lambda one, entry: _entry_name(t, one, entry),
             "pages": -(-len(fitting) // PAGE_SIZE),
             "references": [line for line in references if row in line.rows],
             "shown": len(fitting),
@@ -97,6 +103,7 @@ class StandingsPage:
             "instruction_languages": [(code, t.named("languages", code)) for code in (*spoken, BOTH)],
             "turns": [(name, t(f"turns.{name}")) for name in TURNS],
             "sensors_choices": [(name, t(f"choices.{name}")) for name in SENSORS],
+            "costs": [(name, t(f"cost.{name}")) for name in COSTS],
             "coverages": [(name, t(f"choices.{name}")) for name in COVERAGES],
         }
 
@@ -123,6 +130,14 @@ def _coverage(t: Texts, standing: Standing) -> str:
     if standing.coverage is None:
         return "–"
     return t("standings.coverage_full") if standing.coverage == 1.0 else t.percent(standing.coverage)
+
+
+def _entry_name(t: Texts, standing: Standing, entry: Entry) -> str:
+    """Return what tells a run of a standing from its others: the language, the seed, or both."""
+    names = [t.named("languages", entry.run.language)] if len(standing.languages) > 1 else []
+    if standing.seeds > 1 or len(standing.entries) > len(standing.languages):
+        names.append(t("standings.seed", seed=shown(entry.seed)) if entry.seed else t("standings.own_seed"))
+    return " ".join(names)
 
 
 def _published(standing: Standing) -> datetime:

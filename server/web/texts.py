@@ -16,6 +16,8 @@ DEFAULT = "en"
 
 MINUS = "\N{MINUS SIGN}"
 
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
 
 @dataclass(frozen=True, slots=True)
 class Texts:
@@ -76,6 +78,20 @@ class Texts:
         if number.is_integer():
             return self.whole(int(number))
         return self._localised(f"{number:.2f}".rstrip("0").rstrip("."))
+
+    def amount(self, number: float) -> str:
+        """Format a number of any size with at most three digits that count, such as 0.0312, 45,000 or 7×10⁹."""
+        if number == 0.0:
+            return self.whole(0)
+        mantissa, _, power = f"{number:.2e}".partition("e")
+        if 1e-4 <= number < 999_500:
+            rounded = float(f"{number:.3g}")
+            if rounded.is_integer():
+                return self.whole(int(rounded))
+            return self._localised(f"{rounded:.8f}".rstrip("0"))
+        digits = self._localised(mantissa.rstrip("0").rstrip("."))
+        raised = str(int(power)).translate(_RAISED)
+        return f"10{raised}" if digits == "1" else f"{digits}×10{raised}"
 
     def date(self, time: datetime) -> str:
         """Format a date."""

@@ -69,6 +69,8 @@ class House:
         clocks: Clocks = CLOCKS,
         cause: str = "AGENT_FINISHED",
         over: bool = True,
+        arguments: tuple[tuple[str, str], ...] = (),
+        thinking: tuple[float, int] = (0.0, 0),
     ) -> str:
         """Create a run whose episodes have the given scores in all metrics of both turns; one number is for all."""
         order = [episode.episode_id for episode in self.splits[split].in_playing_order(language)]
@@ -76,12 +78,12 @@ class House:
         run = Run(
             run_id=run_id, participant=participant, agent=agent, split=split, language=language, sensors=sensors,
             steps_per_phase=steps, data_hash=self.splits[split].data_hash, server_version="9", state=RUNNING,
-            created_at=NOON, account=account, **asdict(clocks),
+            created_at=NOON, account=account, agent_arguments=arguments, **asdict(clocks),
         )  # fmt: skip
         self.journal.create(run, order[: len(values)])
         if over:
             endings = [
-                Ending(run_id, episode, cause, 7, [dict.fromkeys(METRICS, value)] * 2)
+                Ending(run_id, episode, cause, 7, [dict.fromkeys(METRICS, value)] * 2, "", 0, *thinking)
                 for episode, value in zip(order, values, strict=False)
             ]
             self.journal.commit(Batch(endings=endings))

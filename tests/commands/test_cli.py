@@ -14,6 +14,7 @@ import pytest
 
 from server.cli import FAMILIES
 from tests import ROOT, tiny
+from tests.dataset import recovered
 from tests.forked import run
 from tests.release_format import record
 from tests.serving import Server
@@ -184,6 +185,21 @@ def test_show_writes_pictures_and_reports_what_is_missing(tmp_path: Path) -> Non
     assert error("show", "3", "--split", "x", "--data", tmp_path) == "there is no split 'x'; there are tiny"
     blocked = tmp_path / "pictures" / "tiny-3-map.png"
     assert error("show", "3", "--data", tmp_path, "--output", blocked).startswith(f"cannot write {blocked}")
+
+
+def test_show_draws_a_section_and_lists_what_was_recovered(tmp_path: Path) -> None:
+    recovered.write(tmp_path)
+    pictures = tmp_path / "pictures"
+    done = run("show", "--section", "1", "--data", tmp_path, "--output", pictures)
+    assert done.stdout.split() == [str(pictures / f"own-section-1-{name}") for name in ("map.png", "recovered.txt")]
+    assert (pictures / "own-section-1-recovered.txt").read_text().splitlines() == [
+        "  31.4 votes  red barrier              at (1.5, 1.0)",
+        "  12.0 votes  brick building           at (0.0, 12.0)",
+        "   8.6 votes  traffic light            at (-15.0, -12.0)",
+    ]
+    assert error("show", "--section", "9", "--data", tmp_path) == "there is no section '9' in own"
+    for both in ((), ("0", "--section", "1")):
+        assert error("show", *both, "--data", tmp_path).startswith("name either an episode or a section to show")
 
 
 @pytest.mark.parametrize("family", FAMILIES)

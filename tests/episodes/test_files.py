@@ -2,14 +2,17 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from server.episodes.files import read_episodes, read_section
+from server.episodes.files import FORMAT, Header, read_episodes, read_section, write_episodes
 from server.episodes.splits import read_split, read_splits, write_split
 from server.errors import BadFile, NotFound, StorageError
+from server.sim.own_furniture import Moved, OwnFurniture
+from server.sim.section import Prop
 from tests import tiny
 
 
@@ -52,7 +55,12 @@ def test_playing_order_is_fixed_and_differs_from_the_file_order(folder: Path) ->
 @pytest.mark.parametrize(
     ("line", "edit", "message"),
     [
-        (1, lambda r: r.update(version=2), ":1: version: is 2; this release of the server reads version 1"),
+        (1, lambda r: r.update(version=3), ":1: version: is 3; this release of the server reads versions 1 and 2"),
+        (
+            2,
+            lambda r: r.update(furniture={"left_out": [0]}),
+            ":2: furniture: is in a file of version 1; expected version 2 in the header",
+        ),
         (1, lambda r: r.update(format="csv"), ":1: format: is 'csv', expected 'arramon-episodes'"),
         (2, lambda r: r["start"].pop("x"), ":2: start.x: field required"),
         (3, lambda r: r["turns"].pop(), ":3: turns[1]: field required"),
@@ -80,6 +88,55 @@ def test_playing_order_is_fixed_and_differs_from_the_file_order(folder: Path) ->
 def test_errors_name_file_line_and_field(folder: Path, line: int, edit: Callable[[Any], None], message: str) -> None:
     path = folder / "episodes.jsonl"
     change(path, line, edit)
+    with pytest.raises(BadFile) as caught:
+        read_split(folder)
+    assert str(caught.value).startswith(f"{path}{message}")
+
+
+def test_episodes_without_furniture_are_written_as_in_version_1(folder: Path) -> None:
+    lines = (folder / "episodes.jsonl").read_text().splitlines()
+    assert json.loads(lines[0])["version"] == 1
+    assert list(json.loads(lines[1])) == [
+        "episode_id", "section", "start", "turns", "decoys", "instructions",
+    ]  # fmt: skip
+
+
+def test_own_furniture_is_read_back_from_version_2(tmp_path: Path) -> None:
+    cone, banner = Prop("cone", 1.0, 2.0, 30.0, "blue"), Prop("banner", 0.0, 11.0, 180.0, "red", "star", "white")
+    section = replace(tiny.SECTION, props=(cone, banner))
+    own = replace(
+        tiny.episode("0"), furniture=OwnFurniture(added=(cone,), moved=(Moved(0, 3.0, 4.0, 0.0),), left_out=(1,))
+    )
+    split = write_split(
+        tmp_path, "own", hidden=False, source="tests", episodes=[own, tiny.episode("1")], sections=[section]
+    )
+    assert list(split.episodes.values()) == [own, tiny.episode("1")]
+    assert read_episodes(tmp_path / "splits" / "own" / "episodes.jsonl")[0].version == 2
+
+
+def test_version_1_cannot_hold_furniture(tmp_path: Path) -> None:
+    own = replace(tiny.episode("0"), furniture=OwnFurniture(left_out=(0,)))
+    with pytest.raises(ValueError, match="version 1 of the format holds no furniture; expected 2"):
+        write_episodes(tmp_path / "e.jsonl", Header(FORMAT, 1, "own", hidden=False, source="tests"), [own])
+
+
+@pytest.mark.parametrize(
+    ("furniture", "message"),
+    [
+        ({"left_out": [0]}, ":2: furniture: names prop 0 of section '1', which has 0"),
+        (
+            {"added": [{"kind": "cat", "x": 0, "z": 0, "heading": 0}]},
+            ":2: furniture: there is no furniture such as a 'cat'",
+        ),
+        ({"added": [{"kind": "bin", "x": "left", "z": 0, "heading": 0}]}, ":2: furniture.added[0].x: "),
+    ],
+)
+def test_errors_in_own_furniture_name_file_line_and_field(
+    folder: Path, furniture: dict[str, object], message: str
+) -> None:
+    path = folder / "episodes.jsonl"
+    change(path, 1, lambda r: r.update(version=2))
+    change(path, 2, lambda r: r.update(furniture=furniture))
     with pytest.raises(BadFile) as caught:
         read_split(folder)
     assert str(caught.value).startswith(f"{path}{message}")

@@ -26,12 +26,13 @@ STARTED: WeakSet[Client] = WeakSet()
 """The clients of this process, for whoever has to end those that are left."""
 
 
-def client(address: str, output: Path, *more: str) -> Client:
+def client(address: str | None, output: Path, *more: str) -> Client:
     """`arramon-client` with an agent whose actions are drawn by episode and step, all episodes at once, no images.
 
-    It is forked where servers are (`serving.Server.fork`).
+    It is forked where servers are (`serving.Server.fork`). Without an address its server is an embedded one.
     """
-    arguments = ["--agent", "agents.random_walk", "--lang", "en", "--server", address, "--parallel", str(EPISODES)]
+    arguments = ["--agent", "agents.random_walk", "--lang", "en", "--parallel", str(EPISODES)]
+    arguments += ["--server", address] if address else []
     arguments += ["--sensors", "none", "--output", str(output), *more]
     process: Client
     if Server.fork is not None:

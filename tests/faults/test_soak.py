@@ -1,4 +1,4 @@
-"""A short run of the soak test."""
+"""A short run of the soak test, and what it makes of logs."""
 
 import importlib
 import json
@@ -16,25 +16,70 @@ BENCHMARKS = ROOT / "benchmarks"
 
 
 @pytest.fixture
-def soak(monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType]:
-    """The script as a module: in this process its servers and clients are forked, which spares many slow starts."""
+def benchmarks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The folder's scripts can be imported."""
     monkeypatch.syspath_prepend(str(BENCHMARKS))
+
+
+@pytest.fixture
+def soak(benchmarks: None) -> Iterator[ModuleType]:
+    """The script as a module: in this process its servers and clients are forked, which spares many slow starts."""
     before = signal.getsignal(signal.SIGTERM)
     yield importlib.import_module("soak")
     signal.signal(signal.SIGTERM, before)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("database", "workers"), [("sqlite", "2"), ("postgresql", "1")])
+@pytest.mark.parametrize(
+    ("database", "workers", "more"),
+    [("sqlite", "2", ()), ("postgresql", "1", ("--hosted", "--rude", "12", "--spread", "0.2"))],
+)
 def test_short_soak_with_two_kills_has_no_mismatches(
-    soak: ModuleType, database: str, workers: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    soak: ModuleType,
+    database: str,
+    workers: str,
+    more: tuple[str, ...],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     if database == "postgresql":
         binaries()
-    options = ["--kills", "2", "--clients", "2", "--minutes", "2", "--patience", "300"]
+    options = ["--kills", "2", "--clients", "2", "--minutes", "2", "--patience", "300", *more]
     status = soak.main([*options, "--database", database, "--workers", workers, "--json", str(tmp_path / "figures")])
     assert status == 0, capsys.readouterr().out
     figures = json.loads((tmp_path / "figures").read_text())
     assert figures["faults"]["server killed"] == 2
     assert figures["runs"] >= 2
     assert figures["mismatches"] == 0
+    assert figures["streams ended rudely"] == (12 if more else 0)
+
+
+LOG = """\
+{"level": "info", "message": "call ended"}
+{"level": "error", "message": "/arramon.v1.Evaluation/Play failed: the journal cannot be used: connection lost"}
+{"level": "warning", "message": "another process of this server has taken over episode '7'"}
+{"level": "error", "message": "worker 1 died with status -11, 1 times in a row; restarting it"}
+Fatal Python error: Segmentation fault
+"""
+
+AWAY = "error: /arramon.v1.Evaluation/Play failed: the journal cannot be used: connection lost"
+TAKEN = "warning: another process of this server has taken over episode '7'"
+DIED = "error: worker 1 died with status -11, 1 times in a row; restarting it"
+FATAL = "no JSON: Fatal Python error: Segmentation fault"
+
+
+@pytest.mark.parametrize(
+    ("faults", "expected"),
+    [
+        ([], [AWAY, TAKEN, DIED, FATAL]),
+        (["server killed", "client killed"], [AWAY, TAKEN, DIED, FATAL]),
+        (["database ended"], [TAKEN, DIED, FATAL]),
+        (["server paused"], [DIED, FATAL]),
+    ],
+)
+def test_only_injected_faults_explain_warnings(
+    benchmarks: None, faults: list[str], expected: list[str], tmp_path: Path
+) -> None:
+    logs = importlib.import_module("soak_logs")
+    (tmp_path / "log-0").write_text(LOG)
+    assert logs.unexplained(logs.warnings(tmp_path), faults) == expected

@@ -11,6 +11,7 @@ from lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, Thing, Wal
 from lang.reference import co_reference
 
 BENCH, CONE, BOOTH = Thing("bench"), Thing("cone", "blue"), Thing("phone_booth")
+SILVER = Thing("bench", "silver")
 MUG, BALL = Thing("mug", "red", "striped"), Thing("ball", "blue", "dotted")
 
 
@@ -38,7 +39,7 @@ PEOPLES: list[tuple[str, Meaning]] = [
     ("go foward and collect the dotted blue ball", Navigation((Walk("ahead"),), BALL)),
     (
         "Turn to face the metal bench. Walk to it and turn right. Grab the dottted blue ball behind it.",
-        Navigation((Face(BENCH), Walk("to", (BENCH,)), Rotate("right")), near(BALL, BENCH, relation="behind")),
+        Navigation((Face(SILVER), Walk("to", (SILVER,)), Rotate("right")), near(BALL, SILVER, relation="behind")),
     ),
     (
         "Head past the bench and blue cone, then take the first left.",

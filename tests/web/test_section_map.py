@@ -1,5 +1,8 @@
 """Maps of sections from above, with the paths on them."""
 
+from dataclasses import replace
+
+from server.episodes.provenance import AGREEMENT, DRAWN, TEXT, Origin
 from server.scoring.trajectory import TurnRecord
 from server.sim.section import Building, Prop, Section
 from server.web.section_map import ground, track
@@ -18,6 +21,13 @@ def test_ground_map_has_scaled_roofs_and_props() -> None:
     assert (seen.width, seen.height) == (32.0, 42.0)
     assert seen.roofs == ("15,24 15,28 17,28 17,24",)
     assert seen.props == ((17.0, 34.0),)
+
+
+def test_recovered_and_own_furniture_is_kept_apart_from_what_was_drawn() -> None:
+    props = (*SECTION.props, Prop("bin", 0.0, 0.0, 0.0), Prop("bench", 2.0, 2.0, 0.0))
+    origins = (Origin(AGREEMENT, 23.6), Origin(DRAWN), Origin(TEXT))
+    seen = ground(replace(SECTION, props=props), origins)
+    assert (seen.agreed, seen.props, seen.told) == (((17.0, 34.0, 24),), ((16.0, 36.0),), ((18.0, 34.0),))
 
 
 def test_tracks_show_played_paths_only_for_played_turns() -> None:

@@ -55,10 +55,15 @@ def test_every_requested_text_key_exists(key: str) -> None:
 def test_every_text_key_is_used() -> None:
     source = "".join(path.read_text() for path in WEB.rglob("*") if path.suffix in (".py", ".html"))
     said = set(re.findall(r'"([a-z_]+\.[A-Za-z_0-9-]+)"', source)) | set(re.findall(r'"([a-z_]+)"', source))
-    groups = ("languages", "sensors", "causes", "states", "turns", "choices", "marks", "references", "reference_notes")
+    groups = (
+        "languages", "sensors", "causes", "states", "turns", "choices", "marks", "references", "reference_notes",
+        "aspects", "groups",
+    )  # fmt: skip
     for key in EN.words:
         group, _, name = key.partition(".")
-        assert key in said or group in (*groups, "metrics") or (group == "run" and name in said), key
+        assert key in said or group in (*groups, "metrics") or (group in ("run", "cost", "report") and name in said), (
+            key
+        )
 
 
 def test_hindi_texts_are_in_devanagari() -> None:

@@ -19,6 +19,7 @@ COMMANDS = {
     "cancel": "cancel runs; their unfinished episodes are given up",
     "leaderboard": "show the ranking of a split's published runs",
     "publish": "put a run on the leaderboard",
+    "report": "show scores by what the turns ask for: what runs can and cannot do",
     "withdraw": "take a run off the leaderboard",
     "conformance": "check that a server implements the protocol correctly",
     "verify": "check a receipt: its signature, the host's key and the actions that were sent",

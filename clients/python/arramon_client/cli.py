@@ -16,7 +16,7 @@ from rich.console import Console
 from arramon.v1 import evaluation_pb2
 from arramon_client import arguments, dry_run, receipts, results, run_settings
 from arramon_client.agent import Agent
-from arramon_client.commands import account, leaderboard, runs, verify
+from arramon_client.commands import account, leaderboard, report, runs, verify
 from arramon_client.commands.base import ERROR, INTERRUPTED, SUCCESS, USAGE
 from arramon_client.conformance import command as conformance
 from arramon_client.errors import (
@@ -50,6 +50,7 @@ COMMANDS = {
     "conformance": conformance.main,
     "leaderboard": leaderboard.show,
     "publish": leaderboard.publish,
+    "report": report.main,
     "runs": runs.show,
     "verify": verify.main,
     "withdraw": leaderboard.withdraw,
@@ -300,12 +301,16 @@ class _Client:
         path = results.write_results(report, failures, self.output, sent)
         scores.print(f"results: {path}", markup=False, highlight=False, soft_wrap=True)
         self.unfinished = ""
+        cancelled = report.run.state == evaluation_pb2.RUN_STATE_CANCELLED
+        if cancelled:
+            self.say(f"run {report.run.run_id} was cancelled: its unfinished episodes were given up")
         if self.recording is not None and self.recording.error is not None:
             self.say(f"error: {self.recording.error}; scores and results are not affected")
         elif self.recording is not None:
             scores.print(f"recording: {self.recording.index}", markup=False, highlight=False, soft_wrap=True)
         if not failures:
-            return SUCCESS if self.recording is None or self.recording.error is None else ERROR
+            recorded = self.recording is None or self.recording.error is None
+            return SUCCESS if recorded and not cancelled else ERROR
         given_up = len({episode_id for failure in failures for episode_id in failure.episode_ids})
         self.say(f"\nthe agent failed {len(failures)} time(s); {given_up} episode(s) were given up. First failure:")
         self.say(failures[0].details or failures[0].message)

@@ -488,6 +488,8 @@ class Run(_message.Message):
     BANK_SECONDS_LEFT_FIELD_NUMBER: _builtins.int
     PUBLISHED_FIELD_NUMBER: _builtins.int
     AGENT_ARGUMENTS_FIELD_NUMBER: _builtins.int
+    THINKING_SECONDS_FIELD_NUMBER: _builtins.int
+    TIMED_STEPS_FIELD_NUMBER: _builtins.int
     run_id: _builtins.str
     participant: _builtins.str
     agent: _builtins.str
@@ -512,6 +514,12 @@ class Run(_message.Message):
     """
     published: _builtins.bool
     """Whether the run is on the leaderboard."""
+    thinking_seconds: _builtins.float
+    """Time between the moments at which observations were sent and the arrival of their answers, in ended episodes: the
+    agent's own, the network's both ways, the client's, and with several episodes in parallel that of all of them.
+    """
+    timed_steps: _builtins.int
+    """Steps for which it was measured: not those that were open while a stream broke."""
     @_builtins.property
     def sensors(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]: ...
     @_builtins.property
@@ -551,10 +559,12 @@ class Run(_message.Message):
         bank_seconds_left: _builtins.float | None = ...,
         published: _builtins.bool = ...,
         agent_arguments: _abc.Iterable[Global___AgentArgument] | None = ...,
+        thinking_seconds: _builtins.float = ...,
+        timed_steps: _builtins.int = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left", "bank_seconds_left", b"bank_seconds_left", "limits", b"limits"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left", "agent", b"agent", "agent_arguments", b"agent_arguments", "bank_seconds_left", b"bank_seconds_left", "causes", b"causes", "created_at", b"created_at", "data_hash", b"data_hash", "ended_at", b"ended_at", "episodes", b"episodes", "episodes_ended", b"episodes_ended", "images", b"images", "language", b"language", "limits", b"limits", "participant", b"participant", "published", b"published", "reoffers", b"reoffers", "run_id", b"run_id", "sensors", b"sensors", "split", b"split", "state", b"state", "steps", b"steps"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left", "agent", b"agent", "agent_arguments", b"agent_arguments", "bank_seconds_left", b"bank_seconds_left", "causes", b"causes", "created_at", b"created_at", "data_hash", b"data_hash", "ended_at", b"ended_at", "episodes", b"episodes", "episodes_ended", b"episodes_ended", "images", b"images", "language", b"language", "limits", b"limits", "participant", b"participant", "published", b"published", "reoffers", b"reoffers", "run_id", b"run_id", "sensors", b"sensors", "split", b"split", "state", b"state", "steps", b"steps", "thinking_seconds", b"thinking_seconds", "timed_steps", b"timed_steps"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__bank_seconds_left: _TypeAlias = _typing.Literal["bank_seconds_left"]  # noqa: Y015
     _WhichOneofArgType__bank_seconds_left: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left"]  # noqa: Y015
@@ -599,6 +609,120 @@ class GetReceiptRequest(_message.Message):
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
 Global___GetReceiptRequest: _TypeAlias = GetReceiptRequest  # noqa: Y015
+
+@_typing.final
+class GetBreakdownRequest(_message.Message):
+    DESCRIPTOR: _descriptor.Descriptor
+
+    RUN_ID_FIELD_NUMBER: _builtins.int
+    run_id: _builtins.str
+    def __init__(
+        self,
+        *,
+        run_id: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["run_id", b"run_id"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___GetBreakdownRequest: _TypeAlias = GetBreakdownRequest  # noqa: Y015
+
+@_typing.final
+class Breakdown(_message.Message):
+    """A run's scores by groups of turns. On a hidden split only groups of at least 20 episodes are in it, of which no
+    combination tells of fewer; means and the ends of intervals are rounded. docs/report.md states the rule.
+    """
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    RUN_FIELD_NUMBER: _builtins.int
+    SIGNATURE_FIELD_NUMBER: _builtins.int
+    GROUPS_FIELD_NUMBER: _builtins.int
+    WITHHELD_FIELD_NUMBER: _builtins.int
+    ROUNDED_FIELD_NUMBER: _builtins.int
+    READS_FIELD_NUMBER: _builtins.int
+    signature: _builtins.str
+    """As in Report."""
+    withheld: _builtins.int
+    """Groups left out, as they would tell of single episodes of a hidden split."""
+    rounded: _builtins.bool
+    """Whether the scores are rounded."""
+    reads: _builtins.bool
+    """Whether the server knows what the instructions ask for; otherwise groups by that are missing."""
+    @_builtins.property
+    def run(self) -> Global___Run: ...
+    @_builtins.property
+    def groups(self) -> _containers.RepeatedCompositeFieldContainer[Global___TurnGroup]: ...
+    def __init__(
+        self,
+        *,
+        run: Global___Run | None = ...,
+        signature: _builtins.str = ...,
+        groups: _abc.Iterable[Global___TurnGroup] | None = ...,
+        withheld: _builtins.int = ...,
+        rounded: _builtins.bool = ...,
+        reads: _builtins.bool = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["run", b"run"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["groups", b"groups", "reads", b"reads", "rounded", b"rounded", "run", b"run", "signature", b"signature", "withheld", b"withheld"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Breakdown: _TypeAlias = Breakdown  # noqa: Y015
+
+@_typing.final
+class TurnGroup(_message.Message):
+    """A group of turns that have something in common. Each episode has two turns."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    ASPECT_FIELD_NUMBER: _builtins.int
+    NAME_FIELD_NUMBER: _builtins.int
+    LOW_FIELD_NUMBER: _builtins.int
+    HIGH_FIELD_NUMBER: _builtins.int
+    TURNS_FIELD_NUMBER: _builtins.int
+    EPISODES_FIELD_NUMBER: _builtins.int
+    SCORES_FIELD_NUMBER: _builtins.int
+    aspect: _builtins.str
+    """"turn", "length", "corners", "object", "steps", "landmarks", "step", "landmark","""
+    name: _builtins.str
+    """"relation", "placement".
+    What they have in common: "first", "seen", "past", "behind", ...; empty for a range.
+    """
+    low: _builtins.int
+    """Of a range of numbers, both ends included."""
+    high: _builtins.int
+    """Absent in the last range, which has no end, and where there is a name."""
+    turns: _builtins.int
+    episodes: _builtins.int
+    """Episodes that the turns belong to."""
+    @_builtins.property
+    def scores(self) -> _containers.RepeatedCompositeFieldContainer[Global___Score]:
+        """"nDTW" and "CTC-3" of the navigation, "rPOD" and "PTC" of the assembly alone, and"""
+
+    def __init__(
+        self,
+        *,
+        aspect: _builtins.str = ...,
+        name: _builtins.str = ...,
+        low: _builtins.int = ...,
+        high: _builtins.int | None = ...,
+        turns: _builtins.int = ...,
+        episodes: _builtins.int = ...,
+        scores: _abc.Iterable[Global___Score] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_high", b"_high", "high", b"high"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_high", b"_high", "aspect", b"aspect", "episodes", b"episodes", "high", b"high", "low", b"low", "name", b"name", "scores", b"scores", "turns", b"turns"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    _WhichOneofReturnType__high: _TypeAlias = _typing.Literal["high"]  # noqa: Y015
+    _WhichOneofArgType__high: _TypeAlias = _typing.Literal["_high", b"_high"]  # noqa: Y015
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__high) -> _WhichOneofReturnType__high | None: ...
+
+Global___TurnGroup: _TypeAlias = TurnGroup  # noqa: Y015
 
 @_typing.final
 class Receipt(_message.Message):

@@ -69,6 +69,11 @@ class EvaluationStub:
                 request_serializer=arramon_dot_v1_dot_evaluation__pb2.GetReceiptRequest.SerializeToString,
                 response_deserializer=arramon_dot_v1_dot_evaluation__pb2.Receipt.FromString,
                 _registered_method=True)
+        self.GetBreakdown = channel.unary_unary(
+                '/arramon.v1.Evaluation/GetBreakdown',
+                request_serializer=arramon_dot_v1_dot_evaluation__pb2.GetBreakdownRequest.SerializeToString,
+                response_deserializer=arramon_dot_v1_dot_evaluation__pb2.Breakdown.FromString,
+                _registered_method=True)
         self.GetAccount = channel.unary_unary(
                 '/arramon.v1.Evaluation/GetAccount',
                 request_serializer=arramon_dot_v1_dot_evaluation__pb2.GetAccountRequest.SerializeToString,
@@ -133,6 +138,14 @@ class EvaluationServicer:
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def GetBreakdown(self, request, context):
+        """Returns the scores of a run that is over by what the turns ask for; FAILED_PRECONDITION before. Those of published
+        runs are open to everyone, without a token.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
     def GetAccount(self, request, context):
         """Returns the authenticated caller, with role and quotas.
         """
@@ -189,6 +202,11 @@ def add_EvaluationServicer_to_server(servicer, server):
                     servicer.GetReceipt,
                     request_deserializer=arramon_dot_v1_dot_evaluation__pb2.GetReceiptRequest.FromString,
                     response_serializer=arramon_dot_v1_dot_evaluation__pb2.Receipt.SerializeToString,
+            ),
+            'GetBreakdown': grpc.unary_unary_rpc_method_handler(
+                    servicer.GetBreakdown,
+                    request_deserializer=arramon_dot_v1_dot_evaluation__pb2.GetBreakdownRequest.FromString,
+                    response_serializer=arramon_dot_v1_dot_evaluation__pb2.Breakdown.SerializeToString,
             ),
             'GetAccount': grpc.unary_unary_rpc_method_handler(
                     servicer.GetAccount,
@@ -390,6 +408,33 @@ class Evaluation:
             '/arramon.v1.Evaluation/GetReceipt',
             arramon_dot_v1_dot_evaluation__pb2.GetReceiptRequest.SerializeToString,
             arramon_dot_v1_dot_evaluation__pb2.Receipt.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def GetBreakdown(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/arramon.v1.Evaluation/GetBreakdown',
+            arramon_dot_v1_dot_evaluation__pb2.GetBreakdownRequest.SerializeToString,
+            arramon_dot_v1_dot_evaluation__pb2.Breakdown.FromString,
             options,
             channel_credentials,
             insecure,

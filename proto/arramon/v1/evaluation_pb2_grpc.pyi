@@ -45,6 +45,10 @@ class EvaluationStub:
     """Returns the scores of a run that is over; FAILED_PRECONDITION before."""
     GetReceipt: _grpc.UnaryUnaryMultiCallable[_evaluation_pb2.GetReceiptRequest, _evaluation_pb2.Receipt]
     """Returns the signed receipt of a run that is over; FAILED_PRECONDITION before."""
+    GetBreakdown: _grpc.UnaryUnaryMultiCallable[_evaluation_pb2.GetBreakdownRequest, _evaluation_pb2.Breakdown]
+    """Returns the scores of a run that is over by what the turns ask for; FAILED_PRECONDITION before. Those of published
+    runs are open to everyone, without a token.
+    """
     GetAccount: _grpc.UnaryUnaryMultiCallable[_evaluation_pb2.GetAccountRequest, _evaluation_pb2.Account]
     """Returns the authenticated caller, with role and quotas."""
     Play: _grpc.StreamStreamMultiCallable[_evaluation_pb2.PlayRequest, _evaluation_pb2.PlayResponse]
@@ -73,6 +77,10 @@ class EvaluationAsyncStub(EvaluationStub):
     """Returns the scores of a run that is over; FAILED_PRECONDITION before."""
     GetReceipt: _aio.UnaryUnaryMultiCallable[_evaluation_pb2.GetReceiptRequest, _evaluation_pb2.Receipt]  # type: ignore[assignment]
     """Returns the signed receipt of a run that is over; FAILED_PRECONDITION before."""
+    GetBreakdown: _aio.UnaryUnaryMultiCallable[_evaluation_pb2.GetBreakdownRequest, _evaluation_pb2.Breakdown]  # type: ignore[assignment]
+    """Returns the scores of a run that is over by what the turns ask for; FAILED_PRECONDITION before. Those of published
+    runs are open to everyone, without a token.
+    """
     GetAccount: _aio.UnaryUnaryMultiCallable[_evaluation_pb2.GetAccountRequest, _evaluation_pb2.Account]  # type: ignore[assignment]
     """Returns the authenticated caller, with role and quotas."""
     Play: _aio.StreamStreamMultiCallable[_evaluation_pb2.PlayRequest, _evaluation_pb2.PlayResponse]  # type: ignore[assignment]
@@ -140,6 +148,16 @@ class EvaluationServicer(metaclass=_abc_1.ABCMeta):
         context: _ServicerContext,
     ) -> _typing.Union[_evaluation_pb2.Receipt, _abc.Awaitable[_evaluation_pb2.Receipt]]:
         """Returns the signed receipt of a run that is over; FAILED_PRECONDITION before."""
+
+    @_abc_1.abstractmethod
+    def GetBreakdown(
+        self,
+        request: _evaluation_pb2.GetBreakdownRequest,
+        context: _ServicerContext,
+    ) -> _typing.Union[_evaluation_pb2.Breakdown, _abc.Awaitable[_evaluation_pb2.Breakdown]]:
+        """Returns the scores of a run that is over by what the turns ask for; FAILED_PRECONDITION before. Those of published
+        runs are open to everyone, without a token.
+        """
 
     @_abc_1.abstractmethod
     def GetAccount(

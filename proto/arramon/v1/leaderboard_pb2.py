@@ -25,47 +25,51 @@ _sym_db = _symbol_database.Default()
 from arramon.v1 import evaluation_pb2 as arramon_dot_v1_dot_evaluation__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1c\x61rramon/v1/leaderboard.proto\x12\narramon.v1\x1a\x1b\x61rramon/v1/evaluation.proto\".\n\x0ePublishRequest\x12\x0e\n\x06run_id\x18\x01 \x01(\t\x12\x0c\n\x04note\x18\x02 \x01(\t\"!\n\x0fWithdrawRequest\x12\x0e\n\x06run_id\x18\x01 \x01(\t\"\x12\n\x10WithdrawResponse\"c\n\x0bListRequest\x12\r\n\x05split\x18\x01 \x01(\t\x12\x10\n\x08language\x18\x02 \x01(\t\x12\x0c\n\x04sort\x18\x03 \x01(\t\x12\x11\n\tpage_size\x18\x04 \x01(\r\x12\x12\n\npage_token\x18\x05 \x01(\t\"\x98\x01\n\x0cListResponse\x12\'\n\tstandings\x18\x01 \x03(\x0b\x32\x14.arramon.v1.Standing\x12)\n\nreferences\x18\x02 \x03(\x0b\x32\x15.arramon.v1.Reference\x12\x0c\n\x04sort\x18\x03 \x01(\t\x12\r\n\x05total\x18\x04 \x01(\r\x12\x17\n\x0fnext_page_token\x18\x05 \x01(\t\"!\n\x0fGetEntryRequest\x12\x0e\n\x06run_id\x18\x01 \x01(\t\"@\n\x0e\x43ompareRequest\x12\x0e\n\x06run_id\x18\x01 \x01(\t\x12\x10\n\x08language\x18\x02 \x01(\t\x12\x0c\n\x04sort\x18\x03 \x01(\t\"t\n\x0f\x43ompareResponse\x12&\n\x08standing\x18\x01 \x01(\x0b\x32\x14.arramon.v1.Standing\x12+\n\x0b\x63omparisons\x18\x02 \x03(\x0b\x32\x16.arramon.v1.Comparison\x12\x0c\n\x04sort\x18\x03 \x01(\t\"\x8f\x01\n\nComparison\x12#\n\x05other\x18\x01 \x01(\x0b\x32\x14.arramon.v1.Standing\x12\x12\n\ndifference\x18\x02 \x01(\x01\x12\x0b\n\x03low\x18\x03 \x01(\x01\x12\x0c\n\x04high\x18\x04 \x01(\x01\x12\t\n\x01p\x18\x05 \x01(\x01\x12\x13\n\x0b\x63orrected_p\x18\x06 \x01(\x01\x12\r\n\x05shown\x18\x07 \x01(\x11\"\xb3\x01\n\rExportRequest\x12\r\n\x05split\x18\x01 \x01(\t\x12\x10\n\x08language\x18\x02 \x01(\t\x12\x0c\n\x04sort\x18\x03 \x01(\t\x12\x30\n\x06\x66ormat\x18\x04 \x01(\x0e\x32 .arramon.v1.ExportRequest.Format\"A\n\x06\x46ormat\x12\x16\n\x12\x46ORMAT_UNSPECIFIED\x10\x00\x12\x0e\n\nFORMAT_CSV\x10\x01\x12\x0f\n\x0b\x46ORMAT_JSON\x10\x02\"!\n\x0e\x45xportResponse\x12\x0f\n\x07\x63ontent\x18\x01 \x01(\t\"\xc8\x02\n\x08Standing\x12\x0c\n\x04rank\x18\x01 \x01(\r\x12\x0c\n\x04tied\x18\x02 \x01(\x08\x12\x13\n\x0bparticipant\x18\x03 \x01(\t\x12\r\n\x05\x61gent\x18\x04 \x01(\t\x12\x0f\n\x07sensors\x18\x05 \x03(\t\x12\x15\n\x08\x63overage\x18\x06 \x01(\x01H\x00\x88\x01\x01\x12\x1f\n\x05marks\x18\x07 \x03(\x0e\x32\x10.arramon.v1.Mark\x12\x1d\n\x04rows\x18\x08 \x03(\x0b\x32\x0f.arramon.v1.Row\x12\"\n\x07\x65ntries\x18\t \x03(\x0b\x32\x11.arramon.v1.Entry\x12\x12\n\nruns_begun\x18\x0b \x01(\r\x12\x16\n\x0eruns_published\x18\x0c \x01(\r\x12$\n\x03gap\x18\r \x01(\x0b\x32\x17.arramon.v1.LanguageGap\x12\x11\n\tlast_rank\x18\n \x01(\rB\x0b\n\t_coverage\"u\n\x0bLanguageGap\x12\x0e\n\x06higher\x18\x01 \x01(\t\x12\r\n\x05lower\x18\x02 \x01(\t\x12\x0c\n\x04mean\x18\x03 \x01(\x01\x12\x0b\n\x03low\x18\x04 \x01(\x01\x12\x0c\n\x04high\x18\x05 \x01(\x01\x12\x0c\n\x04same\x18\x06 \x01(\x01\x12\x10\n\x08\x65pisodes\x18\x07 \x01(\r\"\x98\x02\n\x05\x45ntry\x12\x1c\n\x03run\x18\x01 \x01(\x0b\x32\x0f.arramon.v1.Run\x12\x11\n\tsignature\x18\x02 \x01(\t\x12\x1d\n\x04rows\x18\x03 \x03(\x0b\x32\x0f.arramon.v1.Row\x12\x14\n\x0cpublished_at\x18\x04 \x01(\t\x12\x0c\n\x04note\x18\x05 \x01(\t\x12\x15\n\x08\x63overage\x18\x06 \x01(\x01H\x00\x88\x01\x01\x12\x1f\n\x05marks\x18\x07 \x03(\x0e\x32\x10.arramon.v1.Mark\x12\x16\n\x0ereceipt_digest\x18\x08 \x01(\x0c\x12\x12\n\nruns_begun\x18\n \x01(\r\x12\x16\n\x0eruns_published\x18\x0b \x01(\r\x12\x12\n\npublic_key\x18\t \x01(\x0c\x42\x0b\n\t_coverage\"\x86\x01\n\tReference\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\r\n\x05short\x18\x02 \x01(\t\x12\r\n\x05split\x18\x03 \x01(\t\x12\x10\n\x08language\x18\x04 \x01(\t\x12\x0e\n\x06source\x18\x05 \x01(\t\x12\x0c\n\x04note\x18\x06 \x01(\t\x12\x1d\n\x04rows\x18\x07 \x03(\x0b\x32\x0f.arramon.v1.Row*\x9d\x01\n\x04Mark\x12\x14\n\x10MARK_UNSPECIFIED\x10\x00\x12\x10\n\x0cMARK_PARTIAL\x10\x01\x12\x13\n\x0fMARK_PRIVILEGED\x10\x02\x12\x13\n\x0fMARK_OTHER_DATA\x10\x03\x12\x15\n\x11MARK_OTHER_LIMITS\x10\x04\x12\x15\n\x11MARK_SERVER_FAULT\x10\x05\x12\x15\n\x11MARK_OTHER_CLOCKS\x10\x06\x32\x8a\x03\n\x0bLeaderboard\x12\x38\n\x07Publish\x12\x1a.arramon.v1.PublishRequest\x1a\x11.arramon.v1.Entry\x12\x45\n\x08Withdraw\x12\x1b.arramon.v1.WithdrawRequest\x1a\x1c.arramon.v1.WithdrawResponse\x12\x39\n\x04List\x12\x17.arramon.v1.ListRequest\x1a\x18.arramon.v1.ListResponse\x12:\n\x08GetEntry\x12\x1b.arramon.v1.GetEntryRequest\x1a\x11.arramon.v1.Entry\x12\x42\n\x07\x43ompare\x12\x1a.arramon.v1.CompareRequest\x1a\x1b.arramon.v1.CompareResponse\x12?\n\x06\x45xport\x12\x19.arramon.v1.ExportRequest\x1a\x1a.arramon.v1.ExportResponseb\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1c\x61rramon/v1/leaderboard.proto\x12\narramon.v1\x1a\x1b\x61rramon/v1/evaluation.proto\"N\n\x0ePublishRequest\x12\x0e\n\x06run_id\x18\x01 \x01(\t\x12\x0c\n\x04note\x18\x02 \x01(\t\x12\x1e\n\x04\x63ost\x18\x16 \x01(\x0b\x32\x10.arramon.v1.Cost\"l\n\x04\x43ost\x12\x17\n\nparameters\x18\x01 \x01(\x04H\x00\x88\x01\x01\x12\x13\n\x06tokens\x18\x02 \x01(\x04H\x01\x88\x01\x01\x12\x12\n\x05price\x18\x03 \x01(\x01H\x02\x88\x01\x01\x42\r\n\x0b_parametersB\t\n\x07_tokensB\x08\n\x06_price\"!\n\x0fWithdrawRequest\x12\x0e\n\x06run_id\x18\x01 \x01(\t\"\x12\n\x10WithdrawResponse\"c\n\x0bListRequest\x12\r\n\x05split\x18\x01 \x01(\t\x12\x10\n\x08language\x18\x02 \x01(\t\x12\x0c\n\x04sort\x18\x03 \x01(\t\x12\x11\n\tpage_size\x18\x04 \x01(\r\x12\x12\n\npage_token\x18\x05 \x01(\t\"\x98\x01\n\x0cListResponse\x12\'\n\tstandings\x18\x01 \x03(\x0b\x32\x14.arramon.v1.Standing\x12)\n\nreferences\x18\x02 \x03(\x0b\x32\x15.arramon.v1.Reference\x12\x0c\n\x04sort\x18\x03 \x01(\t\x12\r\n\x05total\x18\x04 \x01(\r\x12\x17\n\x0fnext_page_token\x18\x05 \x01(\t\"!\n\x0fGetEntryRequest\x12\x0e\n\x06run_id\x18\x01 \x01(\t\"@\n\x0e\x43ompareRequest\x12\x0e\n\x06run_id\x18\x01 \x01(\t\x12\x10\n\x08language\x18\x02 \x01(\t\x12\x0c\n\x04sort\x18\x03 \x01(\t\"t\n\x0f\x43ompareResponse\x12&\n\x08standing\x18\x01 \x01(\x0b\x32\x14.arramon.v1.Standing\x12+\n\x0b\x63omparisons\x18\x02 \x03(\x0b\x32\x16.arramon.v1.Comparison\x12\x0c\n\x04sort\x18\x03 \x01(\t\"\x8f\x01\n\nComparison\x12#\n\x05other\x18\x01 \x01(\x0b\x32\x14.arramon.v1.Standing\x12\x12\n\ndifference\x18\x02 \x01(\x01\x12\x0b\n\x03low\x18\x03 \x01(\x01\x12\x0c\n\x04high\x18\x04 \x01(\x01\x12\t\n\x01p\x18\x05 \x01(\x01\x12\x13\n\x0b\x63orrected_p\x18\x06 \x01(\x01\x12\r\n\x05shown\x18\x07 \x01(\x11\"\xb3\x01\n\rExportRequest\x12\r\n\x05split\x18\x01 \x01(\t\x12\x10\n\x08language\x18\x02 \x01(\t\x12\x0c\n\x04sort\x18\x03 \x01(\t\x12\x30\n\x06\x66ormat\x18\x04 \x01(\x0e\x32 .arramon.v1.ExportRequest.Format\"A\n\x06\x46ormat\x12\x16\n\x12\x46ORMAT_UNSPECIFIED\x10\x00\x12\x0e\n\nFORMAT_CSV\x10\x01\x12\x0f\n\x0b\x46ORMAT_JSON\x10\x02\"!\n\x0e\x45xportResponse\x12\x0f\n\x07\x63ontent\x18\x01 \x01(\t\"\xf0\x02\n\x08Standing\x12\x0c\n\x04rank\x18\x01 \x01(\r\x12\x0c\n\x04tied\x18\x02 \x01(\x08\x12\x13\n\x0bparticipant\x18\x03 \x01(\t\x12\r\n\x05\x61gent\x18\x04 \x01(\t\x12\x0f\n\x07sensors\x18\x05 \x03(\t\x12\x15\n\x08\x63overage\x18\x06 \x01(\x01H\x00\x88\x01\x01\x12\x1f\n\x05marks\x18\x07 \x03(\x0e\x32\x10.arramon.v1.Mark\x12\x1d\n\x04rows\x18\x08 \x03(\x0b\x32\x0f.arramon.v1.Row\x12\"\n\x07\x65ntries\x18\t \x03(\x0b\x32\x11.arramon.v1.Entry\x12\x12\n\nruns_begun\x18\x0b \x01(\r\x12\x16\n\x0eruns_published\x18\x0c \x01(\r\x12$\n\x03gap\x18\r \x01(\x0b\x32\x17.arramon.v1.LanguageGap\x12\x11\n\tlast_rank\x18\n \x01(\r\x12&\n\x06spread\x18! \x01(\x0b\x32\x16.arramon.v1.SeedSpreadB\x0b\n\t_coverage\"|\n\nSeedSpread\x12\x0c\n\x04runs\x18\x01 \x01(\r\x12\x11\n\tdeviation\x18\x02 \x01(\x01\x12\x1a\n\x12\x65pisodes_deviation\x18\x03 \x01(\x01\x12\x16\n\x0erest_deviation\x18\x04 \x01(\x01\x12\x0b\n\x03low\x18\x05 \x01(\x01\x12\x0c\n\x04high\x18\x06 \x01(\x01\"u\n\x0bLanguageGap\x12\x0e\n\x06higher\x18\x01 \x01(\t\x12\r\n\x05lower\x18\x02 \x01(\t\x12\x0c\n\x04mean\x18\x03 \x01(\x01\x12\x0b\n\x03low\x18\x04 \x01(\x01\x12\x0c\n\x04high\x18\x05 \x01(\x01\x12\x0c\n\x04same\x18\x06 \x01(\x01\x12\x10\n\x08\x65pisodes\x18\x07 \x01(\r\"\xb8\x02\n\x05\x45ntry\x12\x1c\n\x03run\x18\x01 \x01(\x0b\x32\x0f.arramon.v1.Run\x12\x11\n\tsignature\x18\x02 \x01(\t\x12\x1d\n\x04rows\x18\x03 \x03(\x0b\x32\x0f.arramon.v1.Row\x12\x14\n\x0cpublished_at\x18\x04 \x01(\t\x12\x0c\n\x04note\x18\x05 \x01(\t\x12\x15\n\x08\x63overage\x18\x06 \x01(\x01H\x00\x88\x01\x01\x12\x1f\n\x05marks\x18\x07 \x03(\x0e\x32\x10.arramon.v1.Mark\x12\x16\n\x0ereceipt_digest\x18\x08 \x01(\x0c\x12\x12\n\nruns_begun\x18\n \x01(\r\x12\x16\n\x0eruns_published\x18\x0b \x01(\r\x12\x12\n\npublic_key\x18\t \x01(\x0c\x12\x1e\n\x04\x63ost\x18\x1f \x01(\x0b\x32\x10.arramon.v1.CostB\x0b\n\t_coverage\"\x86\x01\n\tReference\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\r\n\x05short\x18\x02 \x01(\t\x12\r\n\x05split\x18\x03 \x01(\t\x12\x10\n\x08language\x18\x04 \x01(\t\x12\x0e\n\x06source\x18\x05 \x01(\t\x12\x0c\n\x04note\x18\x06 \x01(\t\x12\x1d\n\x04rows\x18\x07 \x03(\x0b\x32\x0f.arramon.v1.Row*\x9d\x01\n\x04Mark\x12\x14\n\x10MARK_UNSPECIFIED\x10\x00\x12\x10\n\x0cMARK_PARTIAL\x10\x01\x12\x13\n\x0fMARK_PRIVILEGED\x10\x02\x12\x13\n\x0fMARK_OTHER_DATA\x10\x03\x12\x15\n\x11MARK_OTHER_LIMITS\x10\x04\x12\x15\n\x11MARK_SERVER_FAULT\x10\x05\x12\x15\n\x11MARK_OTHER_CLOCKS\x10\x06\x32\x8a\x03\n\x0bLeaderboard\x12\x38\n\x07Publish\x12\x1a.arramon.v1.PublishRequest\x1a\x11.arramon.v1.Entry\x12\x45\n\x08Withdraw\x12\x1b.arramon.v1.WithdrawRequest\x1a\x1c.arramon.v1.WithdrawResponse\x12\x39\n\x04List\x12\x17.arramon.v1.ListRequest\x1a\x18.arramon.v1.ListResponse\x12:\n\x08GetEntry\x12\x1b.arramon.v1.GetEntryRequest\x1a\x11.arramon.v1.Entry\x12\x42\n\x07\x43ompare\x12\x1a.arramon.v1.CompareRequest\x1a\x1b.arramon.v1.CompareResponse\x12?\n\x06\x45xport\x12\x19.arramon.v1.ExportRequest\x1a\x1a.arramon.v1.ExportResponseb\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
 _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'arramon.v1.leaderboard_pb2', _globals)
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
-  _globals['_MARK']._serialized_start=1885
-  _globals['_MARK']._serialized_end=2042
+  _globals['_MARK']._serialized_start=2225
+  _globals['_MARK']._serialized_end=2382
   _globals['_PUBLISHREQUEST']._serialized_start=73
-  _globals['_PUBLISHREQUEST']._serialized_end=119
-  _globals['_WITHDRAWREQUEST']._serialized_start=121
-  _globals['_WITHDRAWREQUEST']._serialized_end=154
-  _globals['_WITHDRAWRESPONSE']._serialized_start=156
-  _globals['_WITHDRAWRESPONSE']._serialized_end=174
-  _globals['_LISTREQUEST']._serialized_start=176
-  _globals['_LISTREQUEST']._serialized_end=275
-  _globals['_LISTRESPONSE']._serialized_start=278
-  _globals['_LISTRESPONSE']._serialized_end=430
-  _globals['_GETENTRYREQUEST']._serialized_start=432
-  _globals['_GETENTRYREQUEST']._serialized_end=465
-  _globals['_COMPAREREQUEST']._serialized_start=467
-  _globals['_COMPAREREQUEST']._serialized_end=531
-  _globals['_COMPARERESPONSE']._serialized_start=533
-  _globals['_COMPARERESPONSE']._serialized_end=649
-  _globals['_COMPARISON']._serialized_start=652
-  _globals['_COMPARISON']._serialized_end=795
-  _globals['_EXPORTREQUEST']._serialized_start=798
-  _globals['_EXPORTREQUEST']._serialized_end=977
-  _globals['_EXPORTREQUEST_FORMAT']._serialized_start=912
-  _globals['_EXPORTREQUEST_FORMAT']._serialized_end=977
-  _globals['_EXPORTRESPONSE']._serialized_start=979
-  _globals['_EXPORTRESPONSE']._serialized_end=1012
-  _globals['_STANDING']._serialized_start=1015
-  _globals['_STANDING']._serialized_end=1343
-  _globals['_LANGUAGEGAP']._serialized_start=1345
-  _globals['_LANGUAGEGAP']._serialized_end=1462
-  _globals['_ENTRY']._serialized_start=1465
-  _globals['_ENTRY']._serialized_end=1745
-  _globals['_REFERENCE']._serialized_start=1748
-  _globals['_REFERENCE']._serialized_end=1882
-  _globals['_LEADERBOARD']._serialized_start=2045
-  _globals['_LEADERBOARD']._serialized_end=2439
+  _globals['_PUBLISHREQUEST']._serialized_end=151
+  _globals['_COST']._serialized_start=153
+  _globals['_COST']._serialized_end=261
+  _globals['_WITHDRAWREQUEST']._serialized_start=263
+  _globals['_WITHDRAWREQUEST']._serialized_end=296
+  _globals['_WITHDRAWRESPONSE']._serialized_start=298
+  _globals['_WITHDRAWRESPONSE']._serialized_end=316
+  _globals['_LISTREQUEST']._serialized_start=318
+  _globals['_LISTREQUEST']._serialized_end=417
+  _globals['_LISTRESPONSE']._serialized_start=420
+  _globals['_LISTRESPONSE']._serialized_end=572
+  _globals['_GETENTRYREQUEST']._serialized_start=574
+  _globals['_GETENTRYREQUEST']._serialized_end=607
+  _globals['_COMPAREREQUEST']._serialized_start=609
+  _globals['_COMPAREREQUEST']._serialized_end=673
+  _globals['_COMPARERESPONSE']._serialized_start=675
+  _globals['_COMPARERESPONSE']._serialized_end=791
+  _globals['_COMPARISON']._serialized_start=794
+  _globals['_COMPARISON']._serialized_end=937
+  _globals['_EXPORTREQUEST']._serialized_start=940
+  _globals['_EXPORTREQUEST']._serialized_end=1119
+  _globals['_EXPORTREQUEST_FORMAT']._serialized_start=1054
+  _globals['_EXPORTREQUEST_FORMAT']._serialized_end=1119
+  _globals['_EXPORTRESPONSE']._serialized_start=1121
+  _globals['_EXPORTRESPONSE']._serialized_end=1154
+  _globals['_STANDING']._serialized_start=1157
+  _globals['_STANDING']._serialized_end=1525
+  _globals['_SEEDSPREAD']._serialized_start=1527
+  _globals['_SEEDSPREAD']._serialized_end=1651
+  _globals['_LANGUAGEGAP']._serialized_start=1653
+  _globals['_LANGUAGEGAP']._serialized_end=1770
+  _globals['_ENTRY']._serialized_start=1773
+  _globals['_ENTRY']._serialized_end=2085
+  _globals['_REFERENCE']._serialized_start=2088
+  _globals['_REFERENCE']._serialized_end=2222
+  _globals['_LEADERBOARD']._serialized_start=2385
+  _globals['_LEADERBOARD']._serialized_end=2779
 # @@protoc_insertion_point(module_scope)

@@ -68,22 +68,69 @@ class PublishRequest(_message.Message):
 
     RUN_ID_FIELD_NUMBER: _builtins.int
     NOTE_FIELD_NUMBER: _builtins.int
+    COST_FIELD_NUMBER: _builtins.int
     run_id: _builtins.str
     note: _builtins.str
     """One line of at most 500 characters for readers, such as the address of a paper or of code."""
+    @_builtins.property
+    def cost(self) -> Global___Cost:
+        """What the run cost, as declared; absent: leave what was declared before."""
+
     def __init__(
         self,
         *,
         run_id: _builtins.str = ...,
         note: _builtins.str = ...,
+        cost: Global___Cost | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["cost", b"cost"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["note", b"note", "run_id", b"run_id"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["cost", b"cost", "note", b"note", "run_id", b"run_id"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
 Global___PublishRequest: _TypeAlias = PublishRequest  # noqa: Y015
+
+@_typing.final
+class Cost(_message.Message):
+    """What a run cost, as its publisher declares it. The server cannot check it."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    PARAMETERS_FIELD_NUMBER: _builtins.int
+    TOKENS_FIELD_NUMBER: _builtins.int
+    PRICE_FIELD_NUMBER: _builtins.int
+    parameters: _builtins.int
+    """Parameters of the agent's models."""
+    tokens: _builtins.int
+    """Tokens that language models read and wrote in the whole run."""
+    price: _builtins.float
+    """Price of the whole run in US dollars."""
+    def __init__(
+        self,
+        *,
+        parameters: _builtins.int | None = ...,
+        tokens: _builtins.int | None = ...,
+        price: _builtins.float | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_parameters", b"_parameters", "_price", b"_price", "_tokens", b"_tokens", "parameters", b"parameters", "price", b"price", "tokens", b"tokens"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_parameters", b"_parameters", "_price", b"_price", "_tokens", b"_tokens", "parameters", b"parameters", "price", b"price", "tokens", b"tokens"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    _WhichOneofReturnType__parameters: _TypeAlias = _typing.Literal["parameters"]  # noqa: Y015
+    _WhichOneofArgType__parameters: _TypeAlias = _typing.Literal["_parameters", b"_parameters"]  # noqa: Y015
+    _WhichOneofReturnType__price: _TypeAlias = _typing.Literal["price"]  # noqa: Y015
+    _WhichOneofArgType__price: _TypeAlias = _typing.Literal["_price", b"_price"]  # noqa: Y015
+    _WhichOneofReturnType__tokens: _TypeAlias = _typing.Literal["tokens"]  # noqa: Y015
+    _WhichOneofArgType__tokens: _TypeAlias = _typing.Literal["_tokens", b"_tokens"]  # noqa: Y015
+    @_typing.overload
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__parameters) -> _WhichOneofReturnType__parameters | None: ...
+    @_typing.overload
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__price) -> _WhichOneofReturnType__price | None: ...
+    @_typing.overload
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__tokens) -> _WhichOneofReturnType__tokens | None: ...
+
+Global___Cost: _TypeAlias = Cost  # noqa: Y015
 
 @_typing.final
 class WithdrawRequest(_message.Message):
@@ -406,6 +453,7 @@ class Standing(_message.Message):
     RUNS_PUBLISHED_FIELD_NUMBER: _builtins.int
     GAP_FIELD_NUMBER: _builtins.int
     LAST_RANK_FIELD_NUMBER: _builtins.int
+    SPREAD_FIELD_NUMBER: _builtins.int
     rank: _builtins.int
     """One more than the number of standings that are shown to be better by paired tests; 0 if not ranked."""
     tied: _builtins.bool
@@ -431,15 +479,19 @@ class Standing(_message.Message):
 
     @_builtins.property
     def rows(self) -> _containers.RepeatedCompositeFieldContainer[_evaluation_pb2.Row]:
-        """"turn 1", "turn 2", "total"; with several languages the mean over them."""
+        """"turn 1", "turn 2", "total"; with several seeds or languages the mean over them."""
 
     @_builtins.property
     def entries(self) -> _containers.RepeatedCompositeFieldContainer[Global___Entry]:
-        """One entry; with "both", one for each language."""
+        """One entry, or one for each seed; with "both", these for each language."""
 
     @_builtins.property
     def gap(self) -> Global___LanguageGap:
         """With "both": the gap between its languages in the metric that sorts the list."""
+
+    @_builtins.property
+    def spread(self) -> Global___SeedSpread:
+        """With runs of several seeds: how much they differ in the metric that sorts the list."""
 
     def __init__(
         self,
@@ -457,16 +509,58 @@ class Standing(_message.Message):
         runs_published: _builtins.int = ...,
         gap: Global___LanguageGap | None = ...,
         last_rank: _builtins.int = ...,
+        spread: Global___SeedSpread | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "coverage", b"coverage", "gap", b"gap"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "coverage", b"coverage", "gap", b"gap", "spread", b"spread"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "agent", b"agent", "coverage", b"coverage", "entries", b"entries", "gap", b"gap", "last_rank", b"last_rank", "marks", b"marks", "participant", b"participant", "rank", b"rank", "rows", b"rows", "runs_begun", b"runs_begun", "runs_published", b"runs_published", "sensors", b"sensors", "tied", b"tied"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "agent", b"agent", "coverage", b"coverage", "entries", b"entries", "gap", b"gap", "last_rank", b"last_rank", "marks", b"marks", "participant", b"participant", "rank", b"rank", "rows", b"rows", "runs_begun", b"runs_begun", "runs_published", b"runs_published", "sensors", b"sensors", "spread", b"spread", "tied", b"tied"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__coverage: _TypeAlias = _typing.Literal["coverage"]  # noqa: Y015
     _WhichOneofArgType__coverage: _TypeAlias = _typing.Literal["_coverage", b"_coverage"]  # noqa: Y015
     def WhichOneof(self, oneof_group: _WhichOneofArgType__coverage) -> _WhichOneofReturnType__coverage | None: ...
 
 Global___Standing: _TypeAlias = Standing  # noqa: Y015
+
+@_typing.final
+class SeedSpread(_message.Message):
+    """How much the runs of one agent with several seeds differ, told apart from how much episodes differ."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    RUNS_FIELD_NUMBER: _builtins.int
+    DEVIATION_FIELD_NUMBER: _builtins.int
+    EPISODES_DEVIATION_FIELD_NUMBER: _builtins.int
+    REST_DEVIATION_FIELD_NUMBER: _builtins.int
+    LOW_FIELD_NUMBER: _builtins.int
+    HIGH_FIELD_NUMBER: _builtins.int
+    runs: _builtins.int
+    """Runs, each with another seed."""
+    deviation: _builtins.float
+    """Standard deviation between the true means of runs on these episodes."""
+    episodes_deviation: _builtins.float
+    """Standard deviation between episodes."""
+    rest_deviation: _builtins.float
+    """Standard deviation of what neither explains."""
+    low: _builtins.float
+    """95% interval for the mean over other seeds on these episodes; within [0, 1]."""
+    high: _builtins.float
+    def __init__(
+        self,
+        *,
+        runs: _builtins.int = ...,
+        deviation: _builtins.float = ...,
+        episodes_deviation: _builtins.float = ...,
+        rest_deviation: _builtins.float = ...,
+        low: _builtins.float = ...,
+        high: _builtins.float = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["deviation", b"deviation", "episodes_deviation", b"episodes_deviation", "high", b"high", "low", b"low", "rest_deviation", b"rest_deviation", "runs", b"runs"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___SeedSpread: _TypeAlias = SeedSpread  # noqa: Y015
 
 @_typing.final
 class LanguageGap(_message.Message):
@@ -527,6 +621,7 @@ class Entry(_message.Message):
     RUNS_BEGUN_FIELD_NUMBER: _builtins.int
     RUNS_PUBLISHED_FIELD_NUMBER: _builtins.int
     PUBLIC_KEY_FIELD_NUMBER: _builtins.int
+    COST_FIELD_NUMBER: _builtins.int
     signature: _builtins.str
     """As in Report."""
     published_at: _builtins.str
@@ -554,6 +649,10 @@ class Entry(_message.Message):
     def marks(self) -> _containers.RepeatedScalarFieldContainer[Global___Mark.ValueType]:
         """split's data has changed since the run."""
 
+    @_builtins.property
+    def cost(self) -> Global___Cost:
+        """What it cost, as declared; absent if nothing is."""
+
     def __init__(
         self,
         *,
@@ -568,10 +667,11 @@ class Entry(_message.Message):
         runs_begun: _builtins.int = ...,
         runs_published: _builtins.int = ...,
         public_key: _builtins.bytes = ...,
+        cost: Global___Cost | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "coverage", b"coverage", "run", b"run"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "cost", b"cost", "coverage", b"coverage", "run", b"run"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "coverage", b"coverage", "marks", b"marks", "note", b"note", "public_key", b"public_key", "published_at", b"published_at", "receipt_digest", b"receipt_digest", "rows", b"rows", "run", b"run", "runs_begun", b"runs_begun", "runs_published", b"runs_published", "signature", b"signature"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "cost", b"cost", "coverage", b"coverage", "marks", b"marks", "note", b"note", "public_key", b"public_key", "published_at", b"published_at", "receipt_digest", b"receipt_digest", "rows", b"rows", "run", b"run", "runs_begun", b"runs_begun", "runs_published", b"runs_published", "signature", b"signature"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__coverage: _TypeAlias = _typing.Literal["coverage"]  # noqa: Y015
     _WhichOneofArgType__coverage: _TypeAlias = _typing.Literal["_coverage", b"_coverage"]  # noqa: Y015

@@ -4,6 +4,7 @@ Its episodes are kept in the package, as the generator may change: the texts are
 were written and checked is said in `data/README.md`.
 """
 
+import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
@@ -57,6 +58,11 @@ class Paraphrase:
     assembly_led: bool | None
     meaning: Mapping[str, Any] | None
 
+    @property
+    def key(self) -> tuple[str, int, str]:
+        """Episode, turn and language, which no other text has."""
+        return self.episode, self.turn, self.language
+
 
 _PARAPHRASE = TypeAdapter(Paraphrase)
 
@@ -66,6 +72,13 @@ def paraphrases() -> tuple[Paraphrase, ...]:
     """Return all texts, by episode, turn and language."""
     lines = (DATA / "texts.jsonl").read_text(encoding="utf-8").splitlines()
     return tuple(_PARAPHRASE.validate_json(line) for line in lines)
+
+
+def second_meanings() -> dict[tuple[str, int, str], Mapping[str, Any]]:
+    """Return the meanings that another reader wrote down for some texts, by the texts' keys."""
+    lines = (DATA / "second_meanings.jsonl").read_text(encoding="utf-8").splitlines()
+    read = map(json.loads, lines)
+    return {(each["episode"], each["turn"], each["language"]): each["meaning"] for each in read}
 
 
 def paraphrased_episodes() -> list[Episode]:

@@ -1,15 +1,17 @@
-"""Pictures and instruction texts of one episode as files, for `arramon-server show`."""
+"""Pictures of one episode with its instruction texts, or of one section, as files, for `arramon-server show`."""
 
 from contextlib import closing
 from pathlib import Path
 
 from server.dataset.pictures.canvas import stack
-from server.dataset.pictures.maps import room_map, section_map
+from server.dataset.pictures.maps import name_of, recovered_map, room_map, section_map
 from server.dataset.pictures.views import contact_sheet
 from server.episodes.episode import Episode
-from server.episodes.splits import Split, read_splits
+from server.episodes.provenance import Provenance
+from server.episodes.splits import check_split, read_splits, split_with_episode
 from server.errors import NotFound, StorageError
 from server.runs.play.worlds import Worlds
+from server.sim.section import Section
 
 
 def show(data: Path, episode_id: str, split: str | None, output: Path) -> list[Path]:
@@ -28,9 +30,11 @@ def show(data: Path, episode_id: str, split: str | None, output: Path) -> list[P
         NotFound: if the split or the episode does not exist.
         StorageError: if the files cannot be written.
     """
-    chosen = _find(read_splits(data), episode_id, split)
+    chosen = split_with_episode(read_splits(data), episode_id, split)
     episode = chosen.episodes[episode_id]
-    above = stack([section_map(chosen.sections[episode.section], episode), room_map(episode)])
+    provenance = chosen.provenance.get(episode.section)
+    street = section_map(chosen.sections[episode.section], episode, provenance=provenance)
+    above = stack([street, room_map(episode)])
     with closing(Worlds({chosen.name: chosen})) as worlds:
         views = contact_sheet(episode, chosen.name, worlds)
     paths = [output / f"{chosen.name}-{episode_id}-{name}" for name in ("map.png", "views.png", "instructions.txt")]
@@ -44,6 +48,55 @@ def show(data: Path, episode_id: str, split: str | None, output: Path) -> list[P
     return paths
 
 
+def show_section(data: Path, section_id: str, split: str | None, output: Path) -> list[Path]:
+    """Write a section's map, and a list of what was recovered of it.
+
+    Args:
+        data: the data folder.
+        section_id: such as "1".
+        split: name of the split; None for the first that contains the section.
+        output: folder for the files, created if missing.
+
+    Returns:
+        Paths of the files: the map, and the list if the section has a provenance.
+
+    Raises:
+        NotFound: if the split or the section does not exist.
+        StorageError: if the files cannot be written.
+    """
+    splits = read_splits(data)
+    check_split(splits, split)
+    chosen = next((one for one in splits.values() if split in (None, one.name) and section_id in one.sections), None)
+    if chosen is None:
+        raise NotFound(f"there is no section {section_id!r} in {split or ', '.join(splits)}")
+    section, provenance = chosen.sections[section_id], chosen.provenance.get(section_id)
+    episodes = [one for one in chosen.episodes.values() if one.section == section_id]
+    picture = recovered_map(section, provenance, episodes)
+    paths = [output / f"{chosen.name}-section-{section_id}-map.png"]
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+        picture.save(paths[0])
+        if provenance is not None:
+            paths.append(output / f"{chosen.name}-section-{section_id}-recovered.txt")
+            paths[1].write_text(_recovered(section, provenance), encoding="utf-8")
+    except OSError as error:
+        raise StorageError(f"cannot write {error.filename}: {error.strerror}") from error
+    return paths
+
+
+def _recovered(section: Section, provenance: Provenance) -> str:
+    """Return a line for each thing that was recovered, most votes first."""
+    props = [(each.votes, name_of(section.props[each.index]), section.props[each.index]) for each in provenance.props]
+    facades = [
+        (each.votes, f"{section.buildings[each.index].facade} building", section.buildings[each.index])
+        for each in provenance.buildings
+    ]
+    return "".join(
+        f"{votes:6.1f} votes  {name:24} at ({thing.x:.1f}, {thing.z:.1f})\n"
+        for votes, name, thing in sorted([*props, *facades], key=lambda each: (-each[0], each[1]))
+    )
+
+
 def _texts(episode: Episode) -> str:
     """Return all instructions, one language after another."""
     return "".join(
@@ -52,12 +105,3 @@ def _texts(episode: Episode) -> str:
         for number, turn in enumerate(turns, start=1)
         for phase in ("navigation", "assembly")
     )
-
-
-def _find(splits: dict[str, Split], episode_id: str, name: str | None) -> Split:
-    if name is not None and name not in splits:
-        raise NotFound(f"there is no split {name!r}; there are {', '.join(splits)}")
-    for split in splits.values():
-        if name in (None, split.name) and episode_id in split.episodes:
-            return split
-    raise NotFound(f"there is no episode {episode_id!r} in {name or ', '.join(splits)}")

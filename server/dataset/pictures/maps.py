@@ -1,34 +1,79 @@
 """Maps of an episode, in the style of the paper's figures: the section and the room from above."""
 
+from collections.abc import Mapping, Sequence
+
 from PIL import Image
 
 from server.dataset.pictures.canvas import BLACK, GREEN, PINK, SWATCHES, WHITE, Canvas, add_title
 from server.episodes.episode import Episode, Turn
+from server.episodes.provenance import AGREEMENT, DRAWN, TEXT, Origin, Provenance
 from server.sim.assets.facades import wall_colour
 from server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
+from server.sim.own_furniture import furnished
 from server.sim.room import COLUMNS, ROWS, START
-from server.sim.section import Section
+from server.sim.section import Prop, Section
 
 STREET, ROOF, EDGE = (214, 214, 210), (150, 140, 132), (96, 88, 82)
 PROPS = (90, 120, 90)
 TILE, FLOOR = (245, 215, 90), (238, 234, 226)
+AGREED, OWN, WALKED = (190, 70, 10), (30, 80, 200), (190, 190, 205)
+
+_MARKS = {AGREEMENT: (6, AGREED, 12), TEXT: (5, OWN, 10), DRAWN: (3, PROPS, 9)}
+"""By a prop's origin: radius of its dot in pixels, colour, and size of its label."""
+
+LEGEND = "orange: recovered, with the number of votes; blue: put where the episode's own text says; green: drawn"
 
 
-def ground_map(section: Section, scale: float = 16.0) -> Canvas:
-    """Return a map of the section alone: buildings in the colours of their walls, and street furniture."""
+def ground_map(
+    section: Section,
+    scale: float = 16.0,
+    origins: Sequence[Origin] = (),
+    facades: Mapping[int, float] | None = None,
+    walked: Sequence[Sequence[tuple[float, float]]] = (),
+) -> Canvas:
+    """Return a map of the section alone: buildings in the colours of their walls, and street furniture.
+
+    Args:
+        section: with all furniture that is to be shown.
+        scale: pixels per unit.
+        origins: of each of the section's props; none if all were drawn.
+        facades: votes of the buildings whose facade was recovered, by index.
+        walked: paths, each of (x, z), drawn faintly.
+    """
     x0, z0, x1, z1 = section.bounds
     canvas = Canvas((x0 - 6, z0 - 6, x1 + 6, z1 + 6), scale, STREET)
     for building in section.buildings:
         half = (building.half_width, building.half_length)
         canvas.rectangle(building.x, building.z, half, building.heading, roof_colour(building.facade), EDGE)
-    for prop in section.props:
-        if prop.kind == "zebra_crossing":
-            half = (ZEBRA_WIDTH / 2, ZEBRA_LENGTH / 2)
-            canvas.rectangle(prop.x, prop.z, half, prop.heading, WHITE)
-        canvas.dot(prop.x, prop.z, 3, PROPS, PROPS)
-        name = " ".join(filter(None, (prop.colour, prop.shape, prop.kind.replace("_", " "))))
-        canvas.label(prop.x + 0.2, prop.z, name, size=9, colour=PROPS)
+    for path in walked:
+        canvas.line(path, WALKED, 1)
+    for index, votes in sorted((facades or {}).items()):
+        building = section.buildings[index]
+        canvas.label(building.x, building.z, f"{building.facade} {votes:.0f}", anchor="mm", colour=AGREED)
+    named = list(zip(section.props, origins or [Origin(DRAWN)] * len(section.props), strict=True))
+    for prop, origin in sorted(named, key=lambda each: each[1].votes):  # What is recovered lies on top.
+        _prop(canvas, prop, origin)
     return canvas
+
+
+def _prop(canvas: Canvas, prop: Prop, origin: Origin) -> None:
+    if prop.kind == "zebra_crossing":
+        half = (ZEBRA_WIDTH / 2, ZEBRA_LENGTH / 2)
+        canvas.rectangle(prop.x, prop.z, half, prop.heading, WHITE)
+    radius, colour, size = _MARKS[origin.name]
+    canvas.dot(prop.x, prop.z, radius, colour, colour)
+    canvas.label(
+        prop.x + radius / canvas.scale + 0.1, prop.z, f"{name_of(prop)}{_votes(origin)}", size=size, colour=colour
+    )
+
+
+def name_of(prop: Prop) -> str:
+    """Return a plain English name of a prop."""
+    return " ".join(filter(None, (prop.colour, prop.shape, prop.kind.replace("_", " "))))
+
+
+def _votes(origin: Origin) -> str:
+    return f" {origin.votes:.0f}" if origin.name == AGREEMENT else ""
 
 
 def roof_colour(facade: str) -> tuple[int, int, int]:
@@ -37,12 +82,17 @@ def roof_colour(facade: str) -> tuple[int, int, int]:
     return red, green, blue
 
 
-def section_map(section: Section, episode: Episode, scale: float = 16.0) -> Image.Image:
+def section_map(
+    section: Section, episode: Episode, scale: float = 16.0, provenance: Provenance | None = None
+) -> Image.Image:
     """Return a map of the section: the episode's objects, and the ground truth, turn 1 in pink and turn 2 in green.
 
-    Turn 1 goes from the black dot to the white dot, where turn 2 begins.
+    Turn 1 goes from the black dot to the white dot, where turn 2 begins. With the section's provenance the map marks
+    what was recovered, and what the episode's own text put there.
     """
-    canvas = ground_map(section, scale)
+    origins = () if provenance is None else provenance.origins(section, episode)
+    facades = None if provenance is None else provenance.building_votes()
+    canvas = ground_map(furnished(section, episode.furniture), scale, origins, facades)
     for turn, colour in zip(episode.turns, (PINK, GREEN), strict=True):
         canvas.line(turn.path, colour)
     for number, turn in enumerate(episode.turns, start=1):
@@ -50,7 +100,21 @@ def section_map(section: Section, episode: Episode, scale: float = 16.0) -> Imag
     canvas.dot(*episode.turns[0].path[0], 6, BLACK)
     canvas.dot(*episode.turns[1].path[0], 6, WHITE)
     title = f"episode {episode.episode_id}, section {section.id}: turn 1 pink, turn 2 green; targets ringed"
-    return add_title(canvas.image, [title])
+    return add_title(canvas.image, [title] if provenance is None else [title, LEGEND])
+
+
+def recovered_map(
+    section: Section, provenance: Provenance | None, episodes: Sequence[Episode], scale: float = 24.0
+) -> Image.Image:
+    """Return a map of a section alone, with the paths of its episodes, and with what was recovered by its votes."""
+    origins = () if provenance is None else provenance.origins(section)
+    facades = {} if provenance is None else provenance.building_votes()
+    paths = [turn.path for episode in episodes for turn in episode.turns]
+    agreed = sum(origin.name == AGREEMENT for origin in origins)
+    title = f"section {section.id}: {len(episodes)} episodes, {len(section.props)} pieces of furniture"
+    if provenance is not None:
+        title += f"; recovered: {agreed} landmarks, {len(facades)} facades, with their votes"
+    return add_title(ground_map(section, scale, origins, facades, paths).image, [title])
 
 
 def _street(canvas: Canvas, turn: Turn, number: int) -> None:

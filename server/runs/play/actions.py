@@ -46,7 +46,7 @@ class ActionHandler:
         asked = stream.take()
         answers = self.check_clocks(stream, asked.at, batch)
         for act in asked.acts:
-            _collect(answers, partial(self._apply, stream, act, batch))
+            _collect(answers, partial(self._apply, stream, act, asked.at, batch))
         return answers
 
     def check_clocks(self, stream: Stream, at: float, batch: Batch) -> Answers:
@@ -56,8 +56,8 @@ class ActionHandler:
             _collect(answers, partial(self._run_out, stream, session, batch))
         return answers
 
-    def _apply(self, stream: Stream, act: Act, batch: Batch) -> list[Event]:
-        """Apply one action, after the checks that the protocol asks for."""
+    def _apply(self, stream: Stream, act: Act, at: float, batch: Batch) -> list[Event]:
+        """Apply one action that arrived at a time, after the checks that the protocol asks for."""
         session = stream.sessions.get(act.episode_id)
         if session is None:
             if act.episode_id in stream.ended:
@@ -79,6 +79,7 @@ class ActionHandler:
             return [_problem(act, "STEP_BEHIND", f"step {act.step} was answered with {first:d}; that stands"), again]
         with contained(stream.run, stream.claim(session), "playing"):
             phases = session.apply(Action(act.action))
+        session.thinking.answer(act.step, at)
         batch.add_step(stream.run.run_id, act.episode_id, session.epoch, act.step, act.action)
         if stream.clock is not None:
             stream.clock.answer(act.episode_id, act.step)

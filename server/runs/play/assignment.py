@@ -101,6 +101,8 @@ class Assignment:
         started = EpisodeStarted(run, session.episode, self._loader.scene(run, session.episode), len(actions))
         stream.drop(claim.episode_id)
         stream.sessions[claim.episode_id] = session
+        if claim.state == OPEN:
+            session.thinking.skip(session.state.step)
         if stream.clock is not None:
             step = session.state.step
             stream.clock.open(claim.episode_id, step, claim.waited_for(step))

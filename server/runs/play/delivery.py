@@ -1,7 +1,7 @@
 """Delivery of events to streams: draws the frames of observations and hands events to the transport."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 from server.errors import ArraMonError, Unavailable
@@ -41,10 +41,12 @@ class Delivery:
 
     Args:
         worlds: draw the frames.
+        now: returns the time of play, in seconds.
         meter: receives the time of each stage.
     """
 
-    def __init__(self, worlds: Worlds, meter: Meter = NO_METER) -> None:
+    def __init__(self, worlds: Worlds, now: Callable[[], float], meter: Meter = NO_METER) -> None:
+        self._now = now
         self._meter = meter
         self._worlds = worlds
 
@@ -101,12 +103,17 @@ class Delivery:
             else:
                 done.error = Unavailable("the server could not continue this stream; nothing is lost, reconnect")
             return
+        now = self._now()
+        sent = [
+            (event.episode.episode_id, event.state.step)
+            for event in events
+            if isinstance(event, Observed) and event.taken is None
+        ]
+        for episode_id, step in sent:
+            if episode_id in stream.sessions:
+                stream.sessions[episode_id].thinking.send(step, now)
         if stream.clock is not None:
-            stream.clock.send(
-                (event.episode.episode_id, event.state.step)
-                for event in events
-                if isinstance(event, Observed) and event.taken is None
-            )
+            stream.clock.send(sent)
 
 
 def _episode_id(event: Event) -> str:

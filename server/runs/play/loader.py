@@ -36,13 +36,13 @@ class SessionLoader:
         return self._splits[run.split].episodes[claim.episode_id]
 
     def scene(self, run: Run, episode: Episode) -> Scene:
-        """Return the scene of an episode's section."""
-        return self._worlds.scene(run.split, episode.section)
+        """Return the scene of an episode."""
+        return self._worlds.scene(run.split, episode)
 
     def begin(self, run: Run, claim: Claim) -> Session:
         """Return a session at the beginning of its episode."""
         episode = self.episode(run, claim)
-        ground = self._worlds.ground(run.split, episode.section)
+        ground = self._worlds.ground(run.split, episode)
         return Session(episode, ground, Limits(run.steps_per_phase), claim.epoch)
 
     def actions(self, run: Run, claim: Claim) -> list[int]:

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
 from server.episodes.episode import Episode
+from server.runs.play.thinking import Thinking
 from server.runs.storage.causes import AGENT_FINISHED, SERVER_FAULT, STEP_LIMIT
 from server.runs.storage.records import Claim, Ending, Run
 from server.scoring.episode import METRICS, EpisodeScores, score_episode
@@ -25,6 +26,7 @@ class Session:
     Attributes:
         state: the present state.
         actions: all actions applied so far, in order.
+        thinking: time that the agent takes for its answers, as far as this process saw it.
     """
 
     def __init__(self, episode: Episode, ground: Ground, limits: Limits, epoch: int = 0) -> None:
@@ -33,6 +35,7 @@ class Session:
         self.epoch = epoch
         self.state: State = rules.begin(episode.layout)
         self.actions: list[Action] = []
+        self.thinking = Thinking()
         self._ground = ground
         self._layout = episode.layout
         self._recorder = Recorder(episode)
@@ -94,7 +97,18 @@ class Session:
 def ending(run: Run, session: Session, cause: str, note: str = "") -> Ending:
     """Return the end of an episode, scored as it stands."""
     scores = [dict(turn) for turn in session.scores().turns]
-    return Ending(run.run_id, session.episode.episode_id, cause, session.state.step, scores, note, session.epoch)
+    thinking = session.thinking
+    return Ending(
+        run.run_id,
+        session.episode.episode_id,
+        cause,
+        session.state.step,
+        scores,
+        note,
+        session.epoch,
+        thinking.seconds,
+        thinking.steps,
+    )
 
 
 def unplayed(run: Run, episode: Episode, claim: Claim, cause: str, note: str = "") -> Ending:

@@ -1,7 +1,11 @@
-"""Scenes, pybullet worlds and cameras: one of each per section, shared by its episodes, and one room."""
+"""Scenes, pybullet worlds and cameras: one of each per section, shared by its episodes, and one room.
 
+Episodes with furniture of their own have a variation of their section's scene, which its camera and physics take.
+"""
+
+from collections import OrderedDict
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -10,14 +14,28 @@ from server.episodes.episode import Episode
 from server.episodes.splits import Split
 from server.sim.bullet import Obstacles, World
 from server.sim.cameras import CAMERAS, Camera, Frame
-from server.sim.city import city_scene
+from server.sim.city import city_scene, refurnished
 from server.sim.labels import places_of
+from server.sim.own_furniture import OwnFurniture, furnished
 from server.sim.raster.camera import RasterCamera
 from server.sim.room_scene import room_scene
 from server.sim.rules import Ground, State
 from server.sim.scene import Scene
-from server.sim.section import Section
+from server.sim.section import Prop, Section
+from server.sim.variations import CACHED, Difference, VariedGround
 from server.sim.view import view
+
+Key = tuple[str, str]
+"""A split and a section of it; the first of those with an equal section."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Variation:
+    """The scene of an episode with furniture of its own, and its difference from the section's."""
+
+    furniture: OwnFurniture
+    scene: Scene
+    difference: Difference
 
 
 class Worlds:
@@ -30,7 +48,7 @@ class Worlds:
 
     def __init__(self, splits: Mapping[str, Split], camera: str = CAMERAS[0]) -> None:
         self._splits = splits
-        first: dict[Section, tuple[str, str]] = {}
+        first: dict[Section, Key] = {}
         self._first = {
             (split.name, id_): first.setdefault(section, (split.name, id_))
             for split in splits.values()
@@ -38,26 +56,23 @@ class Worlds:
         }
         """By split and section, the first split and section that is equal to it."""
         self._camera = camera
-        self._scenes: dict[tuple[str, str], Scene] = {}
-        self._grounds: dict[tuple[str, str], Obstacles] = {}
-        self._cameras: dict[tuple[str, str] | None, Camera] = {}
-        self._places: dict[tuple[str, str] | None, npt.NDArray[np.uint16]] = {}
+        self._scenes: dict[Key, Scene] = {}
+        self._grounds: dict[Key, Obstacles] = {}
+        self._cameras: dict[Key | None, Camera] = {}
+        self._places: dict[Key | None, npt.NDArray[np.uint16]] = {}
+        self._variations: OrderedDict[tuple[str, str], _Variation] = OrderedDict()
         self._room: World | None = None
 
-    def scene(self, split: str, section: str) -> Scene:
-        """Return the scene of a section."""
-        key = self._first[split, section]
-        if key not in self._scenes:
-            self._scenes[key] = city_scene(self._splits[key[0]].sections[key[1]])
-        return self._scenes[key]
+    def scene(self, split: str, episode: Episode) -> Scene:
+        """Return the scene of an episode: its section, with its own furniture."""
+        variation = self._variation(split, episode)
+        return self._section_scene(self._first[split, episode.section]) if variation is None else variation.scene
 
-    def ground(self, split: str, section: str) -> Ground:
-        """Return what answers the questions of the rules in a section."""
-        key = self._first[split, section]
-        if key not in self._grounds:
-            # The reference camera needs a whole world. Otherwise colliders will do: 55 MB and 0.1 s less.
-            self._grounds[key] = (World if self._camera == "tiny" else Obstacles)(self.scene(split, section))
-        return self._grounds[key]
+    def ground(self, split: str, episode: Episode) -> Ground:
+        """Return what answers the questions of the rules in an episode."""
+        obstacles = self._obstacles(self._first[split, episode.section])
+        variation = self._variation(split, episode)
+        return obstacles if variation is None else VariedGround(obstacles, variation.difference)
 
     def render(
         self,
@@ -84,7 +99,15 @@ class Worlds:
         if key not in self._cameras:
             self._cameras[key] = self._made(key)
             self._places[key] = places_of(self._cameras[key].labels)
-        frame = self._cameras[key].render(seen.viewpoint, seen.actors, size, segmentation=segmentation, into=into)
+        variation = None if seen.indoors else self._variation(split, episode)
+        frame = self._cameras[key].render(
+            seen.viewpoint,
+            seen.actors,
+            size,
+            segmentation=segmentation,
+            into=into,
+            variation=None if variation is None else variation.scene,
+        )
         if frame.segmentation is None:
             return frame
         return replace(frame, segmentation=self._places[key][frame.segmentation])
@@ -96,14 +119,53 @@ class Worlds:
                 world.close()
         self._grounds.clear()
         self._cameras.clear()
+        self._variations.clear()
         self._room = None
 
-    def _made(self, key: tuple[str, str] | None) -> Camera:
+    def _variation(self, split: str, episode: Episode) -> _Variation | None:
+        """Return the variation of an episode, from the cache if it is there; None without furniture of its own."""
+        furniture = episode.furniture
+        if furniture.is_empty:
+            return None
+        found = self._variations.get((split, episode.episode_id))
+        if found is not None and found.furniture is furniture:
+            return found
+        base = self._section_scene(self._first[split, episode.section])
+        scene = refurnished(base, furnished(self._splits[split].sections[episode.section], furniture))
+        made = _Variation(furniture, scene, Difference.between(base, scene))
+        self._variations[split, episode.episode_id] = made
+        if len(self._variations) > CACHED:
+            self._variations.popitem(last=False)
+        return made
+
+    def _section_scene(self, key: Key) -> Scene:
+        """Return the scene of a section, with all that its episodes' own furniture looks like to spare."""
+        if key not in self._scenes:
+            self._scenes[key] = city_scene(self._splits[key[0]].sections[key[1]], self._spare(key))
+        return self._scenes[key]
+
+    def _spare(self, key: Key) -> list[Prop]:
+        """Return one prop of each look among the episodes' own in a section, in all splits that have it."""
+        looks: dict[tuple[str, str, str, str], Prop] = {}
+        for split in self._splits.values():
+            for episode in split.episodes.values():
+                if episode.furniture.added and self._first[split.name, episode.section] == key:
+                    for prop in episode.furniture.added:
+                        looks.setdefault((prop.kind, prop.colour, prop.shape, prop.shape_colour), prop)
+        return [looks[look] for look in sorted(looks)]
+
+    def _obstacles(self, key: Key) -> Obstacles:
+        if key not in self._grounds:
+            # The reference camera needs a whole world. Otherwise colliders will do: 55 MB and 0.1 s less.
+            self._grounds[key] = (World if self._camera == "tiny" else Obstacles)(self._section_scene(key))
+        return self._grounds[key]
+
+    def _made(self, key: Key | None) -> Camera:
         """Make the camera of a section, or of the room."""
         if self._camera == "raster":
-            return RasterCamera(room_scene() if key is None else self.scene(*key))
+            return RasterCamera(room_scene() if key is None else self._section_scene(key))
         if key is not None:
-            ground = self.ground(*key)
+            ground = self._obstacles(key)
             assert isinstance(ground, World)
             return ground
         self._room = World(room_scene())

@@ -119,7 +119,7 @@ class Rescorer:
     def _replayed(self, run: Run, split: Split, ending: Ending) -> Ending:
         """Return the ending of an episode when its recorded actions are replayed."""
         episode = split.episodes[ending.episode_id]
-        session = Session(episode, self._worlds.ground(split.name, episode.section), Limits(run.steps_per_phase))
+        session = Session(episode, self._worlds.ground(split.name, episode), Limits(run.steps_per_phase))
         actions = self._journal.actions(run.run_id, ending.episode_id) if ending.has_played else []
         for _ in session.replay(actions):
             pass

@@ -124,6 +124,8 @@ class Journal(WorkerRegistry, Claims, Steps):
                 sa.func.count().label("number"),
                 sa.func.sum(table.c.reoffers).label("reoffers"),
                 sa.func.sum(table.c.steps).label("steps"),
+                sa.func.sum(table.c.thinking_seconds).label("thinking_seconds"),
+                sa.func.sum(table.c.timed_steps).label("timed_steps"),
             )
             .where(table.c.run_id.in_(run_ids))
             .group_by(table.c.run_id, table.c.state, table.c.cause)
@@ -204,6 +206,8 @@ def _progress(episodes: Sequence[Row[Any]], open_steps: int, images: tuple[str, 
         images=images,
         reoffers=sum(int(row.reoffers) for row in episodes),
         published=published,
+        thinking_seconds=sum(float(row.thinking_seconds or 0.0) for row in episodes),
+        timed_steps=sum(int(row.timed_steps or 0) for row in episodes),
     )
 
 

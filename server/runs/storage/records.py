@@ -66,6 +66,8 @@ class Progress:
         images: encodings and sizes in which images were sent, sorted, such as "jpeg90-128" and "lossless-224".
         reoffers: number of times the server offered an episode again because of a fault of its own.
         published: whether the run is listed on the leaderboard.
+        thinking_seconds: time between observations and their answers, in ended episodes, see `play.thinking`.
+        timed_steps: number of the steps for which that time was measured.
     """
 
     episodes: int
@@ -75,6 +77,13 @@ class Progress:
     images: tuple[str, ...] = ()
     reoffers: int = 0
     published: bool = False
+    thinking_seconds: float = 0.0
+    timed_steps: int = 0
+
+    @property
+    def seconds_a_step(self) -> float | None:
+        """Mean time for an answer; None if none was measured."""
+        return self.thinking_seconds / self.timed_steps if self.timed_steps else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +116,10 @@ class Claim:
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """End of an episode of a run: cause, steps and scores. `epoch` is that of the claim under which it ended."""
+    """End of an episode of a run: cause, steps and scores. `epoch` is that of the claim under which it ended.
+
+    `thinking_seconds` and `timed_steps` are as in `Progress`; an ending that is read from the journal leaves them out.
+    """
 
     run_id: str
     episode_id: str
@@ -116,6 +128,8 @@ class Ending:
     scores: list[dict[str, float]]
     note: str = ""
     epoch: int = 0
+    thinking_seconds: float = 0.0
+    timed_steps: int = 0
 
     @property
     def has_played(self) -> bool:

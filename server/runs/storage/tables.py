@@ -121,6 +121,8 @@ episodes = Table(
     Column("faults", Integer, nullable=False, server_default="0"),
     Column("sent", Float),
     Column("sent_step", Integer),
+    Column("thinking_seconds", Float),
+    Column("timed_steps", Integer),
 )
 Index("run_episodes_by_state", episodes.c.run_id, episodes.c.state, episodes.c.ordinal)
 Index(
@@ -175,4 +177,5 @@ entries = Table(
     Column("revision", Integer, nullable=False, server_default="0"),
     Column("scores", JSON, nullable=False),
     Column("episodes", LargeBinary),
+    Column("cost", JSON),
 )

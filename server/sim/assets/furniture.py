@@ -28,6 +28,14 @@ COLOURS: dict[str, tuple[str, ...]] = {
 }
 """Colours of the kinds with several; the first is the default."""
 
+SPOKEN_COLOURS: dict[str, tuple[str, ...]] = {
+    "cone": ("green", "white"),
+    "barrier": ("yellow",),
+    "barrel": ("brown", "orange"),
+    "bench": ("silver",),
+}
+"""Further colours, of things that people spoke of in imported texts; no street plan and no drawing uses them."""
+
 
 _LARGER = {
     "cone": 1.45, "hydrant": 1.6, "bin": 1.45, "barrel": 1.35, "mailbox": 1.35, "bags": 1.5, "tyre_stack": 1.25,
@@ -49,10 +57,11 @@ def piece_of(kind: str, colour: str = "") -> Piece:
     """
     if kind not in PROP_KINDS:
         raise ValueError(f"{kind!r} is not one of {', '.join(PROP_KINDS)}")
-    if kind in COLOURS:
+    colours = (*COLOURS.get(kind, ()), *SPOKEN_COLOURS.get(kind, ()))
+    if kind in COLOURS or (kind in SPOKEN_COLOURS and colour):
         chosen = colour or COLOURS[kind][0]
-        if chosen not in COLOURS[kind]:
-            raise ValueError(f"a {kind} comes in {', '.join(COLOURS[kind])}, not in {colour!r}")
+        if chosen not in colours:
+            raise ValueError(f"a {kind} comes in {', '.join(colours)}, not in {colour!r}")
         piece = _COLOURED[kind](chosen)
     else:
         piece = _PLAIN[kind]()
@@ -97,13 +106,13 @@ def _phone_booth() -> Piece:
     return Piece(mesh, BoxCollider(0.27, 0.27, 0.85))
 
 
-def _bench() -> Piece:
+def _bench(colour: str = "wood") -> Piece:
     seat = [moved(box(0.64, 0.065, 0.02, base=0.15), (0.0, y, 0.0)) for y in (-0.05, 0.025, 0.1)]
     back = [moved(box(0.64, 0.02, 0.05, base=z), (0.0, -0.1, 0.0)) for z in (0.19, 0.26)]
     legs = [moved(box(0.03, 0.2, 0.15), (x, 0.02, 0.0)) for x in (-0.26, 0.26)]
     posts = [moved(box(0.03, 0.025, 0.31), (x, -0.122, 0.0)) for x in (-0.26, 0.26)]
     return Piece(
-        merge(in_colour("wood", *seat, *back), in_colour("dark", *legs, *posts)), BoxCollider(0.32, 0.14, 0.31)
+        merge(in_colour(colour, *seat, *back), in_colour("dark", *legs, *posts)), BoxCollider(0.32, 0.14, 0.31)
     )
 
 
@@ -167,15 +176,16 @@ def _barrier(colour: str) -> Piece:
         for half in (outline[:3] + outline[7:], [*outline[3:7], outline[7], outline[2]])
     ]
     flanks = moved(plate(outline, 1.0)[2], turn=90.0)
-    parts = [in_colour("concrete" if colour == "concrete" else "red", flanks, *caps)]
-    if colour == "red":
+    parts = [in_colour(colour, flanks, *caps)]
+    if colour != "concrete":
         stripes = [moved(facing(0.9, 0.07, 0.066, 0.24), turn=turn) for turn in (0.0, 180.0)]
-        parts.append(in_colour("white", *stripes))
+        parts.append(in_colour("black" if colour == "yellow" else "white", *stripes))
     return Piece(merge(*parts), BoxCollider(0.5, 0.16, 0.38))
 
 
 def _barrel(colour: str) -> Piece:
-    dark = {"red": "dark red", "yellow": "black", "gold": "bark"}[colour]
+    dark = {"red": "dark red", "yellow": "black", "gold": "bark", "brown": "dark", "orange": "dark red"}[colour]
+    colour = "bark" if colour == "brown" else colour
     heights = (0.0, 0.1, 0.125, 0.225, 0.25, 0.34)
     bands = [lathe([(0.145, z0), (0.145, z1)], 12) for z0, z1 in pairwise(heights)]
     lid = lathe([(0.145, 0.34), (0.13, 0.34), (0.13, 0.325), (0.0, 0.325)], 12)
@@ -298,6 +308,7 @@ _COLOURED: dict[str, Callable[[str], Piece]] = {
     "dumpster": _dumpster,
     "barrier": _barrier,
     "barrel": _barrel,
+    "bench": _bench,
     "car": roadside.car,
     "kiosk": roadside.kiosk,
     "awning": roadside.awning,

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from functools import cache, lru_cache
 from itertools import count
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +20,7 @@ from server.sim.raster.paint import paint
 from server.sim.raster.scene import LEVELS, geometry, indices_of, textures
 from server.sim.room_scene import room_scene
 from server.sim.scene import Scene
+from server.sim.variations import CACHED
 
 _FARTHEST = FAR / 1.001
 """Distance beyond which the reference camera draws nothing, in units."""
@@ -28,6 +30,30 @@ _ACTORS = 32
 
 _CACHED_POSES = 1024
 """Number of cached groups of actors, as arrays: they rarely change between the frames of an episode."""
+
+
+class _Placed(NamedTuple):
+    """Bodies of a scene as an array, with the number after their last polygon and the number of their clusters."""
+
+    bodies: Bodies
+    end: int
+    clusters: int
+
+
+class _Room(NamedTuple):
+    """What scratch buffers have space for: actors, polygons of bodies (up to `end`) and their clusters."""
+
+    actors: int
+    end: int
+    clusters: int
+
+    def holds(self, actors: int, placed: _Placed) -> bool:
+        """Return whether there is space for so many actors and these bodies."""
+        return actors <= self.actors and placed.end <= self.end and placed.clusters <= self.clusters
+
+    def joined(self, other: "_Room") -> "_Room":
+        """Return space for what either has space for."""
+        return _Room(*map(max, self, other))
 
 
 class RasterCamera:
@@ -50,20 +76,16 @@ class RasterCamera:
         self._levels = LEVELS if mipmaps else 1
         ranges = self._geometry.clusters[self._geometry.meshes - [0, 1]]
         self._polygons = ranges[:, 1, 3] - ranges[:, 0, 1]
-        rows, first = [], 1
-        for body in scene.bodies:
-            mesh = meshes[body.mesh]
-            look = mesh, covers[body.texture], numbers[label_of(body)], first
-            rows.append((*body.position, *_turn(body.heading), body.scale, *look))
-            first += int(self._polygons[mesh])
-        self._bodies = _bodies(rows)
-        self._first, self._most = first, int(self._polygons[-len(KINDS) :].max())
+        self._numbers = meshes, covers, numbers
+        self._own = self._place(scene)
+        self._placed = lru_cache(CACHED)(self._place)
+        self._most = int(self._polygons[-len(KINDS) :].max())
         self._actor_looks = {
             type_: (len(meshes) + KINDS.index(type_.kind), number, numbers[str(type_)])
             for number, type_ in enumerate(ALL_TYPES)
         }
         self._posed = lru_cache(_CACHED_POSES)(self._pose)
-        self._sizes: dict[int, tuple[FrameConstants, Integers, Scratch, int]] = {}
+        self._sizes: dict[int, tuple[FrameConstants, Integers, Scratch, _Room]] = {}
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -78,13 +100,15 @@ class RasterCamera:
         *,
         segmentation: bool = False,
         into: Frame | None = None,
+        variation: Scene | None = None,
     ) -> Frame:
         """Draw a frame of `size` x `size` pixels from `viewpoint`, with `actors` in the scene for this frame only.
 
         The same arguments give the same bytes in every process, independent of earlier frames. Colours are written in
         words of four pixels, so `into` needs a size whose square is a multiple of 4.
         """
-        setting, background, work = self._prepared(size, len(actors))
+        placed = self._own if variation is None else self._placed(variation)
+        setting, background, work = self._prepared(size, len(actors), placed)
         if into is None or into.segmentation is None:
             words = np.empty(-(-size * size // 4) * 3, np.int32)
             depth, labels = np.empty((size, size), np.uint16), np.empty((size, size), np.uint16)
@@ -92,26 +116,46 @@ class RasterCamera:
             words, depth, labels = into.rgb.reshape(-1).view(np.int32), into.depth, into.segmentation
         view = float(viewpoint.x), float(viewpoint.y), float(viewpoint.z), *_turn(viewpoint.heading)
         places, actor_places = self._textures.places, self._actor_textures.places
-        cover(view, setting, self._geometry, places, self._bodies, actor_places, self._posed(tuple(actors)), work)
+        posed = self._posed(tuple(actors), placed.end)
+        cover(view, setting, self._geometry, places, placed.bodies, actor_places, posed, work)
         paint(setting, self._textures, self._actor_textures, background, work, words, depth.ravel(), labels.ravel())
         if into is not None:
             return into if segmentation else Frame(into.rgb, depth)
         rgb = words.view(np.uint8)[: 3 * size * size].reshape(size, size, 3)
         return Frame(rgb, depth, labels if segmentation else None)
 
-    def _pose(self, actors: tuple[Actor, ...]) -> Bodies:
-        """Return actors as an array for the compiled code."""
+    def _place(self, scene: Scene) -> _Placed:
+        """Return the bodies of a scene as an array for the compiled code.
+
+        Raises:
+            KeyError: for a mesh, texture or label that is not in the camera's own scene.
+        """
+        meshes, covers, numbers = self._numbers
+        rows, end = [], 1
+        for body in scene.bodies:
+            mesh = meshes[body.mesh]
+            look = mesh, covers[body.texture], numbers[label_of(body)], end
+            rows.append((*body.position, *_turn(body.heading), body.scale, *look))
+            end += int(self._polygons[mesh])
+        bodies = _bodies(rows)
+        each = self._geometry.meshes[:, 1] - self._geometry.meshes[:, 0]
+        return _Placed(bodies, end, int(each[bodies[:, 6].astype(int)].sum()))
+
+    def _pose(self, actors: tuple[Actor, ...], first: int) -> Bodies:
+        """Return actors as an array for the compiled code, their polygons numbered from `first`."""
         return _bodies(
             [
-                (*actor.position, *_turn(actor.heading), actor.scale, *self._actor_looks[actor.type], self._first + i)
+                (*actor.position, *_turn(actor.heading), actor.scale, *self._actor_looks[actor.type], first + i)
                 for i, actor in zip(count(0, self._most), actors, strict=False)
             ]
         )
 
-    def _prepared(self, size: int, actors: int) -> tuple[FrameConstants, Integers, Scratch]:
-        """Return frame constants, background and scratch buffers for a frame size, with space for `actors` actors."""
-        if size not in self._sizes or self._sizes[size][3] < actors:
-            room = max(_ACTORS, 2 * actors)
+    def _prepared(self, size: int, actors: int, placed: _Placed) -> tuple[FrameConstants, Integers, Scratch]:
+        """Return frame constants, background and scratch buffers for a frame size, with space for what is drawn."""
+        if size not in self._sizes or not self._sizes[size][3].holds(actors, placed):
+            room = _Room(max(_ACTORS, 2 * actors), placed.end, placed.clusters)
+            if size in self._sizes:
+                room = room.joined(self._sizes[size][3])
             self._sizes[size] = (
                 _frame_constants(size, self._levels),
                 _packed(sky(size)),
@@ -121,12 +165,13 @@ class RasterCamera:
         setting, background, scratch, _ = self._sizes[size]
         return setting, background, scratch
 
-    def _scratch(self, size: int, actors: int) -> Scratch:
+    def _scratch(self, size: int, room: _Room) -> Scratch:
         flat = self._geometry
         each = flat.meshes[:, 1] - flat.meshes[:, 0]
-        clusters = int(each[self._bodies[:, 6].astype(int)].sum()) + actors * int(each[-len(KINDS) :].max())
+        clusters = room.clusters + room.actors * int(each[-len(KINDS) :].max())
         points = int((flat.clusters[:, 2] - flat.clusters[:, 0]).max())
-        return new_scratch(size, self._first + actors * self._most, clusters, points, int(flat.shapes[:, 1].max()))
+        polygons = room.end + room.actors * self._most
+        return new_scratch(size, polygons, clusters, points, int(flat.shapes[:, 1].max()))
 
 
 def is_compiled() -> bool:

@@ -26,7 +26,7 @@ def processes_in_group(group: int) -> list[str]:
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="counts processes in /proc, which this system lacks")
 def test_killed_generation_leaves_no_split_and_no_process(tmp_path: Path) -> None:
-    arguments = ["generate", "--data", str(tmp_path / "data"), "--split", "val_unseen", "--jobs", "2"]
+    arguments = ["generate", "--data", str(tmp_path / "data"), "--split", "val_unseen", "--jobs", "2", "--no-trial"]
     command = [sys.executable, "-m", "server", *arguments]
     run = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
     assert run.stderr is not None

@@ -5,11 +5,25 @@ from dataclasses import replace
 import numpy as np
 
 from server.dataset.pictures.canvas import BLACK, GREEN, PINK, SWATCHES, WHITE, Canvas
-from server.dataset.pictures.maps import FLOOR, PROPS, STREET, TILE, ground_map, roof_colour, room_map, section_map
+from server.dataset.pictures.maps import (
+    AGREED,
+    FLOOR,
+    OWN,
+    PROPS,
+    STREET,
+    TILE,
+    WALKED,
+    ground_map,
+    recovered_map,
+    roof_colour,
+    room_map,
+    section_map,
+)
 from server.dataset.plans import Plan, Street, build_section
 from server.sim.room import COLUMNS, ROWS, START
 from server.sim.section import Prop
 from tests import tiny
+from tests.dataset import recovered
 
 PLAN = Plan("cross", "Cross", 0.0, (50.0, 20.0), (Street("Main", 6.0, ((0.0, -15.0), (0.0, 15.0))),))
 
@@ -63,6 +77,42 @@ def test_section_map_shows_paths_their_ends_and_objects() -> None:
     assert at(-6.0, -6.0) == SWATCHES["green"]  # a distracter
     assert at(-0.9, 3.5) == BLACK  # the ring around a target
     assert at(-6.9, -6.0) == STREET  # and none around a distracter
+
+
+def test_recovered_furniture_is_marked_apart_from_the_episodes_own_and_from_what_was_drawn() -> None:
+    canvas = Canvas((-26.0, -26.0, 26.0, 26.0), 16.0, STREET)
+    drawn = section_map(recovered.SECTION, recovered.episode(), 16.0, recovered.PROVENANCE)
+    title = drawn.height - canvas.image.height
+
+    def at(x: float, z: float) -> object:
+        column, row = pixel(canvas, x, z)
+        return drawn.getpixel((column, row + title))
+
+    assert at(1.5, 1.0) == AGREED
+    assert at(-8.0, 3.0) == AGREED  # where the episode moves it
+    assert at(-15.0, -12.0) == STREET  # where the section has it
+    assert at(0.0, 5.0) == OWN
+    assert at(-9.0, -9.0) == PROPS
+    assert at(12.0, -10.0) == PROPS
+
+
+def test_map_of_a_section_has_paths_and_what_was_recovered_but_nothing_of_single_episodes() -> None:
+    canvas = Canvas((-26.0, -26.0, 26.0, 26.0), 16.0, STREET)
+    drawn = recovered_map(recovered.SECTION, recovered.PROVENANCE, [recovered.episode()], 16.0)
+    title = drawn.height - canvas.image.height
+
+    def at(x: float, z: float) -> object:
+        column, row = pixel(canvas, x, z)
+        return drawn.getpixel((column, row + title))
+
+    assert at(-15.0, -12.0) == AGREED
+    assert at(12.0, -10.0) == PROPS
+    assert at(-8.0, 3.0) == STREET
+    assert at(0.0, 5.0) == STREET
+    assert at(0.0, 1.0) == WALKED
+    plain = recovered_map(recovered.SECTION, None, [], 16.0)
+    column, row = pixel(canvas, -15.0, -12.0)
+    assert plain.getpixel((column, row + title)) == PROPS
 
 
 def test_room_map_shows_start_decoys_and_both_paths() -> None:

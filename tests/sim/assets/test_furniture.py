@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from server.sim.assets.furniture import COLOURS, footprint_radius, piece_of
+from server.sim.assets.furniture import COLOURS, SPOKEN_COLOURS, footprint_radius, piece_of
 from server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
 from server.sim.bullet import PROBE_HEIGHT
 from server.sim.geometry import EYE_HEIGHT
@@ -37,7 +37,9 @@ def test_a_zebra_crossing_is_flat() -> None:
     assert np.ptp(piece.mesh.vertices, axis=0)[:2].tolist() == pytest.approx([ZEBRA_WIDTH, ZEBRA_LENGTH])
 
 
-@pytest.mark.parametrize(("kind", "colour"), [(k, c) for k in HEIGHTS for c in COLOURS.get(k, ("",))])
+@pytest.mark.parametrize(
+    ("kind", "colour"), [(k, c) for k in HEIGHTS for c in (*COLOURS.get(k, ("",)), *SPOKEN_COLOURS.get(k, ()))]
+)
 def test_pieces_have_the_expected_height_and_a_fitting_collider(kind: str, colour: str) -> None:
     piece = piece_of(kind, colour)
     assert piece.collider is not None
@@ -68,7 +70,7 @@ def test_empty_colour_means_the_first_colour() -> None:
 
 
 @pytest.mark.parametrize(("kind", "colour", "words"), [
-    ("fountain", "", "'fountain' is not one of"), ("cone", "pink", "a cone comes in orange, red, blue, not in 'pink'"),
+    ("fountain", "", "'fountain' is not one of"), ("cone", "pink", "a cone comes in orange, red, blue, green, white, not in 'pink'"),
 ])  # fmt: skip
 def test_unknown_kinds_and_colours_are_refused(kind: str, colour: str, words: str) -> None:
     with pytest.raises(ValueError, match=words):

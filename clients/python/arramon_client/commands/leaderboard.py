@@ -78,6 +78,14 @@ def publish(argv: Sequence[str]) -> int:
     parser.add_argument(
         "--note", default="", metavar="TEXT", help="a note shown with the run, one line of at most 500 characters"
     )
+    declared = parser.add_argument_group("cost", "What the run cost. It is shown as declared by you.")
+    declared.add_argument(
+        "--parameters", type=amount, metavar="N", help="parameters of the agent's models, such as 7e9"
+    )
+    declared.add_argument(
+        "--tokens", type=amount, metavar="N", help="tokens that language models read and wrote in all"
+    )
+    declared.add_argument("--price", type=amount, metavar="USD", help="price of the whole run in US dollars")
     return run(parser, argv, _publish)
 
 
@@ -133,6 +141,21 @@ def score(text: str) -> float:
         value = -1.0
     if not 0.0 <= value <= 1.0:
         raise argparse.ArgumentTypeError(f"{text!r} is no score; expected a number from 0 to 1")
+    return value
+
+
+def amount(text: str) -> float:
+    """Return an amount that was typed, such as `7e9`.
+
+    Raises:
+        argparse.ArgumentTypeError: unless it is a number from 0 to 1e18.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0.0 <= value <= 1e18:
+        raise argparse.ArgumentTypeError(f"{text!r} is no amount; expected a number from 0 to 1e18, such as 7e9")
     return value
 
 
@@ -192,10 +215,20 @@ def differences(found: pb.CompareResponse, metric: str) -> Table:
 def _publish(options: argparse.Namespace) -> None:
     with server_of(options) as server:
         stub = leaderboard_pb2_grpc.LeaderboardStub(server.channel)
-        entry = call(stub.Publish, pb.PublishRequest(run_id=options.run, note=options.note), server.address)
+        request = pb.PublishRequest(run_id=options.run, note=options.note, cost=_cost(options))
+        entry = call(stub.Publish, request, server.address)
     marks = _marks(entry.marks, entry.coverage if entry.HasField("coverage") else None)
     name = f"{entry.run.agent} by {entry.run.participant}"
     sys.stdout.write(f"published: {name} on {entry.run.split}, {entry.run.language}{f'; {marks}' if marks else ''}\n")
+
+
+def _cost(options: argparse.Namespace) -> pb.Cost | None:
+    """Return the cost that was declared; None if nothing was."""
+    if options.parameters is None and options.tokens is None and options.price is None:
+        return None
+    whole = {name: getattr(options, name) for name in ("parameters", "tokens")}
+    numbers = {name: None if value is None else round(value) for name, value in whole.items()}
+    return pb.Cost(**numbers, price=options.price)
 
 
 def _withdraw(options: argparse.Namespace) -> None:
@@ -255,6 +288,9 @@ def _system(standing: pb.Standing) -> Text:
         gap = standing.gap
         lines.append(f"{gap.higher} over {gap.lower}: {gap.mean:+.3f} ({gap.low:+.3f} to {gap.high:+.3f})")
         lines.append(f"same outcome: {gap.same:.0%}")
+    if standing.HasField("spread"):
+        spread = standing.spread
+        lines.append(f"{spread.runs} seeds, deviation {spread.deviation:.3f} ({spread.low:.3f}-{spread.high:.3f})")
     if standing.runs_begun:
         lines.append(f"{standing.runs_published} of {standing.runs_begun} runs published")
     return Text("\n".join([*lines, marks] if marks else lines))

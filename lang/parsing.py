@@ -1,0 +1,182 @@
+"""Division of one text into the parts that are understood, at the least cost."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+from lang.discourse import BARE, Item, things_in
+from lang.matching import Automaton, Match
+from lang.noun_phrases import NounPhrase, RelationPhrase
+
+if TYPE_CHECKING:
+    from lang.reading import Reader
+
+DEPTH = 2
+"""Maximum nesting of landmarks described by landmarks."""
+
+_ITEM, _WHERE, _WHERE_MORE, _MENTION, _FILLER, _UNKNOWN = 0.2, 0.28, 0.35, 0.8, 0.06, 1.0
+"""Costs of reading a clause, a relation alone, each further one joined to it, or a thing alone; of skipping a joining
+word, and any other word."""
+
+_ALSO, _AMID, _UNUSUAL = 0.05, 0.3, 0.1
+"""Extra costs of a clause that is only read, of a main clause that begins after other words, and of one about a thing
+of another kind than its pattern is for."""
+
+
+@dataclass(slots=True)
+class TextParser:
+    """One text being read, with a memo of what was found at each index."""
+
+    reader: "Reader"
+    keys: tuple[str, ...]
+    phase: str
+    _memo: dict[tuple[str, int, int, bool], list[tuple[int, object]]] = field(default_factory=dict)
+
+    def items(self) -> list[tuple[int, Item]]:
+        """Return the understood parts in order, each with its start, from the cheapest division of the text."""
+        size = len(self.keys)
+        best: list[tuple[float, Item | None]] = [(0.0, None)] * (size + 1)
+        for start in range(size - 1, -1, -1):
+            skip = _FILLER if self.keys[start] in self.reader.fillers else _UNKNOWN
+            best[start] = (best[start + 1][0] + skip, None)
+            for item in self._items_at(start):
+                cost = item.cost + best[item.end][0]
+                if item.end > start and cost < best[start][0]:
+                    best[start] = (cost, item)
+        items, at = [], 0
+        while at < size:
+            chosen = best[at][1]
+            if chosen is not None:
+                items.append((at, chosen))
+            at = chosen.end if chosen is not None else at + 1
+        return items
+
+    def _items_at(self, start: int) -> Iterable[Item]:
+        automaton = self.reader.clauses[self.phase]
+        amid = start > 0 and self.keys[start - 1] not in self.reader.fillers
+        fresh = start == 0 or self.keys[start - 1] in self.reader.openers
+        for match in automaton.find(self.keys, start, lambda slot, at: self._slot(slot, at, DEPTH, top=True)):
+            if match.label.key.endswith(BARE) and not fresh:
+                continue
+            unusual = not self._is_usual(match)
+            cost = _ITEM + _ALSO * match.label.also + _AMID * (amid and match.label.main_only) + _UNUSUAL * unusual
+            yield Item(match.end, match.label.key, match.bound, cost, fresh, match.label.also)
+        for end, named in self._slot("target", start, DEPTH, top=True):
+            yield Item(end, "mention", (("target", named),), _MENTION, fresh)
+        for end, wheres in self._slot("where", start, DEPTH, top=True):
+            yield Item(end, "where", (("where", wheres),), _WHERE + _WHERE_MORE * (_count(wheres) - 1), fresh)
+
+    def _is_usual(self, match: Match) -> bool:
+        kind = match.label.key.rpartition(" ")[2]
+        return kind not in self.reader.noun_phrase_reader.kinds or all(
+            named.kind == kind for slot, named in match.bound if slot == "thing" and isinstance(named, NounPhrase)
+        )
+
+    def _slot(self, slot: str, at: int, depth: int, *, top: bool) -> list[tuple[int, object]]:
+        key = (slot, at, depth, top)
+        if key not in self._memo:
+            self._memo[key] = self._read_slot(slot, at, depth, top=top)
+        return self._memo[key]
+
+    def _read_slot(self, slot: str, at: int, depth: int, *, top: bool) -> list[tuple[int, object]]:
+        reader = self.reader
+        if slot in reader.books:
+            return list(reader.books[slot].at(self.keys, at))
+        if slot == "where":
+            return [(end, wheres) for end, wheres in self._wheres(at, depth, top=top)]
+        if slot == "joined":
+            return list(reader.noun_phrase_reader.read_joined(self.keys, at, reader.conjunctions))
+        if slot in ("thing", "other"):
+            # The automaton tries the last one first: a plain noun phrase rather than one with a relation.
+            return [*self._located_things(reader.nested, at, depth, top=False), *self._noun_phrases_at(at)]
+        if slot in ("landmark", "detail"):
+            return [
+                (end, named)
+                for end, named in self._slot("thing", at, depth, top=False)
+                if isinstance(named, NounPhrase) and named.kind and not reader.noun_phrase_reader.is_collectible(named)
+            ]
+        if slot == "target":
+            found = [*self._noun_phrases_at(at), *self._located_things(reader.attached, at, depth, top=True)]
+            return [
+                (end, named)
+                for end, named in found
+                if isinstance(named, NounPhrase) and reader.noun_phrase_reader.is_collectible(named)
+            ]
+        number = {"pair": "two", "several": "several"}.get(slot)
+        return [
+            (end, named)
+            for end, named in self._noun_phrases_at(at)
+            if number is None or (isinstance(named, NounPhrase) and named.number == number)
+        ]
+
+    def names(self, start: int, end: int, known: set[str]) -> Iterator[NounPhrase]:
+        """Yield things named between two words, long names first: no collectibles, and no kinds that are known."""
+        at = start
+        while at < end:
+            found = [
+                (to, named) for to, named in self._noun_phrases_at(at) if to <= end and isinstance(named, NounPhrase)
+            ]
+            at, named = max(found, key=lambda each: each[0], default=(at + 1, None))
+            if named is None or named.back or named.kind in known:
+                continue
+            if not self.reader.noun_phrase_reader.is_collectible(named):
+                yield named
+
+    def _noun_phrases_at(self, at: int) -> list[tuple[int, object]]:
+        key = ("", at, 0, False)
+        if key not in self._memo:
+            self._memo[key] = list(self.reader.noun_phrase_reader.read(self.keys, at))
+        return self._memo[key]
+
+    def _located_things(self, automaton: Automaton, at: int, depth: int, *, top: bool) -> list[tuple[int, object]]:
+        """Return things with relations."""
+        if depth == 0:
+            return []
+
+        def read(slot: str, place: int) -> list[tuple[int, object]]:
+            return self._noun_phrases_at(place) if slot == "thing" else self._slot(slot, place, depth - 1, top=top)
+
+        found: list[tuple[int, object]] = []
+        for match in automaton.find(self.keys, at, read):
+            bound = dict(match.bound)
+            thing, where = bound["thing"], bound.get("where", ())
+            assert isinstance(thing, NounPhrase)
+            assert isinstance(where, tuple)
+            found.append((match.end, replace(thing, where=where)))
+        return found
+
+    def _wheres(self, at: int, depth: int, *, top: bool) -> list[tuple[int, tuple[RelationPhrase, ...]]]:
+        found: list[tuple[int, tuple[RelationPhrase, ...]]] = self._relations_at(at, depth)
+        longer = list(found)
+        for _ in range(2):
+            longer = [
+                (end, (*wheres, *placed))
+                for before, wheres in longer
+                for join in self.reader.joins[top].find(self.keys, before, lambda *_: ())
+                for end, placed in self._relations_at(join.end, depth)
+            ]
+            longer = list(dict.fromkeys(longer))
+            found += longer
+        return found
+
+    def _relations_at(self, at: int, depth: int) -> list[tuple[int, tuple[RelationPhrase, ...]]]:
+        """Return relations: a single one, or one to each of two things that share a noun."""
+        found: list[tuple[int, tuple[RelationPhrase, ...]]] = []
+        matches = list(
+            self.reader.relations.find(self.keys, at, lambda slot, place: self._slot(slot, place, depth, top=False))
+        )
+        written = {match.end for match in matches if not match.label.also}
+        for match in matches:
+            if match.label.also and match.end in written:
+                continue
+            bound = dict(match.bound)
+            relation, _, kind = match.label.key.partition(" ")
+            exactly = not self.reader.exact_slots.isdisjoint(bound)
+            things = things_in(bound, kind, is_between=relation == "between")
+            each = [(thing,) for thing in things] if relation != "between" else [things]
+            found.append((match.end, tuple(RelationPhrase(relation, about, exactly) for about in each)))
+        return list(dict.fromkeys(found))
+
+
+def _count(wheres: object) -> int:
+    return len(wheres) if isinstance(wheres, tuple) else 1

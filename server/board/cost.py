@@ -1,0 +1,65 @@
+"""What a run cost, as its publisher declares it: nothing of it can be checked by the server."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from server.errors import BadInput
+
+MOST = 1e18
+"""Largest number that can be declared."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """Declared cost of a run; None where nothing is declared.
+
+    Attributes:
+        parameters: number of the parameters of the agent's models.
+        tokens: tokens that language models read and wrote in the whole run.
+        price: price of the whole run, in US dollars.
+    """
+
+    parameters: int | None = None
+    tokens: int | None = None
+    price: float | None = None
+
+    def __bool__(self) -> bool:
+        """Return whether anything is declared."""
+        return any(value is not None for value in (self.parameters, self.tokens, self.price))
+
+    def check(self) -> None:
+        """Check the numbers.
+
+        Raises:
+            BadInput: if one is negative, not finite or too large.
+        """
+        for name, value in asdict(self).items():
+            if value is not None and not (math.isfinite(value) and 0 <= value <= MOST):
+                raise BadInput(f"the declared {name} is {value}; expected a number from 0 to {MOST:.0e}")
+
+    def written(self) -> dict[str, Any] | None:
+        """Return the content of the database's column; None if nothing is declared."""
+        return {name: value for name, value in asdict(self).items() if value is not None} or None
+
+    @classmethod
+    def of(cls, content: Mapping[str, Any] | None) -> "Cost":
+        """Return the cost in the database's column."""
+        return cls(**{name: content[name] for name in cls.__slots__ if name in content}) if content else cls()
+
+
+NO_COST = Cost()
+
+
+def mean_cost(costs: Sequence[Cost]) -> Cost:
+    """Return the mean cost of several runs, each number over those runs that declare it."""
+
+    def mean(name: str) -> float | None:
+        declared = [value for value in (getattr(cost, name) for cost in costs) if value is not None]
+        return sum(declared) / len(declared) if declared else None
+
+    parameters, tokens = mean("parameters"), mean("tokens")
+    return Cost(
+        None if parameters is None else round(parameters), None if tokens is None else round(tokens), mean("price")
+    )

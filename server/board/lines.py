@@ -1,0 +1,55 @@
+"""Which published runs count as one standing: those of one agent with several seeds, and in several languages."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from datetime import datetime
+from itertools import groupby
+
+from server.board.comparisons import Key
+from server.board.standings import Entry
+
+
+def with_seeds(entries: Sequence[Entry]) -> Iterator[tuple[Entry, ...]]:
+    """Yield the runs of each agent that differ in their seed alone; unranked ones one by one.
+
+    Without any seed, runs of one agent are not told to be different draws, and stand alone.
+    """
+    kinds: dict[object, dict[str | None, Entry]] = {}
+    for entry in sorted(filter(lambda entry: entry.is_ranked, entries), key=_preference):
+        kinds.setdefault(entry.kind, {})[entry.seed] = entry
+    together = {
+        entry.run.run_id: tuple(sorted(seeds.values(), key=lambda one: (len(one.seed or ""), one.seed or "")))
+        for seeds in kinds.values()
+        if len(seeds) > 1
+        for entry in seeds.values()
+    }
+    for entry in entries:
+        found = together.get(entry.run.run_id, (entry,))
+        if found[0] is entry:
+            yield found
+
+
+def systems(lines: Iterable[tuple[Entry, ...]], languages: Sequence[str]) -> Iterator[tuple[Entry, ...]]:
+    """Yield the runs of one line per language for each system that has lines in all languages."""
+    systems: dict[object, dict[str, tuple[Entry, ...]]] = {}
+    for line in lines:
+        of_system, language = systems.setdefault(line[0].system, {}), line[0].run.language
+        other = of_system.get(language)
+        if other is None or max(map(_preference, line)) > max(map(_preference, other)):
+            of_system[language] = line
+    for found in systems.values():
+        if len(found) == len(languages):
+            yield tuple(entry for language in languages for entry in found[language])
+
+
+def _preference(entry: Entry) -> tuple[bool, datetime, str]:
+    return entry.is_ranked, entry.published_at, entry.run.run_id
+
+
+def by_language(entries: Sequence[Entry]) -> list[list[Entry]]:
+    """Return the runs of a line in each language, in its order."""
+    return [list(same) for _, same in groupby(entries, lambda entry: entry.run.language)]
+
+
+def run_ids(entries: Sequence[Entry]) -> Key:
+    """Return the ids of a line's runs in each language."""
+    return tuple(tuple(entry.run.run_id for entry in same) for same in by_language(entries))

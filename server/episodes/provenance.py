@@ -1,0 +1,152 @@
+"""Provenance of a section's scenery and of its episodes' own furniture: recovered from texts, or drawn.
+
+A split has a file of it for each section whose furniture was recovered: `provenance/ID.json` beside its sections.
+No rule and no camera depends on it.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from server.episodes.episode import Episode
+from server.sim.section import Section
+
+AGREEMENT, TEXT, DRAWN = "agreement", "text", "drawn"
+"""Origins: several texts agree on it; the episode's own text says so; chance."""
+
+OWN_ORIGINS = (TEXT, DRAWN)
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """The origin of one prop.
+
+    Attributes:
+        name: AGREEMENT, TEXT or DRAWN.
+        votes: of AGREEMENT; otherwise 0.
+    """
+
+    name: str
+    votes: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Recovered:
+    """A prop or a building of a section that is as several texts agree.
+
+    Attributes:
+        index: in `Section.props` or `Section.buildings`.
+        votes: their number, weighted by how near to the place each text puts it.
+        language_votes: the same for each language, by code; may be empty.
+    """
+
+    index: int
+    votes: float
+    language_votes: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.votes <= 0.0:
+            raise ValueError(f"has {self.votes:g} votes; expected more than 0")
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """The origin of a section's scenery, and of the furniture of the episodes in it.
+
+    Attributes:
+        section: id of the section.
+        props: the section's props that were recovered; all others were drawn.
+        buildings: the buildings whose facade was recovered; those of all others were drawn.
+        own: for each episode with own furniture the origin of each of `OwnFurniture.added`: TEXT or DRAWN.
+    """
+
+    section: str
+    props: tuple[Recovered, ...] = ()
+    buildings: tuple[Recovered, ...] = ()
+    own: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("props", "buildings"):
+            indices = [each.index for each in getattr(self, name)]
+            if len(set(indices)) < len(indices):
+                raise ValueError(f"{name} names the same index twice")
+        for episode_id, origins in self.own.items():
+            for origin in origins:
+                if origin not in OWN_ORIGINS:
+                    raise ValueError(f"own.{episode_id} is {origin!r}, expected one of {', '.join(OWN_ORIGINS)}")
+
+    def prop_votes(self) -> dict[int, float]:
+        """Return the votes of the section's recovered props, by index."""
+        return {each.index: each.votes for each in self.props}
+
+    def building_votes(self) -> dict[int, float]:
+        """Return the votes of the buildings whose facade was recovered, by index."""
+        return {each.index: each.votes for each in self.buildings}
+
+    def origins(self, section: Section, episode: Episode | None = None) -> tuple[Origin, ...]:
+        """Return the origin of each prop of the section, or of `own_furniture.furnished` for an episode, in order."""
+        votes = self.prop_votes()
+        gone = () if episode is None else episode.furniture.left_out
+        kept = [index for index in range(len(section.props)) if index not in gone]
+        added = () if episode is None else self.own.get(episode.episode_id, (DRAWN,) * len(episode.furniture.added))
+        return (
+            *(Origin(AGREEMENT, votes[index]) if index in votes else Origin(DRAWN) for index in kept),
+            *map(Origin, added),
+        )
+
+    def check(self, section: Section, episodes: Mapping[str, Episode]) -> None:
+        """Check it against the section and the episodes of its split.
+
+        Raises:
+            ValueError: naming what does not fit.
+        """
+        for name, count in (("props", len(section.props)), ("buildings", len(section.buildings))):
+            for each in getattr(self, name):
+                if not 0 <= each.index < count:
+                    raise ValueError(f"{name} names {each.index}; section {section.id!r} has {count} {name}")
+        for episode_id, origins in self.own.items():
+            episode = episodes.get(episode_id)
+            if episode is None or episode.section != section.id:
+                raise ValueError(f"own.{episode_id}: there is no such episode in section {section.id!r}")
+            if len(origins) != len(episode.furniture.added):
+                added = len(episode.furniture.added)
+                raise ValueError(f"own.{episode_id} has {len(origins)} origins; the episode adds {added} props")
+
+
+@dataclass(frozen=True, slots=True)
+class Origins:
+    """Numbers of things by origin.
+
+    Attributes:
+        agreed_props, agreed_facades: of the sections, recovered by agreement.
+        drawn_props: of the sections, drawn.
+        own_text, own_drawn: of the episodes' own furniture.
+    """
+
+    agreed_props: int
+    agreed_facades: int
+    drawn_props: int
+    own_text: int
+    own_drawn: int
+
+    def __str__(self) -> str:
+        """Return one line for people."""
+        return (
+            f"{self.agreed_props} landmarks and {self.agreed_facades} facades recovered by agreement, "
+            f"{self.own_text} put where an episode's own text says, "
+            f"{self.drawn_props + self.own_drawn} drawn ({self.own_drawn} for single episodes)"
+        )
+
+
+def origins_of(provenance: Iterable[Provenance], sections: Mapping[str, Section]) -> Origins:
+    """Return how many things have which origin in the sections that have a provenance."""
+    listed = list(provenance)
+    own = Counter(origin for each in listed for origins in each.own.values() for origin in origins)
+    agreed = sum(len(each.props) for each in listed)
+    return Origins(
+        agreed_props=agreed,
+        agreed_facades=sum(len(each.buildings) for each in listed),
+        drawn_props=sum(len(sections[each.section].props) for each in listed) - agreed,
+        own_text=own[TEXT],
+        own_drawn=own[DRAWN],
+    )

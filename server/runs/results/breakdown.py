@@ -1,0 +1,81 @@
+"""Breakdown of a run's scores by what the turns ask for."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from server.episodes.splits import Split
+from server.runs.results.groups import TRAIN, Group, Grouping, grouping
+from server.runs.results.reports import split_of
+from server.runs.storage.records import Ending, Run
+from server.scoring.breakdown import GroupScores, group_scores
+from server.scoring.episode import METRICS
+
+_KEPT = 32
+"""Groupings of a split in a language that are cached, about 200 KB each."""
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A group of turns with a run's scores."""
+
+    group: Group
+    found: GroupScores
+
+
+@dataclass(frozen=True, slots=True)
+class Breakdown:
+    """A run's scores by groups of turns.
+
+    Attributes:
+        lines: in the order of `groups.ASPECTS`.
+        withheld: number of groups that are not shown, as they would tell of single episodes of a hidden split.
+        rounded: whether the scores are rounded, as on every hidden split.
+        reads: whether it is known what the instructions ask for; otherwise groups by these are missing.
+    """
+
+    lines: tuple[Line, ...]
+    withheld: int
+    rounded: bool
+    reads: bool
+
+
+class Breakdowns:
+    """Breaks down the scores of runs. Thread-safe.
+
+    Args:
+        splits: served splits, by name.
+    """
+
+    def __init__(self, splits: Mapping[str, Split]) -> None:
+        self._splits = splits
+        self._grouping = lru_cache(_KEPT)(self._make_grouping)
+
+    def of(self, run: Run, endings: Sequence[Ending]) -> Breakdown:
+        """Return the breakdown of a run that has ended.
+
+        Args:
+            run: the run.
+            endings: endings of all its episodes.
+
+        Raises:
+            Conflict: if the data of its split has changed since it was created.
+        """
+        split = split_of(run, self._splits)
+        groups = self._grouping(run.split, run.language)
+        ordered = sorted(endings, key=lambda ending: ending.episode_id)
+        rows = np.searchsorted(groups.ids, [ending.episode_id for ending in ordered])
+        scores = np.array([[[turn[name] for name in METRICS] for turn in ending.scores] for ending in ordered])
+        names = [split.episodes[ending.episode_id].section for ending in ordered]
+        sections = np.unique(names, return_inverse=True)[1]
+        lines = [
+            Line(group, group_scores(scores, group.turns[rows], sections, rounded=split.hidden))
+            for group in groups.groups
+            if group.turns[rows].any()
+        ]
+        return Breakdown(tuple(lines), groups.withheld, split.hidden, groups.reads)
+
+    def _make_grouping(self, split: str, language: str) -> Grouping:
+        return grouping(self._splits[split], language, self._splits.get(TRAIN))

@@ -1,0 +1,139 @@
+"""Groups of a split's turns by what they ask for: from the ground truth, and from the meaning of the instructions."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+
+import numpy as np
+import numpy.typing as npt
+
+from server.episodes.demands import TurnDemands
+from server.episodes.episode import Turn
+from server.episodes.splits import Split
+from server.scoring.disclosure import PublishedSums
+from server.sim.rules import Action
+
+Mask = npt.NDArray[np.bool_]
+
+ASPECTS = ("turn", "length", "corners", "object", "steps", "landmarks", "step", "landmark", "relation", "placement")
+"""What turns are grouped by.
+
+turn: the first or the second; length: moves forward on the ground truth; corners: changes of direction on it by 60
+degrees or more; object: whether the target's kind, colour and pattern is that of a target of the split TRAIN ("seen")
+or not ("unseen"); steps: number of steps in the navigation instruction; landmarks: number of different things that it
+names; step, landmark, relation: what it has of a kind; placement: relations in the assembly instruction.
+"""
+
+COUNTED = {"length": 5, "corners": 1, "steps": 1, "landmarks": 1}
+"""Aspects that are numbers -> the step to which the ends of their groups are rounded."""
+
+TRAIN = "train"
+
+_PARTS = 3
+"""Groups of about equal size by a number."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Group:
+    """A group of turns.
+
+    Attributes:
+        aspect: one of ASPECTS.
+        name: what the turns have in common; empty for a range of numbers.
+        low, high: the numbers, both included; high is None for the last group. Both are 0 if there is a name.
+        turns: the turns in the group, (episodes, 2), in the order of `Grouping.ids`.
+    """
+
+    aspect: str
+    name: str
+    low: int
+    high: int | None
+    turns: Mask
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Grouping:
+    """The groups of a split's turns in a language that can be shown.
+
+    Attributes:
+        ids: ids of the episodes, sorted.
+        groups: in the order of ASPECTS.
+        withheld: number of groups that are left out, as with the others they would tell of few episodes.
+        reads: whether it is known what the instructions ask for.
+    """
+
+    ids: tuple[str, ...]
+    groups: tuple[Group, ...]
+    withheld: int
+    reads: bool
+
+
+def grouping(split: Split, language: str, train: Split | None) -> Grouping:
+    """Return the groups of a split's turns. On a hidden split, those that `PublishedSums` admits, in order.
+
+    Args:
+        split: the split.
+        language: code of the language whose episodes are grouped.
+        train: the split that agents learn from; None if it is not there, and objects are not told apart.
+    """
+    ids = tuple(sorted(name for name, episode in split.episodes.items() if language in episode.instructions))
+    reads = all(name in split.demands for name in ids)
+    found = [group for group in _groups(split, ids, train, reads=reads) if group.turns.any()]
+    if not split.hidden:
+        return Grouping(ids, tuple(found), 0, reads)
+    published = PublishedSums(len(ids))
+    admitted = tuple(group for group in found if published.admit(group.turns))
+    return Grouping(ids, admitted, len(found) - len(admitted), reads)
+
+
+def _groups(split: Split, ids: Sequence[str], train: Split | None, *, reads: bool) -> Iterator[Group]:
+    turns = [split.episodes[name].turns for name in ids]
+    places = np.broadcast_to(np.arange(2), (len(ids), 2))
+    yield Group("turn", "first", 0, 0, places == 0)
+    yield Group("turn", "second", 0, 0, places == 1)
+    yield from _by_number("length", [[len(turn.path) - 1 for turn in pair] for pair in turns])
+    yield from _by_number("corners", [[_corners(turn) for turn in pair] for pair in turns])
+    if train is not None and train is not split:
+        known = {turn.target.type for episode in train.episodes.values() for turn in episode.turns}
+        seen = np.array([[turn.target.type in known for turn in pair] for pair in turns]).reshape(-1, 2)
+        yield Group("object", "seen", 0, 0, seen)
+        yield Group("object", "unseen", 0, 0, ~seen)
+    if reads:
+        yield from _by_demands([split.demands[name] for name in ids])
+
+
+def _by_demands(demands: Sequence[Sequence[TurnDemands]]) -> Iterator[Group]:
+    yield from _by_number("steps", [[len(turn.steps) for turn in pair] for pair in demands])
+    yield from _by_number("landmarks", [[len(turn.landmarks) for turn in pair] for pair in demands])
+    kinds: dict[str, Callable[[TurnDemands], Iterable[str]]] = {
+        "step": lambda turn: turn.steps,
+        "landmark": lambda turn: turn.landmarks,
+        "relation": lambda turn: turn.relations,
+        "placement": lambda turn: turn.placements,
+    }
+    for aspect, of in kinds.items():
+        sizes: dict[str, int] = {}
+        for turn in (turn for pair in demands for turn in pair):
+            for name in set(of(turn)):
+                sizes[name] = sizes.get(name, 0) + 1
+        for name in sorted(sizes, key=lambda name: (-sizes[name], name)):
+            yield Group(aspect, name, 0, 0, np.array([[name in of(turn) for turn in pair] for pair in demands]))
+
+
+def _by_number(aspect: str, values: Sequence[Sequence[int]]) -> Iterator[Group]:
+    """Yield groups of about equal size by a number, with round ends."""
+    numbers, step = np.array(values).reshape(-1, 2), COUNTED[aspect]
+    shares = [part / _PARTS for part in range(1, _PARTS)]
+    ends = sorted({round(end / step) * step for end in np.quantile(numbers, shares)} if numbers.size else set())
+    low = 0
+    for end in ends:
+        yield Group(aspect, "", low, end, (numbers >= low) & (numbers <= end))
+        low = end + 1
+    yield Group(aspect, "", low, None, numbers >= low)
+
+
+def _corners(turn: Turn) -> int:
+    """Return the number of changes of direction by 60 degrees or more, two turn actions, on the ground truth."""
+    signs = {Action.LEFT: -1, Action.RIGHT: 1}
+    runs = (sum(signs.get(action, 0) for action in run) for _, run in groupby(turn.actions, lambda a: a in signs))
+    return sum(abs(net) >= 2 for net in runs)

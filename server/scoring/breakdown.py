@@ -1,0 +1,70 @@
+"""Scores of groups of turns, with intervals that keep both turns of an episode together."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from server.scoring.aggregate import Interval
+from server.scoring.disclosure import step_of
+from server.scoring.episode import METRICS
+from server.scoring.intervals import Floats, episode_moments, mean_bounds
+
+SHOWN = ("nDTW", "CTC-3", "rPOD", "PTC", "PTC@CTC-3")
+"""Metrics of a breakdown: the navigation phase alone, the assembly phase alone (not gated), and both together."""
+
+
+@dataclass(frozen=True, slots=True)
+class GroupScores:
+    """Scores of a group of turns.
+
+    Attributes:
+        turns: number of the turns.
+        episodes: number of the episodes that they belong to.
+        scores: metric of SHOWN -> mean over the turns, with its interval.
+    """
+
+    turns: int
+    episodes: int
+    scores: Mapping[str, Interval]
+
+
+def group_scores(
+    scores: Floats, group: npt.NDArray[np.bool_], sections: npt.NDArray[np.intp], *, rounded: bool
+) -> GroupScores:
+    """Return the scores of a group of turns.
+
+    The mean is a ratio: the sum of the scores over the number of turns. Its variance follows from each episode's share
+    in both, so that two turns of one episode are not taken for two independent ones.
+
+    Args:
+        scores: of all turns, (episodes, 2, METRICS).
+        group: the turns in the group, at least one, (episodes, 2).
+        sections: number of each episode's section from 0, (episodes,).
+        rounded: whether means, and the ends of intervals outwards, are rounded to `step_of` the number of turns.
+    """
+    chosen = np.flatnonzero(group.any(axis=1))
+    taken, where = group[chosen], sections[chosen]
+    counts = taken.sum(axis=1)
+    sums = (scores[chosen] * taken[:, :, None]).sum(axis=1)
+    turns = int(counts.sum())
+    means = sums.sum(axis=0) / turns
+    shares = means + (sums - means * counts[:, None]) * (len(chosen) / turns)  # their mean is that of the turns
+    bounds = mean_bounds(episode_moments(shares, np.unique(where, return_inverse=True)[1]))
+    found = {}
+    for metric in SHOWN:
+        column = METRICS.index(metric)
+        # Rounding errors may leave a share of nothing just outside.
+        mean = min(max(float(bounds.mean[column]), 0.0), 1.0)
+        interval = Interval(mean, min(float(bounds.low[column]), mean), max(float(bounds.high[column]), mean))
+        found[metric] = _rounded(interval, step_of(turns)) if rounded else interval
+    return GroupScores(turns, len(chosen), found)
+
+
+def _rounded(value: Interval, step: float) -> Interval:
+    """Return the interval on a grid: the mean at the nearest point, the ends outwards."""
+    parts = round(1.0 / step)
+    low, high = math.floor(value.low * parts + 1e-9) / parts, math.ceil(value.high * parts - 1e-9) / parts
+    return Interval(round(value.mean * parts) / parts, low, high)

@@ -1,0 +1,85 @@
+"""Which sums of hidden scores can be published without telling of a single episode, and how finely.
+
+Sums over several groups of turns can be added and subtracted: a group from one that contains it, or several from each
+other. All that follows from them linearly lies in the space that the groups span. An episode's leverage in that space
+is the share of its scores' variance that the best linear estimate from the published sums explains, if scores are
+independent. It is 1 if the sums give the episode's score away. If it is at most 1/LEAST for every episode, then no
+combination of the sums is about fewer than LEAST episodes: of a vector over s episodes, one has at least 1/s of the
+squared length, and its leverage is at least that.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+from server.scoring.intervals import Floats
+
+LEAST = 20
+"""Episodes that every sum, and every combination of sums, is about at least."""
+
+STEPS = (0.01, 0.02, 0.05, 0.1, 0.2)
+"""Steps to which published means are rounded."""
+
+_NOTHING = 1e-9
+"""Squared length up to which a vector counts as zero."""
+
+
+class PublishedSums:
+    """The sums that are published of a hidden split: that of all turns, those of first and of second turns, and groups.
+
+    Args:
+        episodes: number of the split's episodes.
+    """
+
+    def __init__(self, episodes: int) -> None:
+        self._basis: list[Floats] = []
+        self._leverage = np.zeros((episodes, 2, 2))
+        for turn in range(2):
+            whole = np.zeros((episodes, 2))
+            whole[:, turn] = 1.0
+            self._take(self._rest(whole))
+
+    def admit(self, group: npt.NDArray[np.bool_]) -> bool:
+        """Return whether a group's sum can be published with all before, and if so count it as published.
+
+        Args:
+            group: the turns in the group, (episodes, 2).
+        """
+        if np.count_nonzero(group.any(axis=1)) < LEAST:
+            return False
+        rest = self._rest(group.astype(np.float64))
+        if np.vdot(rest, rest) <= _NOTHING * group.size:
+            return True  # it follows from what is published
+        if self.leverages(rest).max() > 1.0 / LEAST:
+            return False
+        self._take(rest)
+        return True
+
+    def leverages(self, more: Floats | None = None) -> Floats:
+        """Return the leverage of each episode, (episodes,), with `more`, a vector orthogonal to the published ones."""
+        found = self._leverage if more is None else self._leverage + _products(more)
+        one, other, both = found[:, 0, 0], found[:, 1, 1], found[:, 0, 1]
+        # The larger eigenvalue: that of the two turns' combination of which the sums tell most.
+        greatest: Floats = (one + other) / 2.0 + np.hypot((one - other) / 2.0, both)
+        return greatest
+
+    def _rest(self, vector: Floats) -> Floats:
+        """Return the part of a vector that does not follow from the published ones."""
+        for _ in range(2):  # twice, as the first time leaves rounding errors
+            for other in self._basis:
+                vector = vector - np.vdot(other, vector) * other
+        return vector
+
+    def _take(self, rest: Floats) -> None:
+        self._basis.append(rest / np.sqrt(np.vdot(rest, rest)))
+        self._leverage = self._leverage + _products(rest)
+
+
+def step_of(turns: int) -> float:
+    """Return the step to which a mean over so many turns is rounded: at least twice what one episode can move it."""
+    return next((step for step in STEPS if step >= 4.0 / turns), STEPS[-1])
+
+
+def _products(vector: Floats) -> Floats:
+    """Return for each episode the products of its two components, (episodes, 2, 2), of the vector with length 1."""
+    products: Floats = vector[:, :, None] * vector[:, None, :] / np.vdot(vector, vector)
+    return products

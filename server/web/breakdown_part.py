@@ -1,0 +1,94 @@
+"""Template variables of the part of a run's page that breaks its scores down by what turns ask for."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import groupby
+
+from server.runs.results.breakdown import Breakdown, Line
+from server.runs.results.groups import Group
+from server.scoring.aggregate import Interval
+from server.scoring.breakdown import SHOWN
+from server.scoring.disclosure import LEAST
+from server.web.texts import Texts
+
+PLOTTED = ("CTC-3", "PTC", "PTC@CTC-3")
+"""Metrics in the plot: one for the navigation, one for the assembly, one for both."""
+
+PHASES = {"nDTW": "navigation", "CTC-3": "navigation", "rPOD": "assembly", "PTC": "assembly", "PTC@CTC-3": "both"}
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A group of turns.
+
+    Attributes:
+        name: what they have in common.
+        turns: their number, formatted.
+        plotted: scores of PLOTTED.
+        scores: scores of SHOWN.
+    """
+
+    name: str
+    turns: str
+    plotted: Sequence[Interval]
+    scores: Sequence[Interval]
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """The part of the page.
+
+    Attributes:
+        aspects: heading and rows of each aspect.
+        columns: heading of each score: its name, and its phase.
+        legend: words for the scores in the plot.
+        remarks: what a reader must know besides.
+    """
+
+    aspects: Sequence[tuple[str, Sequence[Row]]]
+    columns: Sequence[tuple[str, str]]
+    legend: Sequence[str]
+    remarks: Sequence[str]
+
+
+def breakdown_part(t: Texts, found: Breakdown) -> Part:
+    """Return the part for a run."""
+    aspects = [
+        (t(f"aspects.{aspect}"), [_row(t, line) for line in lines])
+        for aspect, lines in groupby(found.lines, lambda line: line.group.aspect)
+    ]
+    columns = [(metric.partition("@")[0], t(f"report.{PHASES[metric]}")) for metric in SHOWN]
+    legend = [f"{t(f'report.{PHASES[metric]}')}: {metric.partition('@')[0]}" for metric in PLOTTED]
+    return Part(aspects, columns, legend, list(_remarks(t, found)))
+
+
+def _remarks(t: Texts, found: Breakdown) -> list[str]:
+    said = []
+    if found.rounded:
+        said.append(t("report.hidden", least=t.whole(LEAST)) if found.lines else t("report.few"))
+    if found.withheld and found.lines:
+        said.append(t("report.withheld", number=t.whole(found.withheld)))
+    if not found.reads:
+        said.append(t("report.unread"))
+    return said
+
+
+def _row(t: Texts, line: Line) -> Row:
+    scores = line.found.scores
+    return Row(
+        _name(t, line.group),
+        t.whole(line.found.turns),
+        [scores[metric] for metric in PLOTTED],
+        [scores[metric] for metric in SHOWN],
+    )
+
+
+def _name(t: Texts, group: Group) -> str:
+    if group.name:
+        kind = "relation" if group.aspect == "placement" else group.aspect
+        return t.named("groups", f"{kind}.{group.name}")
+    if group.high is None:
+        return t("report.or_more", low=t.whole(group.low))
+    if group.low == group.high:
+        return t.whole(group.low)
+    return t("format.interval", low=t.whole(group.low), high=t.whole(group.high))

@@ -1,0 +1,128 @@
+"""Template variables of the part of the standings page that shows scores against what runs cost."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from server.board.standings import Standing
+from server.web.curves import BOTTOM, HEIGHT, LEFT, RIGHT, TOP, WIDTH, Tick
+from server.web.texts import Texts
+
+COSTS = ("thinking", "parameters", "tokens", "price")
+"""Costs in addresses: the first is measured by the server, the others are declared."""
+
+_ZERO = 36
+"""Width of the strip for a cost of 0, which a logarithmic axis does not have, in the picture's units."""
+
+_ENDS = ("mean", "high", "low")
+
+_FINE = 2
+"""Powers of ten up to which the axis has ticks at 1, 2 and 5 times each."""
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A standing in the plot, in the picture's units.
+
+    Attributes:
+        number: of its row in the table, from 1.
+        name: the agent's.
+        x, y: its place.
+        top, bottom: ends of the score's interval.
+    """
+
+    number: int
+    name: str
+    x: float
+    y: float
+    top: float
+    bottom: float
+
+
+@dataclass(frozen=True, slots=True)
+class CostPart:
+    """The part of the page.
+
+    Attributes:
+        chosen: one of COSTS, across the plot.
+        across, up: ticks of the axes, with their words.
+        points: standings whose cost is known.
+        rows: standing, and each of COSTS in words.
+    """
+
+    chosen: str
+    across: Sequence[tuple[float, str]]
+    up: Sequence[Tick]
+    points: Sequence[Point]
+    rows: Sequence[tuple[Standing, Sequence[str]]]
+
+
+def cost_part(t: Texts, standings: Sequence[Standing], row: str, metric: str, chosen: str) -> CostPart | None:
+    """Return the part; None if no cost of any standing is known.
+
+    Args:
+        t: texts of the page's language.
+        standings: those on the page.
+        row: row of the score table.
+        metric: of the scores.
+        chosen: one of COSTS.
+    """
+    known = [(one, [_value(one, cost) for cost in COSTS]) for one in standings]
+    known = [(one, values) for one, values in known if any(value is not None for value in values)]
+    if not known:
+        return None
+    place = COSTS.index(chosen)
+    drawn = [(number, one, values[place]) for number, (one, values) in enumerate(known, start=1)]
+    scale = _Scale([value for _, _, value in drawn if value is not None])
+    points = [
+        Point(number, one.agent, scale.place(cost), *(_up(getattr(one.rows[row][metric], end)) for end in _ENDS))
+        for number, one, cost in drawn
+        if cost is not None
+    ]
+    across = [(scale.place(value), t.amount(value)) for value in scale.ticks()]
+    up = [Tick(_up(part / 5), part / 5) for part in range(6)]
+    rows = [(one, ["–" if value is None else t.amount(value) for value in values]) for one, values in known]
+    return CostPart(chosen, across, up, points, rows)
+
+
+def _value(standing: Standing, cost: str) -> float | None:
+    if cost == "thinking":
+        return standing.seconds_a_step
+    declared: float | None = getattr(standing.cost, cost)
+    return declared
+
+
+def _up(score: float) -> float:
+    return round(HEIGHT - BOTTOM - score * (HEIGHT - TOP - BOTTOM), 1)
+
+
+class _Scale:
+    """Logarithmic horizontal axis, with a strip for 0 at its left if there is any.
+
+    Args:
+        values: at least 0; may be empty.
+    """
+
+    def __init__(self, values: Sequence[float]) -> None:
+        logs = [math.log10(value) for value in values if value > 0.0]
+        self._has_zero = any(value == 0.0 for value in values)
+        self._any = bool(logs)
+        self._low = math.floor(min(logs, default=0.0) + 1e-9)
+        self._high = max(math.ceil(max(logs, default=0.0) - 1e-9), self._low + 1)
+        self._left = LEFT + (_ZERO if self._has_zero else 0)
+
+    def place(self, value: float) -> float:
+        """Return the place of a value across the picture."""
+        if value == 0.0:
+            return LEFT + _ZERO / 4
+        share = (math.log10(value) - self._low) / (self._high - self._low)
+        return round(self._left + share * (WIDTH - RIGHT - 8 - self._left), 1)
+
+    def ticks(self) -> list[float]:
+        """Return the values of the ticks."""
+        powers = range(self._low, self._high + 1)
+        every = -(-len(powers) // 6)
+        factors = (1.0, 2.0, 5.0) if self._high - self._low <= _FINE else (1.0,)
+        found = [factor * 10.0**power for power in powers[::every] for factor in factors]
+        shown = [value for value in found if value <= 10.0**self._high * (1 + 1e-9)] if self._any else []
+        return [0.0, *shown] if self._has_zero else shown

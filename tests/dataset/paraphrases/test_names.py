@@ -1,0 +1,52 @@
+"""Names of things: the forms in which they are compared, and which can name one thing."""
+
+import pytest
+
+from lang.meaning import Thing
+from server.dataset.paraphrases.names import Name, name_read, name_said
+
+
+@pytest.mark.parametrize(
+    ("words", "thing"),
+    [
+        ("dotted red tv", Thing("tv", "red", "dotted")),
+        ("second white barrier", Thing("barrier", "white", which="second")),
+        ("star black banner", Thing("banner", "black", "star")),
+        ("crossroads", Thing("intersection")),
+        ("two cones", Thing("cone", number="two")),
+        ("golden barrel", Thing("barrel", "gold")),
+        ("concrete barrier", Thing("barrier", "concrete")),
+        ("zebra crossing", Thing("zebra_crossing")),
+        ("brick building", Thing("building", look="brick")),
+        ("hourglass", Thing("hourglass")),
+        ("blue phone_booth", Thing("phone_booth")),
+        ("hotel building", Thing("shop_sign", look="hotel")),
+        ("white building corner", Thing("building_corner", look="white")),
+        ("several benches", Thing("bench", number="several")),
+    ],
+)
+def test_words_of_a_written_meaning_and_a_reading_of_them_are_one_name(words: str, thing: Thing) -> None:
+    assert name_said(words) == name_read(thing)
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "fit"),
+    [
+        ("white black mug", "white mug", True),
+        ("red triangle banner", "triangle banner", True),
+        ("blue bank building", "bank building", True),
+        ("red cone", "cone", False),
+        ("red cone", "blue cone", False),
+        ("red cone", "red barrel", False),
+        ("star banner", "diamond banner", False),
+        ("second cone", "third cone", False),
+        ("another cone", "second cone", True),
+    ],
+)
+def test_names_fit_by_kind_and_what_they_say(one: str, other: str, fit: bool) -> None:
+    assert name_said(one).fits(name_said(other)) is fit
+    assert name_said(other).fits(name_said(one)) is fit
+
+
+def test_the_kind_is_the_last_word() -> None:
+    assert name_said("orange-white barrier") == Name("barrier", frozenset({"orange", "white"}))

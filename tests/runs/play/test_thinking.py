@@ -1,0 +1,84 @@
+"""The time that agents take for their answers, from the server's sending to the answer's arrival."""
+
+import asyncio
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from server.runs.play.clocks import Clocks
+from server.runs.play.thinking import Thinking
+from tests import tiny
+from tests.runs.engines import House, Seat, quick, until  # noqa: F401
+
+
+def test_time_from_sending_to_the_answer_is_added_up() -> None:
+    thinking = Thinking()
+    for step, (sent, answered) in enumerate(((10.0, 10.5), (11.0, 13.0), (13.0, 13.25))):
+        thinking.send(step, sent)
+        thinking.answer(step, answered)
+    assert (thinking.seconds, thinking.steps) == (2.75, 3)
+
+
+def test_observation_that_is_sent_again_counts_from_the_first_time() -> None:
+    thinking = Thinking()
+    thinking.send(0, 10.0)
+    thinking.send(0, 12.0)
+    thinking.answer(0, 13.0)
+    assert (thinking.seconds, thinking.steps) == (3.0, 1)
+
+
+@pytest.mark.parametrize(
+    "before",
+    [lambda thinking: thinking.skip(4), lambda thinking: None, lambda thinking: thinking.send(3, 1.0)],
+    ids=["sent on another stream", "never sent", "another step"],
+)
+def test_steps_without_a_known_start_are_left_out(before: Callable[[Thinking], None]) -> None:
+    thinking = Thinking()
+    before(thinking)
+    thinking.answer(4, 20.0)
+    assert (thinking.seconds, thinking.steps) == (0.0, 0)
+    thinking.send(5, 20.0)
+    thinking.answer(5, 21.0)
+    assert (thinking.seconds, thinking.steps) == (1.0, 1)
+
+
+def test_step_that_was_open_while_the_stream_broke_is_left_out() -> None:
+    thinking = Thinking()
+    thinking.skip(4)
+    thinking.send(4, 10.0)
+    thinking.answer(4, 11.0)
+    assert thinking.steps == 0
+
+
+@pytest.mark.parametrize("clocks", [Clocks(), Clocks(60.0, 100.0)], ids=["without clocks", "with clocks"])
+@pytest.mark.usefixtures("quick")
+def test_engine_measures_with_and_without_clocks_and_leaves_out_what_a_stream_lost(
+    tmp_path: Path, clocks: Clocks
+) -> None:
+    async def play() -> None:
+        house = House(tmp_path, 1)
+        run = house.run(clocks)
+        async with house.engine() as engine:
+            seat = Seat(engine, run)
+            seen = await seat.observation()
+            house.now += 2.0
+            seat.act(seen.episode.episode_id, 0, tiny.ACTIONS[0])
+            await seat.observation()
+            house.now += 30.0
+            engine.leave(seat.stream)
+            seat = Seat(engine, run)  # gets step 1 again, whose time is lost with the stream, as is that of step 0
+            await seat.observation()
+            house.now += 5.0
+            for step, action in enumerate(tiny.ACTIONS[1:], start=1):
+                seat.act(seen.episode.episode_id, step, action)
+                if step < len(tiny.ACTIONS) - 1:
+                    await seat.observation()
+                    house.now += 0.5
+            await until(lambda: house.journal.progress("run").ended == 1)
+        progress = house.journal.progress("run")
+        assert progress.timed_steps == len(tiny.ACTIONS) - 2
+        assert progress.thinking_seconds == pytest.approx(0.5 * progress.timed_steps)
+        assert progress.seconds_a_step == pytest.approx(0.5)
+
+    asyncio.run(play())
