@@ -30,7 +30,7 @@ from server.errors import BadInput
 from server.runs.play.engine import Engine
 from server.runs.results.receipts import Receipts
 from server.runs.service import Runs
-from server.runs.storage.records import Run
+from server.runs.storage.records import Code, Run
 
 _Context = grpc.aio.ServicerContext[object, object]
 
@@ -88,6 +88,7 @@ class Servicer(EvaluationServicer):
                     episodes=request.episodes,
                     episode_ids=request.episode_ids,
                     agent_arguments=[(argument.name, argument.value) for argument in request.agent_arguments],
+                    code=Code(request.code.url, request.code.commit, request.code.image),
                 )
             )
 

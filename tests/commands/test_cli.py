@@ -36,7 +36,10 @@ def test_serve_without_episodes_suggests_generating_them(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--rooms", "3", "--split", "train"], "--rooms makes the split rooms alone; leave --split and --sections out"),
+        (
+            ["--rooms", "3", "--split", "train"],
+            "--rooms makes the split rooms alone; leave --split, --sections and --secret out",
+        ),
         (["--rooms", "0"], "the number of room tasks is 0; expected at least 1"),
         (
             ["--split", "train_extra"],
