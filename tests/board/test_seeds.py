@@ -10,6 +10,7 @@ from server.board.exports import as_csv, as_json
 from server.board.standings import BOTH
 from server.errors import BadInput
 from server.runs.accounts.callers import HOST
+from server.runs.storage.records import Code
 from tests.board.made import House
 
 FIRST, SECOND, THIRD = [1.0, 1.0, 0.0, 0.0, 1.0, 1.0], [1.0, 0.0, 0.0, 0.0, 1.0, 1.0], [1.0, 1.0, 0.0, 0.0, 0.0, 1.0]
@@ -40,8 +41,9 @@ def test_runs_that_differ_in_more_than_their_seed_stand_apart(house: House) -> N
     seeded(house, "b", FIRST, "2", beam="5")
     seeded(house, "c", FIRST, "3", agent="other")
     seeded(house, "d", FIRST, "4", participant="rival")
+    house.publish(house.run("e", FIRST, arguments=(("beam", "4"), ("seed", "5")), code=Code(commit="0" * 40)))
     lines = house.board.standings("tiny", "en")
-    assert sorted(len(line.entries) for line in lines) == [1, 1, 1, 1]
+    assert sorted(len(line.entries) for line in lines) == [1, 1, 1, 1, 1]
     assert all(line.spread is None for line in lines)
 
 
