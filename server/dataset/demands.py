@@ -15,7 +15,6 @@ from server.episodes.episode import Episode
 from server.episodes.splits import Split, folder_of, read_split
 from server.errors import BadInput, StorageError
 
-
 WRITTEN = f"{SOURCE}, scale "
 """Beginning of the `source` of splits whose texts the grammar wrote: not those of paraphrases."""
 

@@ -156,11 +156,13 @@ def generate_splits(
     tell: Callable[[str], None],
     trial: bool = True,
     sections: int | None = None,
+    secret: str = "",
 ) -> list[Split]:
     """Generate the named splits (None: the paper's) for `arramon-server generate`; see `generation.command.generate`.
 
     Without the trial, an episode is kept once its texts have passed the gate. `sections` is the number of those of
-    `train_extra`. What the instructions ask for is written beside splits that are not for training alone.
+    `train_extra`. `secret` seeds hidden splits in place of the host's; empty for that. What the instructions ask for is
+    written beside splits that are not for training alone.
     """
     made = generate(
         data,
@@ -171,6 +173,7 @@ def generate_splits(
         make_writer=make_instruction_writer if trial else make_untried_writer,
         tell=seldom(tell),
         tried=trial,
+        secret=secret,
     )
     return [split if split.training else add_demands(data, split) for split in made]
 

@@ -6,8 +6,10 @@ from typing import Any
 
 from server.board.board import Board
 from server.board.cost import Cost
+from server.board.epochs import EpochBoard
 from server.board.standings import Entry, Mark, shown
 from server.episodes.splits import Split
+from server.errors import NotFound
 from server.runs.results.breakdown import Breakdowns
 from server.runs.storage import causes
 from server.runs.storage.records import CANCELLED, Progress, Run
@@ -43,10 +45,12 @@ class RunPage:
         board: the leaderboard, with the published runs.
         splits: the splits served, by name.
         paths: draws episodes.
+        epochs: the epochs of hidden splits.
     """
 
-    def __init__(self, board: Board, splits: Mapping[str, Split], paths: Paths) -> None:
+    def __init__(self, board: Board, splits: Mapping[str, Split], paths: Paths, epochs: EpochBoard) -> None:
         self._board = board
+        self._epochs = epochs
         self._splits = splits
         self._paths = paths
         self._breakdowns = Breakdowns(splits)
@@ -75,7 +79,10 @@ class RunPage:
             "facts": self._facts(t, entry),
             "back": f"/{t.language}/{Choice(run.split, run.language).link()}",
             "verify": _verify(entry),
+            "has_actions": self._epochs.shows_actions(run.split),
             "episodes": self._paths.examples(entry),
+            "reproductions": self._board.reproductions(run_id),
+            "original": self._original(entry),
             "metrics": METRICS,
             "columns": columns(t),
         }
@@ -89,6 +96,13 @@ class RunPage:
         entry = self._board.entry(run_id)
         played = self._paths.played(entry, episode_id)
         return {"entry": entry, "played": played, "metrics": METRICS, "columns": columns(t)}
+
+    def _original(self, entry: Entry) -> Entry | None:
+        """Return the run that a reproduction repeats; None if there is none, or it is not on the leaderboard now."""
+        try:
+            return self._board.entry(entry.reproduces) if entry.reproduces else None
+        except NotFound:
+            return None
 
     def _report(self, t: Texts, entry: Entry) -> Part | None:
         """Return the scores by what turns ask for; None if the data has changed, so that it is not known."""
@@ -114,6 +128,7 @@ class RunPage:
             "sensors": sensors,
             "images": ", ".join(progress.images) or "–",
             "arguments": ", ".join(shown(f"{name}={value}") for name, value in run.agent_arguments) or "–",
+            "code": _code(t, run),
             "steps": t.whole(run.steps_per_phase),
             "clocks": _clocks(t, run),
             "steps_played": t.whole(progress.steps),
@@ -136,6 +151,11 @@ def _causes(entry: Entry) -> list[tuple[str, int, int, float, float]]:
     counts = {name: entry.causes.get(name, 0) for name in (*_COLOURS, *sorted(entry.causes))}
     found = curves.bar_segments({name: number for name, number in counts.items() if number})
     return [(name, _COLOURS.get(name, len(_COLOURS)), number, begin, width) for name, number, begin, width in found]
+
+
+def _code(t: Texts, run: Run) -> str:
+    keys = {"url": "run.code_url", "commit": "run.code_commit", "image": "run.code_image"}
+    return "; ".join(t(keys[name], value=value) for name, value in run.code.named().items()) or "–"
 
 
 def _verify(entry: Entry) -> str:

@@ -104,7 +104,7 @@ def _write(data: Path, name: str, episodes: Iterable[Episode], hidden: bool) -> 
     by_section: dict[str, list[Episode]] = {}
     for episode in sorted(episodes, key=lambda episode: int(episode.episode_id)):
         by_section.setdefault(episode.section, []).append(episode)
-    grounds = {section: _ground(members) for section, members in by_section.items()}
+    grounds = {section: ground_of(members) for section, members in by_section.items()}
     episodes_written: list[Episode] = []
     sections, provenance = [], []
     for section, members in by_section.items():
@@ -126,7 +126,7 @@ def _section(section: str, episodes: Sequence[Episode]) -> Section:
     return reconstruct(section, [np.array(turn.path) for turn in turns], targets)
 
 
-def _ground(episodes: Sequence[Episode]) -> Points:
+def ground_of(episodes: Sequence[Episode]) -> Points:
     """Return all positions on paths in a section, (m, 2)."""
     ground: Points = np.unique(np.concatenate([np.array(t.path) for e in episodes for t in e.turns]).round(2), axis=0)
     return ground
