@@ -22,9 +22,11 @@ from common import data_or_sample
 from server.board.board import Board
 from server.board.entries import Entries, Scores
 from server.board.episode_table import EpisodeTable
+from server.board.epochs import EpochBoard
 from server.episodes.splits import Split, read_splits
 from server.runs.play.clocks import Clocks
 from server.runs.storage.database import Database
+from server.runs.storage.epochs import Epochs
 from server.runs.storage.journal import Journal
 from server.runs.storage.records import COMPLETE, Progress, Run
 from server.scoring.aggregate import table_rows, with_total
@@ -78,7 +80,9 @@ def _measure(database: Database, split: Split, number: int) -> None:
     lines = board.standings(split.name, "en")
     print(f"{len(lines)} standings, ranks 1 to {lines[-1].rank}")
 
-    pages, comparisons, renderer = StandingsPage(board, {split.name: split}), ComparisonPage(board), Renderer()
+    splits = {split.name: split}
+    epochs = EpochBoard(board, entries, Epochs(database), Journal(database), splits)
+    pages, comparisons, renderer = StandingsPage(board, splits, epochs), ComparisonPage(board), Renderer()
     for code, texts in all_texts().items():
         choice = Choice(split.name, "en")
         page = renderer.page("standings.html", texts, "/", pages.context(texts, choice, pages.defaults(code)))
@@ -105,7 +109,17 @@ def _publish(
     ids = tuple(sorted(split.episodes))
     Journal(database).create(run, ids[:1])
     sections = np.unique([split.episodes[name].section for name in ids], return_inverse=True)[1]
-    progress = Progress(len(ids), len(ids), 90 * len(ids), {"AGENT_FINISHED": len(ids)}, ("jpeg90-224",), 0, False, 9.0 * (place + 1), 90)
+    progress = Progress(
+        len(ids),
+        len(ids),
+        90 * len(ids),
+        {"AGENT_FINISHED": len(ids)},
+        ("jpeg90-224",),
+        0,
+        False,
+        9.0 * (place + 1),
+        90,
+    )
     scores = Scores(progress, table_rows(with_total(turns), sections), f"split:{split.name}|run:{place}")
     entries.publish(run.run_id, "", scores, EpisodeTable(ids, turns), by_host=True)
 

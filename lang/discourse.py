@@ -16,6 +16,8 @@ BARE = " bare"
 
 _STEPS = ("turn", "face", "walk")
 
+_AROUND = Rotate("around")
+
 _AT = {"at": "near", "before": "in_front_of", "after": "behind"}
 
 _GROUND = ("street", "alley", "square")
@@ -81,10 +83,14 @@ class Discourse:
             if listed and (where := self._place_of(item)) is not None:
                 listed[-1] = self._with(listed[-1], where)
             elif kind in (*_STEPS, "landmark"):
-                steps += self._step(item)
+                found = self._step(item)
+                if found == [_AROUND] and last is not None and (item.also or last.also) and _on_the_spot(steps):
+                    steps.pop()  # "Go back, turn right around": one turn, said twice.
+                if not (steps[-1:] == [_AROUND] and item.also and _on_the_spot(found)):
+                    steps += found
                 before, last = (), item
             elif item.label == "target same":
-                targets += [self.focus] if self.focus is not None else []
+                targets += [self.focus] if self.focus is not None and not listed else []
             elif kind in ("target", "mention") and "target" in bound:
                 if not listed and last is not None and last.also and last.label.startswith("turn"):
                     before += self._place_of_turn(steps)
@@ -265,3 +271,8 @@ class Discourse:
             self.focus = focus_of(wheres[-1].things, self.focus)
         self.focus = focus
         return tuple(wheres)
+
+
+def _on_the_spot(steps: Sequence[Step]) -> bool:
+    """Return whether the last step is a turn without a place."""
+    return bool(steps) and isinstance(steps[-1], Rotate) and steps[-1].thing is None

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from server.configuration.config import Config
 from server.dataset.generation import secret
+from server.episodes.epochs import SECRETS
 from server.episodes.splits import folder_of, folders_of, hash_of
 from server.errors import BadInput, Conflict, NotFound, StorageError
 from server.private_files import private_file
@@ -50,6 +51,7 @@ def back_up(config: Config, folder: Path) -> list[str]:
                 _copy_journal(database, new)
                 _copy_key(database, config.signing_key_path, new)
             _copy_secret(config.data, new)
+            _copy_epoch_secrets(config.data, new)
             for split in folders_of(config.data):
                 _copy_split(split, new)
             _flush(new)
@@ -86,6 +88,12 @@ def _copy_secret(data: Path, new: Path) -> None:
     if (data / secret.NAME).exists():
         secret.host_secret(data)
         _copy_private(data / secret.NAME, new / secret.NAME)
+
+
+def _copy_epoch_secrets(data: Path, new: Path) -> None:
+    for path in sorted((data / SECRETS).glob("*.secret")):
+        secret.epoch_secret(data, path.stem)
+        _copy_private(path, new / SECRETS / path.name)
 
 
 def _copy_private(path: Path, copy: Path) -> None:

@@ -17,6 +17,7 @@ from server.process import logs
 FAMILIES = {
     "serve": ("serve", "health"),
     "data": ("import-release", "generate", "demands"),
+    "epoch": ("epoch",),
     "demonstrations": ("export-demos",),
     "sheets": ("sheets", "add-paraphrased"),
     "inspection": ("show", "stats", "check-instruction"),

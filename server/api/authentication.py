@@ -24,6 +24,9 @@ PUBLIC_METHODS = frozenset({
     "/arramon.v1.Leaderboard/GetEntry",
     "/arramon.v1.Leaderboard/Compare",
     "/arramon.v1.Leaderboard/Export",
+    "/arramon.v1.Leaderboard/GetActions",
+    "/arramon.v1.Leaderboard/ListEpochs",
+    "/arramon.v1.Leaderboard/CompareEpochs",
 })  # fmt: skip
 """Methods that need no token, even on a server that requires one to play."""
 

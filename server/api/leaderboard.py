@@ -6,14 +6,17 @@ from typing import Any, TypeAlias
 
 import grpc
 
+from arramon.v1 import evaluation_pb2
 from arramon.v1 import leaderboard_pb2 as pb
 from arramon.v1.leaderboard_pb2_grpc import LeaderboardServicer
 from server.api.authentication import caller_of
-from server.api.messages import row_message, run_message
+from server.api.messages import row_message, run_message, score_message
 from server.board.board import Against, Board
 from server.board.cost import Cost
+from server.board.epochs import Epoch, EpochBoard, EpochChanges
 from server.board.exports import as_csv, as_json
 from server.board.publishing import Publishing
+from server.board.reproductions import Reproduction
 from server.board.standings import BOTH, HEADLINE, Entry, Mark, Reference, Standing
 from server.errors import BadInput
 from server.scoring.aggregate import Interval
@@ -33,19 +36,22 @@ class BoardServicer(LeaderboardServicer):
     Args:
         board: reads it.
         publishing: writes it.
+        epochs: reads the epochs of hidden splits.
     """
 
-    def __init__(self, board: Board, publishing: Publishing) -> None:
+    def __init__(self, board: Board, publishing: Publishing, epochs: EpochBoard) -> None:
         self._board = board
         self._publishing = publishing
+        self._epochs = epochs
 
     async def Publish(self, request: pb.PublishRequest, context: _Context) -> pb.Entry:
         caller = caller_of()
 
         def publish() -> pb.Entry:
+            reproduces = request.reproduces if request.HasField("reproduces") else None
             cost = cost_of(request.cost) if request.HasField("cost") else None
-            self._publishing.publish(caller, request.run_id, request.note, cost)
-            return entry_message(self._board.entry(request.run_id))
+            self._publishing.publish(caller, request.run_id, request.note, cost, reproduces)
+            return self._entry(request.run_id)
 
         return await asyncio.to_thread(publish)
 
@@ -57,7 +63,7 @@ class BoardServicer(LeaderboardServicer):
         return await asyncio.to_thread(self._page, request)
 
     async def GetEntry(self, request: pb.GetEntryRequest, context: _Context) -> pb.Entry:
-        return entry_message(await asyncio.to_thread(self._board.entry, request.run_id))
+        return await asyncio.to_thread(self._entry, request.run_id)
 
     async def Compare(self, request: pb.CompareRequest, context: _Context) -> pb.CompareResponse:
         def compare() -> pb.CompareResponse:
@@ -74,6 +80,26 @@ class BoardServicer(LeaderboardServicer):
             return _WRITERS[request.format](listing)
 
         return pb.ExportResponse(content=await asyncio.to_thread(export))
+
+    async def GetActions(self, request: pb.GetActionsRequest, context: _Context) -> pb.Actions:
+        actions = await asyncio.to_thread(self._epochs.actions, request.run_id)
+        return pb.Actions(run_id=request.run_id, episodes=actions)
+
+    async def ListEpochs(self, request: pb.ListEpochsRequest, context: _Context) -> pb.ListEpochsResponse:
+        return pb.ListEpochsResponse(epochs=map(epoch_message, await asyncio.to_thread(self._epochs.all)))
+
+    async def CompareEpochs(self, request: pb.CompareEpochsRequest, context: _Context) -> pb.CompareEpochsResponse:
+        def compare() -> pb.CompareEpochsResponse:
+            metric = request.sort or HEADLINE
+            found = self._epochs.compare(request.older, request.newer, request.language, metric)
+            return epoch_changes_message(found, metric)
+
+        return await asyncio.to_thread(compare)
+
+    def _entry(self, run_id: str) -> pb.Entry:
+        message = entry_message(self._board.entry(run_id))
+        message.reproductions.extend(map(reproduction_message, self._board.reproductions(run_id)))
+        return message
 
     def _page(self, request: pb.ListRequest) -> pb.ListResponse:
         size, start = request.page_size or PAGE_SIZE, request.page_token or "0"
@@ -94,12 +120,9 @@ class BoardServicer(LeaderboardServicer):
 
 def entry_message(entry: Entry, *, listed: bool = False) -> pb.Entry:
     """Return the message for a published run; without rows if it is `listed`, as its standing has them."""
-    run = run_message(entry.run, entry.progress)
-    run.participant, run.agent, run.published = entry.participant, entry.agent, True
-    run.ClearField("bank_seconds_left")
     seal = entry.seal
     return pb.Entry(
-        run=run,
+        run=_public_run(entry),
         signature=entry.signature,
         rows=[] if listed else [row_message(name, metrics) for name, metrics in entry.rows.items()],
         published_at=entry.published_at.isoformat(timespec="seconds"),
@@ -110,6 +133,8 @@ def entry_message(entry: Entry, *, listed: bool = False) -> pb.Entry:
         public_key=seal.public_key if seal else b"",
         runs_begun=entry.attempts.begun,
         runs_published=entry.attempts.published,
+        reproduced_by=len(entry.reproducers),
+        reproduces=entry.reproduces or "",
         cost=cost_message(entry.cost) if entry.cost else None,
     )
 
@@ -126,6 +151,56 @@ def cost_of(message: pb.Cost) -> Cost:
         message.tokens if message.HasField("tokens") else None,
         message.price if message.HasField("price") else None,
     )
+
+
+def _public_run(entry: Entry) -> evaluation_pb2.Run:
+    run = run_message(entry.run, entry.progress)
+    run.participant, run.agent, run.published = entry.participant, entry.agent, True
+    run.ClearField("bank_seconds_left")
+    return run
+
+
+def reproduction_message(reproduction: Reproduction) -> pb.Reproduction:
+    """Return the message for a published reproduction of a run."""
+    entry = reproduction.entry
+    return pb.Reproduction(
+        run=_public_run(entry),
+        published_at=entry.published_at.isoformat(timespec="seconds"),
+        differences=row_message("", reproduction.differences).scores,
+    )
+
+
+def epoch_message(epoch: Epoch) -> pb.Epoch:
+    """Return the message for an epoch of a hidden split."""
+    record = epoch.record
+    times = {name: getattr(record, name) for name in ("opened_at", "closed_at", "revealed_at")}
+    return pb.Epoch(
+        split=record.split,
+        state=pb.EpochState.Value(f"EPOCH_STATE_{record.state.name}"),
+        statement=record.statement,
+        commitment=record.commitment,
+        secret=record.secret or "",
+        command=epoch.command,
+        **{name: time.isoformat(timespec="seconds") for name, time in times.items() if time},
+    )
+
+
+def epoch_changes_message(found: EpochChanges, metric: str) -> pb.CompareEpochsResponse:
+    """Return the message for how agents stand on two epochs."""
+    lines = [
+        pb.EpochComparison(
+            older=standing_message(line.older, brief=True),
+            newer=standing_message(line.newer, brief=True),
+            older_mean=line.older_mean,
+            newer_mean=line.newer_mean,
+            difference=score_message(metric, line.difference),
+            against_others=score_message(metric, line.against_others) if line.against_others else None,
+            same_code=line.same_code,
+        )
+        for line in found.agents
+    ]
+    mean = score_message(metric, found.mean) if found.mean else None
+    return pb.CompareEpochsResponse(agents=lines, mean=mean, sort=metric)
 
 
 def against_message(against: Against) -> pb.CompareResponse:
@@ -162,6 +237,7 @@ def standing_message(standing: Standing, *, brief: bool = False) -> pb.Standing:
         last_rank=standing.last_rank,
         runs_begun=standing.attempts.begun,
         runs_published=standing.attempts.published,
+        reproduced_by=standing.reproduced_by,
         gap=pb.LanguageGap(**asdict(standing.gap)) if standing.gap else None,
         spread=pb.SeedSpread(**asdict(standing.spread)) if standing.spread else None,
     )

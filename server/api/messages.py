@@ -57,6 +57,7 @@ def run_message(run: Run, progress: Progress) -> pb.Run:
         bank_seconds_left=run.bank_left,
         published=progress.published,
         agent_arguments=[pb.AgentArgument(name=name, value=value) for name, value in run.agent_arguments],
+        code=pb.Code(**run.code.named()) if run.code else None,
         thinking_seconds=progress.thinking_seconds,
         timed_steps=progress.timed_steps,
     )
@@ -115,7 +116,7 @@ def breakdown_message(report: Report, breakdown: Breakdown) -> pb.Breakdown:
             high=None if line.group.name else line.group.high,
             turns=line.found.turns,
             episodes=line.found.episodes,
-            scores=[_score(metric, interval) for metric, interval in line.found.scores.items()],
+            scores=[score_message(metric, interval) for metric, interval in line.found.scores.items()],
         )
         for line in breakdown.lines
     ]
@@ -174,10 +175,11 @@ def oracle_message(episode: Episode, scene: Scene) -> pb.Oracle:
 
 def row_message(name: str, intervals: Mapping[str, Interval]) -> pb.Row:
     """Return the message for a row of a score table."""
-    return pb.Row(name=name, scores=[_score(metric, interval) for metric, interval in intervals.items()])
+    return pb.Row(name=name, scores=[score_message(metric, interval) for metric, interval in intervals.items()])
 
 
-def _score(metric: str, interval: Interval) -> pb.Score:
+def score_message(metric: str, interval: Interval) -> pb.Score:
+    """Return the message for a score, or a difference of two, with its interval."""
     score = pb.Score(metric=metric, mean=interval.mean, low=interval.low, high=interval.high)
     if interval.sections is not None:
         sections = interval.sections

@@ -1,9 +1,10 @@
 """The leaderboard: standings of the published runs, by split and language."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from server.board.episode_table import EpisodeTable, gap_of, join, mean_table
 from server.board.lines import by_language, run_ids, systems, with_seeds
 from server.board.ranking import ranked
 from server.board.reference import read_references
+from server.board.reproductions import Reproduction, differences
 from server.board.standings import BOTH, COLUMNS, HEADLINE, PRIVILEGED, Entry, Mark, Reference, Rows, Standing
 from server.episodes.splits import Split
 from server.errors import BadInput, Conflict, NotFound, quoted
@@ -85,14 +87,16 @@ class Board:
         self._splits = splits
         self._episodes = {name: split.languages for name, split in splits.items()}
         self._limits, self._local = (steps_per_phase, clocks), local
-        self._shared: tuple[object, dict[str, tuple[int, Clocks]]] = (None, {})
-        self._counted: tuple[object, dict[str, dict[tuple[Who, str], Attempts]]] = (None, {})
+        self._shared = _Kept[str, tuple[int, Clocks]](entries.stamp, self._find_limits)
+        self._attempts = _Kept[str, Mapping[tuple[Who, str], Attempts]](entries.stamp, entries.attempts)
+        self._reproducers = _Kept[str, Mapping[str, frozenset[str]]](entries.stamp, entries.reproducers)
         self._references = read_references()
         self._comparisons = Comparisons(entries.episodes)
         self._joined_rows = lru_cache(_KEPT)(self._join_rows)
         self._gaps = lru_cache(_KEPT)(self._find_gap)
+        self._differences = lru_cache(_KEPT)(self._find_differences)
         self._spreads = lru_cache(_KEPT)(self._find_spread)
-        self._kept: tuple[object, dict[tuple[str, str, str], Listing]] = (None, {})
+        self._listings = _Kept[tuple[str, str, str], Listing](entries.stamp, lambda wanted: self._make(*wanted))
 
     def languages(self) -> dict[str, tuple[str, ...]]:
         """Return the languages of each split that can be listed, by name: of served splits, and of old entries.
@@ -125,15 +129,7 @@ class Board:
             NotFound: if there is no such split or language.
             BadInput: if there is no such metric.
         """
-        stamp = self._entries.stamp()
-        if self._kept[0] != stamp:
-            self._kept = (stamp, {})
-        kept = self._kept[1]
-        found = kept.get((split, language, sort))
-        if found is None:
-            found = self._make(split, language, sort)
-            kept[split, language, sort] = found
-        return found
+        return self._listings[split, language, sort]
 
     def standings(self, split: str, language: str, sort: str = HEADLINE) -> list[Standing]:
         """Return the standings of `listing` without the references."""
@@ -150,9 +146,16 @@ class Board:
             NotFound: if the run is not on the leaderboard.
         """
         published = self._entries.find(run_id)
-        if published is None or published.withdrawn_at is not None:
+        if published is None or not published.is_listed:
             raise NotFound(f"there is no run {quoted(run_id)} on the leaderboard")
         return replace(self._entry(published), seal=self._entries.seal(run_id))
+
+    def reproductions(self, run_id: str) -> list[Reproduction]:
+        """Return the listed reproductions of a published run, the earliest published first."""
+        return [
+            Reproduction(self._entry(one), self._differences(one.run.split, run_id, one.run.run_id))
+            for one in self._entries.reproductions(run_id)
+        ]
 
     def against(self, run_id: str, language: str = "", sort: str = HEADLINE) -> Against:
         """Return the paired comparisons of a published run, or of its system, with all others of a listing.
@@ -211,28 +214,15 @@ class Board:
         order = tuple(ranked(standings, sort, family))
         return Listing(split, language, sort, order, self.reference(split, language), family)
 
-    def _attempts_on(self, split: str) -> dict[tuple[Who, str], Attempts]:
-        stamp = self._entries.stamp()
-        if self._counted[0] != stamp:
-            self._counted = (stamp, {})
-        kept = self._counted[1]
-        if split not in kept:
-            kept[split] = self._entries.attempts(split)
-        return kept[split]
-
     def _limits_on(self, split: str) -> tuple[int, Clocks]:
         """Return the step limit and the clocks under which runs of a split are ranked."""
-        if not self._local:
-            return self._limits
-        stamp = self._entries.stamp()
-        if self._shared[0] != stamp:
-            self._shared = (stamp, {})
-        kept = self._shared[1]
-        if split not in kept:
-            listed = sorted(self._entries.listed(split), key=lambda published: published.published_at, reverse=True)
-            counts = Counter((one.run.steps_per_phase, Clocks.of(one.run)) for one in listed)
-            kept[split] = counts.most_common(1)[0][0] if counts else self._limits  # of equal counts the latest
-        return kept[split]
+        return self._shared[split] if self._local else self._limits
+
+    def _find_limits(self, split: str) -> tuple[int, Clocks]:
+        """Return the step limit and the clocks that most listed runs of a split share; of equal counts the latest."""
+        listed = sorted(self._entries.listed(split), key=lambda published: published.published_at, reverse=True)
+        counts = Counter((one.run.steps_per_phase, Clocks.of(one.run)) for one in listed)
+        return counts.most_common(1)[0][0] if counts else self._limits
 
     def _rows_of(self, entries: tuple[Entry, ...]) -> Rows:
         """Return the scores of several runs together."""
@@ -271,6 +261,9 @@ class Board:
         few = found is not None and found.episodes < MIN_SECTION
         return None if few and self._splits[split].hidden else found  # a few episodes tell of single ones
 
+    def _find_differences(self, split: str, original: str, run_id: str) -> dict[str, Interval]:
+        return differences(self._entries.episodes(original), self._entries.episodes(run_id), self._sections(split))
+
     def _tables(self, ids: Key) -> list[EpisodeTable]:
         """Return the scores in each language, as means over the seeds."""
         return [mean_table([self._entries.episodes(run_id) for run_id in same]) for same in ids]
@@ -297,6 +290,7 @@ class Board:
             Mark.OTHER_DATA: not current,
             Mark.OTHER_LIMITS: run.steps_per_phase != steps_per_phase,
             Mark.OTHER_CLOCKS: Clocks.of(run) != clocks,
+            Mark.REPRODUCTION: published.reproduces is not None,
             Mark.SERVER_FAULT: scores.progress.causes.get(causes.SERVER_FAULT, 0) > 0,
         }
         marks = tuple(mark for mark in Mark if found[mark])
@@ -309,9 +303,38 @@ class Board:
             published.note,
             coverage,
             marks,
-            attempts=self._attempts_on(run.split).get((who(run), run.language), Attempts()),
+            attempts=self._attempts[run.split].get((who(run), run.language), Attempts()),
             cost=published.cost,
+            reproduces=published.reproduces,
+            reproducers=self._reproducers[run.split].get(run.run_id, frozenset()),
         )
+
+
+K = TypeVar("K")
+V = TypeVar("V")
+
+
+class _Kept(Generic[K, V]):
+    """Values that are made when they are first asked for, and kept until a stamp changes.
+
+    Args:
+        stamp: returns a version of what the values depend on.
+        make: returns the value of a key.
+    """
+
+    def __init__(self, stamp: Callable[[], object], make: Callable[[K], V]) -> None:
+        self._stamp, self._make = stamp, make
+        self._kept: tuple[object, dict[K, V]] = (None, {})
+
+    def __getitem__(self, key: K) -> V:
+        """Return the value of a key."""
+        stamp = self._stamp()
+        if self._kept[0] != stamp:
+            self._kept = (stamp, {})
+        kept = self._kept[1]
+        if key not in kept:
+            kept[key] = self._make(key)
+        return kept[key]
 
 
 _KEPT = 2048

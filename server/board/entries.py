@@ -50,6 +50,7 @@ class Published:
         note: note of the publisher; may be empty.
         withdrawn_at: time of the withdrawal, in UTC; None while the run is listed.
         withdrawn_by_host: whether the host withdrew it.
+        reproduces: id of the run that it reproduces; None if none.
         cost: what the run cost, as declared.
     """
 
@@ -58,7 +59,13 @@ class Published:
     note: str
     withdrawn_at: datetime | None
     withdrawn_by_host: bool
+    reproduces: str | None = None
     cost: Cost = NO_COST
+
+    @property
+    def is_listed(self) -> bool:
+        """Whether the run is on the leaderboard now."""
+        return self.withdrawn_at is None
 
 
 class Entries:
@@ -99,6 +106,20 @@ class Entries:
         """Return the attempts of every participant on a split, by participant and language."""
         return attempts_on(self._database.read, split)
 
+    def reproductions(self, run_id: str) -> list[Published]:
+        """Return the entries that reproduce a run and are not withdrawn, the earliest published first."""
+        query = _ENTRIES.where(tables.entries.c.reproduces == run_id, _LISTED)
+        return [_published(row) for row in self._database.read(query.order_by(tables.entries.c.published_at))]
+
+    def reproducers(self, split: str) -> dict[str, frozenset[str]]:
+        """Return the accounts that reproduced each run of a split, by run; withdrawn reproductions do not count."""
+        c = tables.entries.c
+        query = sa.select(c.reproduces, tables.runs.c.account).join_from(tables.entries, tables.runs)
+        found: dict[str, set[str]] = {}
+        for row in self._database.read(query.where(_LISTED, c.reproduces.is_not(None), tables.runs.c.split == split)):
+            found.setdefault(row.reproduces, set()).add(row.account)
+        return {run_id: frozenset(accounts) for run_id, accounts in found.items()}
+
     def languages(self) -> set[tuple[str, str]]:
         """Return the pairs of split and language in which there are entries that are not withdrawn."""
         query = sa.select(tables.runs.c.split, tables.runs.c.language).distinct().join_from(tables.entries, tables.runs)
@@ -135,9 +156,19 @@ class Entries:
         return found
 
     def publish(
-        self, run_id: str, note: str, scores: Scores, episodes: EpisodeTable, *, by_host: bool, cost: Cost | None = None
+        self,
+        run_id: str,
+        note: str,
+        scores: Scores,
+        episodes: EpisodeTable,
+        *,
+        by_host: bool,
+        cost: Cost | None = None,
+        reproduces: str | None = None,
     ) -> bool:
         """Publish a run, also one that was withdrawn; if it is listed already, replace its note, and its cost if given.
+
+        `reproduces` is the id of the run that it reproduces, empty for none, or None to leave that as it was.
 
         Only a host can publish what a host has withdrawn. The statement that publishes checks this itself: otherwise a
         publication that began before could undo a host's withdrawal.
@@ -159,6 +190,8 @@ class Entries:
             "revision": table.c.revision + 1,
             **({} if cost is None else {"cost": cost.written()}),
         }
+        if reproduces is not None:
+            values["reproduces"] = reproduces or None
         with self._database.write() as connection:
             mine = table.c.run_id == run_id
             may = sa.true() if by_host else table.c.withdrawn_by_host.is_(False)
@@ -168,6 +201,7 @@ class Entries:
                 return False
             row = {"run_id": run_id, "published_at": now, "note": note, "scores": _written(scores)}
             row |= {"episodes": episodes.packed(), "cost": cost.written() if cost else None}
+            row |= {"reproduces": reproduces or None}
             connection.execute(table.insert().values(row))
             return True
 
@@ -195,14 +229,18 @@ _LISTED = tables.entries.c.withdrawn_at.is_(None)
 
 _ENTRIES = sa.select(
     tables.runs,
-    *(tables.entries.c[name] for name in ("published_at", "note", "withdrawn_at", "withdrawn_by_host", "cost")),
+    *(
+        tables.entries.c[name]
+        for name in ("published_at", "note", "withdrawn_at", "withdrawn_by_host", "reproduces", "cost")
+    ),
 ).join_from(tables.entries, tables.runs)
 
 
 def _published(row: Row[Any]) -> Published:
     published_at, withdrawn_at = utc(row.published_at), utc(row.withdrawn_at)
     assert published_at is not None
-    return Published(run_of(row), published_at, row.note, withdrawn_at, row.withdrawn_by_host, cost=Cost.of(row.cost))
+    withdrawn = row.withdrawn_by_host
+    return Published(run_of(row), published_at, row.note, withdrawn_at, withdrawn, row.reproduces, Cost.of(row.cost))
 
 
 def _written(scores: Scores) -> dict[str, Any]:

@@ -54,6 +54,8 @@ CSV_COLUMNS = (
     "declared parameters",
     "declared tokens",
     "declared price",
+    "reproduced by",
+    "reproduces",
 )
 """Columns of the CSV file, in order. New ones are added at the end."""
 
@@ -112,6 +114,8 @@ def _standing_cells(standing: Standing, listing: Listing) -> dict[str, object]:
         "seed deviation": standing.spread.deviation if standing.spread else "",
         "seconds a step": "" if standing.seconds_a_step is None else standing.seconds_a_step,
         **{f"declared {name}": "" if value is None else value for name, value in asdict(standing.cost).items()},
+        "reproduced by": standing.reproduced_by,
+        "reproduces": " ".join(entry.reproduces for entry in standing.entries if entry.reproduces),
     }
     if standing.gap is not None:
         gap = standing.gap
@@ -170,6 +174,7 @@ def _standing(standing: Standing) -> dict[str, Any]:
         "seeds": asdict(standing.spread) if standing.spread else None,
         "seconds_a_step": standing.seconds_a_step,
         "declared_cost": asdict(standing.cost),
+        "reproduced_by": standing.reproduced_by,
     }
 
 
@@ -197,6 +202,9 @@ def _entry(entry: Entry) -> dict[str, Any]:
         "thinking_seconds": entry.progress.thinking_seconds,
         "timed_steps": entry.progress.timed_steps,
         "declared_cost": asdict(entry.cost),
+        "code": run.code.named(),
+        "reproduces": entry.reproduces,
+        "reproduced_by": len(entry.reproducers),
     }
 
 

@@ -5,9 +5,10 @@ from collections.abc import Mapping
 from server.board.cost import Cost
 from server.board.entries import Entries, Published, Scores
 from server.board.episode_table import EpisodeTable
+from server.board.reproductions import check_reproduction
 from server.board.standings import is_control
 from server.episodes.splits import Split
-from server.errors import BadInput, Conflict, Forbidden, NotFound
+from server.errors import BadInput, Conflict, Forbidden, NotFound, quoted
 from server.runs.accounts.callers import UNAUTHENTICATED, Caller, Role
 from server.runs.results.receipts import Receipts
 from server.runs.results.reports import Report, report_of
@@ -38,7 +39,9 @@ class Publishing:
         self._entries = entries
         self._receipts = receipts
 
-    def publish(self, caller: Caller, run_id: str, note: str, cost: Cost | None = None) -> None:
+    def publish(
+        self, caller: Caller, run_id: str, note: str, cost: Cost | None = None, reproduces: str | None = None
+    ) -> None:
         """Publish a run that has ended, and sign its receipt; if it is listed already, replace its note.
 
         Args:
@@ -46,14 +49,16 @@ class Publishing:
             run_id: id of the run.
             note: line of at most MAX_NOTE characters for readers of the leaderboard; may be empty.
             cost: what the run cost, as declared; None to leave what was declared before.
+            reproduces: id of the published run that it reproduces, empty for none; None to leave that as it was.
 
         Raises:
-            NotFound: if there is no such run that the caller may see.
+            NotFound: if there is no such run that the caller may see, or no published run that it could reproduce.
             Forbidden: if the caller is anonymous on a public server, where anyone who reads the run's id on the
                 leaderboard could pass for its participant; or if the host has withdrawn the run.
             Conflict: if the run is still being played; if the data of its split has changed; if the split is for
                 training alone; if it is hidden and the run lacks some of its episodes, as the mean over a few reveals
-                scores of single ones; or if none of its episodes was played to its end.
+                scores of single ones; if none of its episodes was played to its end; or if it is no reproduction of
+                the run that it names (see `check_reproduction`).
             BadInput: if the note is too long, or has more than one line, or a number of the cost is out of range.
         """
         run = self._own(caller, run_id)
@@ -68,10 +73,12 @@ class Publishing:
         _check_ranked(report, self._splits[run.split])
         _check_whole(report, self._splits[run.split])
         _check_played(report)
+        if reproduces:
+            self._check_reproduces(report, reproduces)
         self._receipts.of(caller, run_id)
         scores = Scores(report.progress, report.table.rows, report.signature)
         episodes = EpisodeTable.of(self._journal.endings(run_id))
-        if not self._entries.publish(run_id, note, scores, episodes, by_host=by_host, cost=cost):
+        if not self._entries.publish(run_id, note, scores, episodes, by_host=by_host, cost=cost, reproduces=reproduces):
             raise _withdrawn_by_host(run_id)
 
     def withdraw(self, caller: Caller, run_id: str) -> None:
@@ -89,6 +96,18 @@ class Publishing:
             raise NotFound(f"run {run_id!r} is not on the leaderboard")
         self._entries.withdraw(run_id, by_host=by_host)
 
+    def _check_reproduces(self, report: Report, reproduced: str) -> None:
+        original = self._entries.find(reproduced) if "\0" not in reproduced else None
+        if original is None or not original.is_listed:
+            raise NotFound(f"there is no run {quoted(reproduced)} on the leaderboard that could be reproduced")
+        check_reproduction(
+            report.run,
+            report.signature,
+            original,
+            self._entries.scores(reproduced).signature,
+            is_original=bool(self._entries.reproductions(report.run.run_id)),
+        )
+
     def _own(self, caller: Caller, run_id: str) -> Run:
         if caller == UNAUTHENTICATED:
             raise Forbidden(
@@ -105,7 +124,7 @@ def _withdrawn_by_host(run_id: str) -> Forbidden:
 
 
 def _is_listed(entry: Published | None) -> bool:
-    return entry is not None and entry.withdrawn_at is None
+    return entry is not None and entry.is_listed
 
 
 def _check_ranked(report: Report, split: Split) -> None:

@@ -56,6 +56,8 @@ class Mark(StrEnum):
     """It was played with another step limit than ranked runs: this server's, see `Board`."""
     OTHER_CLOCKS = "other-clocks"
     """It was played with other clocks than ranked runs: this server's, see `Board`. Having none counts as different."""
+    REPRODUCTION = "reproduction"
+    """It reproduces another account's run, and is compared with that one alone."""
     SERVER_FAULT = "server-fault"
     """Some of its episodes ended by SERVER_FAULT and count as not played, so its scores may be too low."""
 
@@ -94,6 +96,8 @@ class Entry:
         seal: fingerprint of the receipt; None without a receipt, and in listings, which do not look it up.
         attempts: runs that its participant began and published on the split in the language, under any agent's name.
         cost: what it cost, as its publisher declared it.
+        reproduces: id of the run that it reproduces; None if none.
+        reproducers: accounts with a listed reproduction of it; their number alone is shown.
     """
 
     run: Run
@@ -107,6 +111,8 @@ class Entry:
     seal: Seal | None = None
     attempts: Attempts = NONE
     cost: Cost = NO_COST
+    reproduces: str | None = None
+    reproducers: frozenset[str] = frozenset()
 
     @property
     def participant(self) -> str:
@@ -228,6 +234,12 @@ class Standing:
     def attempts(self) -> Attempts:
         """Runs that the participant began and published on the split, in these languages."""
         return sum((entries[0].attempts for entries in self.by_language), NONE)
+
+    @property
+    def reproduced_by(self) -> int:
+        """Number of other accounts that reproduced a run in each of the languages, with any seed."""
+        spoken = (frozenset[str]().union(*(one.reproducers for one in entries)) for entries in self.by_language)
+        return len(frozenset.intersection(*spoken))
 
     @property
     def causes(self) -> dict[str, int]:

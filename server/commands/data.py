@@ -7,6 +7,7 @@ from pathlib import Path
 from server.commands import Commands
 from server.commands.wording import describe
 from server.dataset.release.importer import import_release
+from server.episodes.epochs import SECRET_DIGITS, check_secret
 from server.episodes.splits import folder_of, read_split
 from server.errors import BadInput, NotFound, quoted
 
@@ -40,6 +41,11 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
     )
     generate.add_argument(
         "--seed", type=int, default=1, help="seed of open splits; hidden ones use the host's secret (default: 1)"
+    )
+    generate.add_argument(
+        "--secret",
+        metavar="HEX|FILE",
+        help="secret of a hidden split, or a file with it, in place of the host's own: for an epoch that is revealed",
     )
     generate.add_argument("--jobs", type=int, default=0, help="number of processes (default: one for each core)")
     generate.add_argument(
@@ -83,8 +89,8 @@ def _generate(arguments: argparse.Namespace) -> None:
         print(line, file=sys.stderr, flush=True)
 
     if arguments.rooms is not None:
-        if arguments.split or arguments.sections is not None:
-            raise BadInput("--rooms makes the split rooms alone; leave --split and --sections out")
+        if arguments.split or arguments.sections is not None or arguments.secret is not None:
+            raise BadInput("--rooms makes the split rooms alone; leave --split, --sections and --secret out")
         tasks = generate_rooms(
             arguments.data, arguments.rooms, seed=arguments.seed, jobs=arguments.jobs, tell=seldom(tell)
         )
@@ -99,5 +105,22 @@ def _generate(arguments: argparse.Namespace) -> None:
         tell=tell,
         trial=not arguments.no_trial,
         sections=arguments.sections,
+        secret="" if arguments.secret is None else read_secret(arguments.secret),
     ):
         print(describe(split))
+
+
+def read_secret(text: str) -> str:
+    """Return the secret that an argument is or that is in the file that it names.
+
+    Raises:
+        BadInput: if it is neither.
+    """
+    if len(text) == SECRET_DIGITS:
+        return check_secret(text)
+    try:
+        return check_secret(Path(text).read_text())
+    except (OSError, UnicodeDecodeError, ValueError) as error:
+        raise BadInput(
+            f"--secret is neither {SECRET_DIGITS} hexadecimal digits nor a readable file: {error}"
+        ) from error

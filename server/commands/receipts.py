@@ -3,6 +3,7 @@
 import argparse
 import sys
 from contextlib import closing
+from pathlib import Path
 
 from server.commands import Commands
 from server.commands.journal import check_data_folder, open_journal
@@ -10,6 +11,7 @@ from server.configuration.config import Config
 from server.configuration.sources import add_flag
 from server.episodes.splits import read_splits
 from server.errors import BadInput, Conflict
+from server.runs.results.receipt_file import rescore_file
 from server.runs.results.rescoring import Rescored, Rescorer
 from server.runs.results.signing import KnownKeys, SigningKey
 from server.runs.storage.journal import Journal
@@ -37,6 +39,12 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
     )
     rescore.add_argument("runs", nargs="*", metavar="RUN", help="id of a run")
     rescore.add_argument("--all", action="store_true", help="rescore all runs that are over")
+    rescore.add_argument(
+        "--receipt", type=Path, metavar="FILE", help="rescore the receipt in this file, without a journal"
+    )
+    rescore.add_argument(
+        "--actions", type=Path, metavar="FILE", help="with --receipt: the run's actions, or a client's results file"
+    )
     rescore.set_defaults(command=_rescore)
 
 
@@ -65,8 +73,15 @@ def _key(arguments: argparse.Namespace) -> None:
 
 def _rescore(arguments: argparse.Namespace) -> int:
     config: Config = arguments.settings
-    if bool(arguments.runs) == arguments.all:
-        raise BadInput("expected either ids of runs or --all")
+    if bool(arguments.runs) + arguments.all + (arguments.receipt is not None) != 1:
+        raise BadInput("expected either ids of runs, or --all, or --receipt FILE")
+    if (arguments.receipt is None) != (arguments.actions is None):
+        raise BadInput("--receipt FILE and --actions FILE are used together: a receipt holds no actions")
+    if arguments.receipt is not None:
+        rescored = rescore_file(arguments.receipt, arguments.actions, read_splits(config.data))
+        print(*_lines(rescored), sep="\n")
+        print(f"signed with the key {rescored.public_key}; compare it with the host's (`arramon-client verify`)")
+        return int(bool(rescored.differences))
     different = 0
     with (
         open_journal(config, read_only=True) as database,

@@ -24,6 +24,7 @@ from server.api.responses import Responses
 from server.api.versions import VersionCheck
 from server.board.board import Board
 from server.board.entries import Entries
+from server.board.epochs import EpochBoard
 from server.board.publishing import Publishing
 from server.configuration.config import Config
 from server.episodes.splits import Split
@@ -38,6 +39,7 @@ from server.runs.results.receipts import Receipts
 from server.runs.results.signing import KnownKeys, SigningKey
 from server.runs.service import Runs
 from server.runs.storage.database import Database
+from server.runs.storage.epochs import Epochs
 from server.runs.storage.metered_journal import MeteredJournal
 from server.runs.storage.run_activity import RunActivity
 from server.runs.storage.run_counts import runs_by_state
@@ -103,7 +105,8 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
     limits = config.limits
     board = Board(entries, splits, steps_per_phase=limits.steps_per_phase, clocks=config.clocks, local=local)
     publishing = Publishing(journal, splits, entries, receipts)
-    add_LeaderboardServicer_to_server(BoardServicer(board, publishing), server)
+    epochs = EpochBoard(board, entries, Epochs(database), journal, splits)
+    add_LeaderboardServicer_to_server(BoardServicer(board, publishing, epochs), server)
     health_servicer = health.HealthServicer()
     health_pb2_grpc.add_HealthServicer_to_server(health_servicer, server)
     reflection.enable_server_reflection(
@@ -125,7 +128,7 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
         from server.web.pages import Pages
         from server.web.site import Site
 
-        pages = Pages(board, journal, receipts, splits)
+        pages = Pages(board, journal, receipts, splits, epochs)
         return Site(config, lambda: readiness.problem, metrics.text, pages).open()
 
     return Parts(server, address, engine, readiness, open_site())

@@ -8,6 +8,7 @@ from contextlib import closing, suppress
 
 from server.addresses import is_loopback
 from server.configuration.config import Config
+from server.episodes.epochs import SECRETS
 from server.episodes.splits import SECRET, Split, folder_of
 from server.errors import BadInput
 from server.private_files import check_private_file, check_private_folder
@@ -86,6 +87,8 @@ def check_secrets(config: Config, splits: Mapping[str, Split]) -> None:
         BadFile: if others can read one; the message names the command that corrects it.
     """
     check_private_file(config.data / SECRET)
+    for path in sorted((config.data / SECRETS).glob("*")):
+        check_private_file(path)
     for split in splits.values():
         if split.hidden:
             check_private_folder(folder_of(config.data, split.name))

@@ -3,6 +3,8 @@
 import uuid
 from collections.abc import Mapping, Sequence
 
+from sqlalchemy.engine import Connection
+
 from server import __version__
 from server.episodes.splits import Split
 from server.errors import BadInput, NotFound, quoted
@@ -10,12 +12,14 @@ from server.runs.accounts.accounts import ANONYMOUS_NAME, Accounts, check_name, 
 from server.runs.accounts.callers import Caller, Role
 from server.runs.accounts.quotas import Quotas
 from server.runs.agent_arguments import normalize_arguments
+from server.runs.code_reference import normalize_code
 from server.runs.play.clocks import Clocks
 from server.runs.play.engine import Engine
 from server.runs.results.breakdown import Breakdown, Breakdowns
 from server.runs.results.reports import Report, report_of, split_of
+from server.runs.storage.epochs import check_open
 from server.runs.storage.journal import Journal, run_not_found
-from server.runs.storage.records import LEASE, RUNNING, Progress, Run
+from server.runs.storage.records import LEASE, NO_CODE, RUNNING, Code, Progress, Run
 from server.sim.rules import Limits
 
 MAX_PAGE = 1000
@@ -77,6 +81,7 @@ class Runs:
         episodes: int,
         episode_ids: Sequence[str] = (),
         agent_arguments: Sequence[tuple[str, str]] = (),
+        code: Code = NO_CODE,
     ) -> Run:
         """Create a run.
 
@@ -90,9 +95,11 @@ class Runs:
             episodes: number of episodes, in the split's shuffled order; 0 for all.
             episode_ids: ids of the episodes to play, in this order, instead of a number; not on a hidden split.
             agent_arguments: names and values of the arguments that the agent was created with.
+            code: where the agent's code can be found, if the participant names it.
 
         Raises:
             NotFound: if there is no such split, language or episode.
+            Conflict: if the split is an epoch that is closed, or its data is not what the host committed to.
             OverQuota: if the caller's quota on the split is used up.
             BadInput: if any other argument is wrong.
         """
@@ -125,14 +132,19 @@ class Runs:
             bank_seconds=self.clocks.bank_seconds,
             bank_left=self.clocks.bank_seconds if self.clocks else None,
             agent_arguments=normalize_arguments(agent_arguments),
+            code=normalize_code(code.url, code.commit, code.image),
         )
         self._journal.create(
             run,
             played,
-            lambda connection: self.quotas.admit_run(connection, caller, split),
+            lambda connection: self._admit(connection, caller, chosen),
         )
         self._engine.note_begin(run)
         return run
+
+    def _admit(self, connection: Connection, caller: Caller, split: Split) -> None:
+        check_open(connection, split.name, split.data_hash)
+        self.quotas.admit_run(connection, caller, split.name)
 
     def visible(self, caller: Caller, run_id: str) -> Run:
         """Return a run that the caller may see.

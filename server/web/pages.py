@@ -10,13 +10,15 @@ from urllib.parse import quote
 from aiohttp import web
 
 from server.board.board import Board
+from server.board.epochs import EpochBoard, as_file
 from server.board.exports import as_csv, as_json
 from server.episodes.splits import Split
-from server.errors import NotFound, Unavailable
+from server.errors import Conflict, NotFound, Unavailable
 from server.runs.accounts.callers import UNAUTHENTICATED
 from server.runs.results.receipts import Receipts
 from server.runs.storage.journal import Journal
 from server.web.comparison_page import ComparisonPage
+from server.web.epochs_page import EpochsPage
 from server.web.filters import read_choice
 from server.web.paths import Paths
 from server.web.rendering import Renderer
@@ -34,6 +36,9 @@ RETRY_SECONDS = 2
 RECEIPT_FORMAT, RECEIPT_VERSION = "arramon-receipt-file", 1
 """Header of a receipt file, which `arramon-client verify` reads."""
 
+ACTIONS_FORMAT, ACTIONS_VERSION = "arramon-actions", 1
+"""Header of a file with a run's actions, which `arramon-server rescore` reads."""
+
 _LANGUAGE = "{language:[a-z]{2,3}}"
 _RUN = "{run:[0-9a-f]{32}}"
 
@@ -49,16 +54,21 @@ class Pages:
         journal: holds the runs' episodes.
         receipts: issues the runs' receipts.
         splits: the splits served, by name.
+        epochs: the epochs of hidden splits.
     """
 
-    def __init__(self, board: Board, journal: Journal, receipts: Receipts, splits: Mapping[str, Split]) -> None:
+    def __init__(
+        self, board: Board, journal: Journal, receipts: Receipts, splits: Mapping[str, Split], epochs: EpochBoard
+    ) -> None:
         self._board = board
+        self._epochs = epochs
         self._receipts = receipts
         self._renderer = Renderer()
-        self._standings = StandingsPage(board, splits)
+        self._standings = StandingsPage(board, splits, epochs)
+        self._epochs_page = EpochsPage(board, epochs)
         self._comparison = ComparisonPage(board)
         self._paths = Paths(splits, journal)
-        self._runs = RunPage(board, splits, self._paths)
+        self._runs = RunPage(board, splits, self._paths, epochs)
         # One thread for pages, which are quick, and one for paths, which are slower, so that paths never delay pages.
         self._page_thread = ThreadPoolExecutor(1, "pages")
         self._path_thread = ThreadPoolExecutor(1, "paths")
@@ -72,11 +82,14 @@ class Pages:
             "/": self._home,
             f"/{_LANGUAGE}/": self._list,
             f"/{_LANGUAGE}": self._slash,
+            f"/{_LANGUAGE}/epochs": self._list_epochs,
             run: self._run,
             f"{run}/against": self._against,
             f"{run}/episodes": self._find,
             f"{run}/episodes/{{episode}}": self._episode,
             f"/runs/{_RUN}/receipt.json": self._receipt,
+            f"/runs/{_RUN}/actions.json": self._actions,
+            "/epochs.json": self._epochs_file,
             "/standings.{form:csv|json}": self._download,
             "/static/{name}": self._static,
             "/{rest:.*}": self._unknown,
@@ -177,10 +190,35 @@ class Pages:
                 "signature": receipt.signature.hex(),
                 "public_key": receipt.public_key.hex(),
             }
-            body = json.dumps(content, indent=2, ensure_ascii=False) + "\n"
-            return respond(request, body.encode(), "application/json", name=f"{run_id}.receipt.json")
+            return _json(request, content, f"{run_id}.receipt.json")
 
         return await self._run_in(self._page_thread, make)
+
+    async def _list_epochs(self, request: web.Request) -> web.Response:
+        def make() -> web.Response:
+            texts = _texts(request)
+            return self._page(request, "epochs.html", texts, self._epochs_page.context(texts, request.query))
+
+        return await self._run_in(self._page_thread, make)
+
+    async def _epochs_file(self, request: web.Request) -> web.Response:
+        def make() -> web.Response:
+            return _json(request, as_file(self._epochs.all()), "epochs.json")
+
+        return await self._run_in(self._page_thread, make)
+
+    async def _actions(self, request: web.Request) -> web.Response:
+        def make() -> web.Response:
+            run_id = request.match_info["run"]
+            try:
+                actions = self._epochs.actions(run_id)
+            except Conflict:
+                raise NotFound("the actions of this run are not public") from None
+            digits = {name: "".join(map(str, taken)) for name, taken in actions.items()}
+            content = {"format": ACTIONS_FORMAT, "version": ACTIONS_VERSION, "run": {"run_id": run_id}}
+            return _json(request, {**content, "actions": digits}, f"{run_id}.actions.json")
+
+        return await self._run_in(self._path_thread, make)
 
     async def _static(self, request: web.Request) -> web.Response:
         found = self._renderer.files.get(request.match_info["name"])
@@ -225,6 +263,12 @@ class Pages:
 
 class _Busy(Exception):
     """The threads have as many requests as they may have."""
+
+
+def _json(request: web.Request, content: object, name: str) -> web.Response:
+    """Return a file for download."""
+    body = json.dumps(content, indent=2, ensure_ascii=False) + "\n"
+    return respond(request, body.encode(), "application/json", name=name)
 
 
 def _query(request: web.Request) -> str:

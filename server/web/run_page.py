@@ -1,14 +1,18 @@
 """Template variables of a run's page and of an episode's page. A run on a hidden split shows totals only."""
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 from server.board.board import Board
+from server.board.cost import Cost
+from server.board.epochs import EpochBoard
 from server.board.standings import Entry, Mark, shown
 from server.episodes.splits import Split
+from server.errors import NotFound
 from server.runs.results.breakdown import Breakdowns
 from server.runs.storage import causes
-from server.runs.storage.records import CANCELLED, Run
+from server.runs.storage.records import CANCELLED, Progress, Run
 from server.scoring.episode import GATES, PLACEMENT
 from server.web import curves
 from server.web.breakdown_part import Part, breakdown_part
@@ -41,10 +45,12 @@ class RunPage:
         board: the leaderboard, with the published runs.
         splits: the splits served, by name.
         paths: draws episodes.
+        epochs: the epochs of hidden splits.
     """
 
-    def __init__(self, board: Board, splits: Mapping[str, Split], paths: Paths) -> None:
+    def __init__(self, board: Board, splits: Mapping[str, Split], paths: Paths, epochs: EpochBoard) -> None:
         self._board = board
+        self._epochs = epochs
         self._splits = splits
         self._paths = paths
         self._breakdowns = Breakdowns(splits)
@@ -73,7 +79,10 @@ class RunPage:
             "facts": self._facts(t, entry),
             "back": f"/{t.language}/{Choice(run.split, run.language).link()}",
             "verify": _verify(entry),
+            "has_actions": self._epochs.shows_actions(run.split),
             "episodes": self._paths.examples(entry),
+            "reproductions": self._board.reproductions(run_id),
+            "original": self._original(entry),
             "metrics": METRICS,
             "columns": columns(t),
         }
@@ -87,6 +96,13 @@ class RunPage:
         entry = self._board.entry(run_id)
         played = self._paths.played(entry, episode_id)
         return {"entry": entry, "played": played, "metrics": METRICS, "columns": columns(t)}
+
+    def _original(self, entry: Entry) -> Entry | None:
+        """Return the run that a reproduction repeats; None if there is none, or it is not on the leaderboard now."""
+        try:
+            return self._board.entry(entry.reproduces) if entry.reproduces else None
+        except NotFound:
+            return None
 
     def _report(self, t: Texts, entry: Entry) -> Part | None:
         """Return the scores by what turns ask for; None if the data has changed, so that it is not known."""
@@ -112,9 +128,12 @@ class RunPage:
             "sensors": sensors,
             "images": ", ".join(progress.images) or "–",
             "arguments": ", ".join(shown(f"{name}={value}") for name, value in run.agent_arguments) or "–",
+            "code": _code(t, run),
             "steps": t.whole(run.steps_per_phase),
             "clocks": _clocks(t, run),
             "steps_played": t.whole(progress.steps),
+            "thinking": _thinking(t, progress),
+            "cost": _cost(t, entry.cost) or "–",
             "attempts": t("run.attempts_of", published=t.whole(attempts.published), begun=t.whole(attempts.begun)),
             "state": t.named("states", run.state),
             "started": t.moment(run.created_at),
@@ -134,6 +153,11 @@ def _causes(entry: Entry) -> list[tuple[str, int, int, float, float]]:
     return [(name, _COLOURS.get(name, len(_COLOURS)), number, begin, width) for name, number, begin, width in found]
 
 
+def _code(t: Texts, run: Run) -> str:
+    keys = {"url": "run.code_url", "commit": "run.code_commit", "image": "run.code_image"}
+    return "; ".join(t(keys[name], value=value) for name, value in run.code.named().items()) or "–"
+
+
 def _verify(entry: Entry) -> str:
     key = entry.seal.public_key.hex() if entry.seal is not None else ""
     return f"arramon-client verify {entry.run.run_id}.receipt.json --key {key}"
@@ -144,6 +168,18 @@ def _clocks(t: Texts, run: Run) -> str:
     if not any(clocks.values()):
         return t("run.no_clocks")
     return t("run.clock_values", **{name: t("format.seconds", number=t.decimal(v)) for name, v in clocks.items()})
+
+
+def _thinking(t: Texts, progress: Progress) -> str:
+    if progress.seconds_a_step is None:
+        return "–"
+    seconds = t("format.seconds", number=t.amount(progress.seconds_a_step))
+    return t("run.thinking_of", seconds=seconds, steps=t.whole(progress.timed_steps))
+
+
+def _cost(t: Texts, cost: Cost) -> str:
+    declared = {name: value for name, value in asdict(cost).items() if value is not None}
+    return ", ".join(f"{t(f'cost.{name}')}: {t.amount(value)}" for name, value in declared.items())
 
 
 def _placements() -> list[str]:

@@ -6,12 +6,15 @@ from datetime import datetime
 from typing import Any
 
 from server.board.board import Board
+from server.board.epochs import EpochBoard
 from server.board.standings import BOTH, Entry, Mark, Standing, shown
 from server.episodes.splits import Split
 from server.errors import NotFound
+from server.runs.storage.epochs import EpochState
 from server.runs.storage.records import CANCELLED
 from server.web.cost_part import COSTS, cost_part
 from server.web.curves import FRAME
+from server.web.epochs_page import state_of
 from server.web.filters import COVERAGES, GAP, METRICS, SENSORS, TURNS, Choice
 from server.web.texts import Texts
 
@@ -33,17 +36,30 @@ class StandingsPage:
     Args:
         board: the leaderboard.
         splits: the splits served, by name.
+        epochs: the epochs of hidden splits.
     """
 
-    def __init__(self, board: Board, splits: Mapping[str, Split]) -> None:
+    def __init__(self, board: Board, splits: Mapping[str, Split], epochs: EpochBoard) -> None:
+        self._epochs = epochs
         self._board = board
         self._splits = splits
         self._episodes = {name: split.languages for name, split in splits.items()}
 
     def defaults(self, language: str) -> Choice:
-        """Return the default choice for readers of a language: a split with published runs, preferably a hidden one."""
+        """Return the default choice for readers of a language: a split with published runs, preferably a hidden one.
+
+        Of hidden splits the latest open epoch comes first, and those that are closed come last.
+        """
         languages = self._board.languages()
-        ordered = sorted(languages, key=lambda name: (not self._is_hidden(name), name))
+        epochs = {epoch.statement.split: epoch for epoch in self._epochs.all()}
+
+        def order(name: str) -> tuple[bool, bool, int, str]:
+            epoch = epochs.get(name)
+            if epoch is None:
+                return not self._is_hidden(name), False, 0, name
+            return False, epoch.record.state is not EpochState.OPEN, -epoch.number, name
+
+        ordered = sorted(languages, key=order)
         choices = [
             Choice(name, language if language in languages[name] else next(iter(languages[name]), language))
             for name in ordered
@@ -80,6 +96,7 @@ class StandingsPage:
             "shown": len(fitting),
             "all": len(ranked),
             "about": self._about(t, choice),
+            "epoch": self._epoch(t, choice.split),
             "commands": COMMANDS.format(split=choice.split, language=language),
             "everything": choice.link(sensors="all", coverage="all"),
             "files": choice.link(turns="total", sensors="all", coverage="all", order="desc"),
@@ -115,6 +132,13 @@ class StandingsPage:
         numbers = self._episodes[choice.split]
         episodes = numbers.get(choice.language, min(numbers.values(), default=0))
         return t("standings.about_split", kind=kind, episodes=t.whole(episodes))
+
+    def _epoch(self, t: Texts, split: str) -> str:
+        """Return what a split's epoch is; empty if it is none."""
+        epoch = self._epochs.find(split)
+        if epoch is None:
+            return ""
+        return t("epochs.about", number=t.whole(epoch.number), base=epoch.statement.base, state=state_of(t, epoch))
 
     def _is_hidden(self, name: str) -> bool:
         return name in self._splits and self._splits[name].hidden

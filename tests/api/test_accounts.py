@@ -91,6 +91,9 @@ CALLS: dict[str, Callable[[Person, str], object] | None] = {
     "Leaderboard.Export": None,
     "Leaderboard.GetEntry": None,  # what is published is everybody's
     "Leaderboard.Compare": None,  # of published runs alone
+    "Leaderboard.GetActions": None,  # the same, and only where no split is hidden
+    "Leaderboard.ListEpochs": None,
+    "Leaderboard.CompareEpochs": None,
 }
 
 

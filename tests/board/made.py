@@ -11,8 +11,10 @@ import sqlalchemy as sa
 from server.board.board import Board
 from server.board.comparisons import Family, key_of
 from server.board.entries import Entries
+from server.board.epochs import EpochBoard
 from server.board.publishing import Publishing
 from server.board.standings import COLUMNS, Entry, Mark, Standing
+from server.episodes.epochs import Statement, digest_of, name_of
 from server.episodes.splits import Split
 from server.runs.accounts.callers import HOST, Caller
 from server.runs.play.clocks import Clocks
@@ -20,8 +22,9 @@ from server.runs.results.receipts import Receipts
 from server.runs.results.signing import SigningKey
 from server.runs.storage import tables
 from server.runs.storage.database import Database
+from server.runs.storage.epochs import Epochs
 from server.runs.storage.journal import Journal
-from server.runs.storage.records import COMPLETE, RUNNING, Batch, Ending, Progress, Run
+from server.runs.storage.records import COMPLETE, NO_CODE, RUNNING, Batch, Code, Ending, Progress, Run
 from server.scoring.aggregate import ROWS, Interval
 from server.scoring.episode import METRICS
 from tests import tiny
@@ -47,6 +50,25 @@ class House:
         receipts = Receipts(self.database, self.splits, SigningKey(folder / "key.pem"))
         self.publishing = Publishing(self.journal, self.splits, self.entries, receipts)
         self.board = Board(self.entries, self.splits, steps_per_phase=STEPS, clocks=CLOCKS)
+        self.epochs = Epochs(self.database)
+
+    @property
+    def epoch_board(self) -> EpochBoard:
+        """The epochs, on the present board."""
+        return EpochBoard(self.board, self.entries, self.epochs, self.journal, self.splits)
+
+    def epoch(self, number: int, folder: Path, episodes: int = 3, *, base: str = "test_unseen") -> str:
+        """Open an epoch with a tiny split, and return its name; its secret is not what made its data."""
+        name, secret = name_of(base, number), secret_of(number)
+        split = tiny.write(folder, name, episodes, hidden=True)
+        self.splits[name] = split
+        self.board = Board(self.entries, self.splits, steps_per_phase=STEPS, clocks=CLOCKS)
+        statement = Statement(
+            split=name, base=base, sections=("1",), scale=0.5, episodes=episodes, tried=True, generator="9",
+            sources="5" * 64, data_hash=split.data_hash, secret_sha256=digest_of(secret),
+        )  # fmt: skip
+        self.epochs.open(name, statement.written())
+        return name
 
     def participant(self, *names: str) -> None:
         """Create participants with the given names."""
@@ -69,6 +91,8 @@ class House:
         clocks: Clocks = CLOCKS,
         cause: str = "AGENT_FINISHED",
         over: bool = True,
+        code: Code = NO_CODE,
+        state: str = COMPLETE,
         arguments: tuple[tuple[str, str], ...] = (),
         thinking: tuple[float, int] = (0.0, 0),
     ) -> str:
@@ -78,7 +102,7 @@ class House:
         run = Run(
             run_id=run_id, participant=participant, agent=agent, split=split, language=language, sensors=sensors,
             steps_per_phase=steps, data_hash=self.splits[split].data_hash, server_version="9", state=RUNNING,
-            created_at=NOON, account=account, agent_arguments=arguments, **asdict(clocks),
+            created_at=NOON, account=account, agent_arguments=arguments, **asdict(clocks), code=code,
         )  # fmt: skip
         self.journal.create(run, order[: len(values)])
         if over:
@@ -87,13 +111,18 @@ class House:
                 for episode, value in zip(order, values, strict=False)
             ]
             self.journal.commit(Batch(endings=endings))
-            self.journal.set_state(run_id, COMPLETE)
+            self.journal.set_state(run_id, state)
         return run_id
 
     def publish(self, run_id: str, note: str = "", caller: Caller = HOST) -> str:
         """Publish a run."""
         self.publishing.publish(caller, run_id, note)
         return run_id
+
+
+def secret_of(number: int) -> str:
+    """Return the secret of a made-up epoch."""
+    return f"{number:064x}"
 
 
 def family(standings: Sequence[Standing], scores: Mapping[str, Sequence[float]]) -> Family:

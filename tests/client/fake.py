@@ -78,6 +78,7 @@ class World:
             state=pb.RUN_STATE_RUNNING,
             episodes=len(self.order),
             agent_arguments=request.agent_arguments,
+            code=request.code if request.HasField("code") else None,
         )
         self.requests.append(request)
         return self.run

@@ -247,6 +247,27 @@ def test_a_run_is_resumed_only_with_its_arguments(
     assert main([*TAKING, *command]) == 0
 
 
+CODED = ["--code-url", "https://example.org/a", "--code-commit", "C" * 40, "--code-image", "sha256:" + "d" * 64]
+
+
+def test_the_agents_code_is_named_and_kept_when_resuming(
+    world: World, address: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["--agent", "cli_agents", "--lang", "en", "--server", address]
+    assert main([*command, *CODED]) == 0
+    code = pb.Code(url="https://example.org/a", commit="c" * 40, image="sha256:" + "d" * 64)
+    assert world.requests[0].code == code
+    assert main([*command, *CODED[:-2], "--resume", "run-1"]) == 2
+    assert "was started with other code" in capsys.readouterr().err
+    assert main([*command, *CODED, "--resume", "run-1"]) == 0
+    assert main([*command, "--resume", "run-1"]) == 0
+
+
+def test_without_options_no_code_is_named(world: World, address: str) -> None:
+    assert main(["--agent", "cli_agents", "--lang", "en", "--server", address]) == 0
+    assert not world.requests[0].HasField("code")
+
+
 def test_unreachable_server_is_reported(tmp_path: Path, address: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--agent", "cli_agents", "--lang", "en", "--server", f"unix:{tmp_path}/none"]) == 1
     assert f"error: no server answers at unix:{tmp_path}/none" in capsys.readouterr().err

@@ -102,6 +102,15 @@ def test_receipt_signed_by_the_host_is_verified(verify: Verify) -> None:
     assert f"signed with the key given, {HOST_KEY}\n" in out
 
 
+def test_code_and_epoch_are_shown_if_the_receipt_has_them(verify: Verify) -> None:
+    run = payload()["run"]
+    code = {"url": "https://example.org/walker", "commit": "c" * 40}
+    _, out, _ = verify(signed(payload(run={**run, "code": code}, epoch="e" * 64)), "--key", HOST_KEY)
+    assert f"code: https://example.org/walker, {'c' * 40}\n" in out
+    assert f"epoch with the commitment {'e' * 64}\n" in out
+    assert "code" not in verify(signed(payload()), "--key", HOST_KEY)[1]
+
+
 def test_without_a_key_the_output_says_the_key_was_not_checked(verify: Verify) -> None:
     status, out, _ = verify(signed(payload(), ANOTHER))
     assert status == 3
@@ -182,6 +191,8 @@ NOT_DIGITS = "is not a results file: its actions are not strings of the digits 0
     (signed(without("scores")), f"FILE {NOT_RECEIPT}"),
     (signed(payload(episodes=[{"episode_id": 7}])), f"FILE {NOT_RECEIPT}"),
     (signed(payload(run={})), f"FILE {NOT_RECEIPT}"),
+    (signed(payload(run={**payload()["run"], "code": "mine"})), f"FILE {NOT_RECEIPT}"),
+    (signed(payload(epoch=7)), f"FILE {NOT_RECEIPT}"),
     (signed(payload(digest="00" * 32)), "FILE is inconsistent: its digest does not match its episodes"),
     (signed(payload(episodes=EPISODES[::-1])), "FILE is inconsistent: its digest does not match its episodes"),
 ])  # fmt: skip

@@ -40,7 +40,9 @@ def requests(method: str, **fields: Any) -> Fault:
     def unary(request: Any, call: Unary) -> Any:
         if call.method == method:
             for name, value in fields.items():
-                if isinstance(value, list):
+                if value is None:
+                    request.ClearField(name)
+                elif isinstance(value, list):
                     request.ClearField(name)
                     getattr(request, name).extend(value)
                 else:
@@ -311,7 +313,7 @@ NO_MESSAGE = Fault(refuses=lambda code, _: (code, ""))
 REFUSALS = (
     "version.refused", "limits.max_episodes", "limits.message", "refusals.split", "refusals.language",
     "refusals.sensors", "refusals.hidden_sensors", "refusals.hidden_part", "refusals.agent",
-    "refusals.chosen", "refusals.arguments", "refusals.episodes",
+    "refusals.chosen", "refusals.arguments", "refusals.code", "refusals.episodes",
     "refusals.unknown_run", "refusals.page", "refusals.first_message", "refusals.image_size", "refusals.encoding",
     "refusals.quality", "refusals.unfinished", "refusals.token", "refusals.anonymous", "results.cancelled",
 )  # fmt: skip
@@ -372,6 +374,7 @@ RUNS = [
     ("runs.chosen", Fault(unary=named_are_reversed), "the list of episodes played is"),
     ("runs.chosen", Fault(unary=first_named_alone), "the number of episodes of a run of 2 named ones is 1, expected 2"),
     ("runs.arguments", answers("CreateRun", clears("agent_arguments")), r"the list of the agent's arguments is \[\]"),
+    ("runs.code", answers("CreateRun", clears("code")), "the code's url is ''"),
 ]
 
 STEPS = [
@@ -513,6 +516,7 @@ ACCEPTED = [
     ("refusals.hidden_part", requests("CreateRun", episode_ids=[], episodes=0), "one episode of a hidden split was"),
     ("refusals.chosen", requests("CreateRun", episode_ids=[]), "a run of an unknown episode was accepted"),
     ("refusals.arguments", requests("CreateRun", agent_arguments=[]), "whose name is no identifier was accepted"),
+    ("refusals.code", requests("CreateRun", code=None), "with an address of another kind was accepted"),
     ("refusals.page", requests("ListRuns", page_size=1000), "a page of 1001 runs was accepted"),
     ("refusals.image_size", opens(image_size=0), "a stream with images of 225 pixels was accepted"),
     ("refusals.encoding", opens(encoding=0), "a stream with the encoding 5 was accepted"),

@@ -72,7 +72,9 @@ def test_maps_show_it(data: Path) -> None:
     maps = []
     for episode_id in ("0", "1", "2"):
         made.begin(episode_id, 0)
-        maps.append(made.map(96))
+        drawn = made.map(96)
+        assert drawn is not None
+        maps.append(drawn)
     assert not np.array_equal(maps[0], maps[1])
     assert not np.array_equal(maps[1], maps[2])
 

@@ -10,7 +10,7 @@ from server.runs.accounts.callers import HOST
 from server.runs.play.session import Session
 from server.runs.results.receipts import Receipts
 from server.runs.results.signing import SigningKey
-from server.runs.storage.records import COMPLETE, RUNNING, Batch, Ending, Run
+from server.runs.storage.records import COMPLETE, RUNNING, Batch, Code, Ending, Run
 from server.scoring.episode import METRICS
 from server.sim.bullet import Obstacles
 from server.sim.catalogue import ObjectType
@@ -19,9 +19,10 @@ from server.sim.geometry import Point, Pose
 from server.sim.rules import Collectible, Limits
 from server.web.pages import Pages
 from tests import tiny
-from tests.board.made import CLOCKS, NOON, STEPS, House
+from tests.board.made import CLOCKS, NOON, STEPS, House, secret_of
 from tests.web.serving import Site
 
+OLDER_RUN, REPRODUCED_RUN = "6" * 32, "1" * 32
 OPEN_RUN, HIDDEN_RUN, UNPUBLISHED_RUN, WITHDRAWN_RUN, PRIVILEGED_RUN = (letter * 32 for letter in "abcdf")
 ODD = 0.4375
 """A peculiar episode's places are all off by so much."""
@@ -39,6 +40,7 @@ class WebHouse(House):
 
     def __init__(self, folder: Path) -> None:
         super().__init__(folder)
+        self.folder = folder
         for name, hidden in (("open", False), ("hidden", True)):
             self.splits[name] = peculiar_split(folder, name, hidden=hidden)
         self.receipts = Receipts(self.database, self.splits, SigningKey(folder / "key.pem"))
@@ -52,7 +54,7 @@ class WebHouse(House):
 
     def _served(self) -> Site:
         self.board = Board(self.entries, self.splits, steps_per_phase=STEPS, clocks=CLOCKS)
-        return Site(Pages(self.board, self.journal, self.receipts, self.splits))
+        return Site(Pages(self.board, self.journal, self.receipts, self.splits, self.epoch_board))
 
     def play(
         self, run_id: str, split: str, language: str = "en", *, sensors: tuple[str, ...] = ("rgb", "depth")
@@ -71,8 +73,30 @@ class WebHouse(House):
         self.journal.set_state(run_id, COMPLETE)
         return self.publish(run_id)
 
+    def season(self) -> None:
+        """Opens two epochs, the first one revealed; publishes runs of one agent on both, and reproductions."""
+        self.participant("ann", "bob", "cid")
+        older, newer = (self.epoch(number, self.folder, 12) for number in (1, 2))
+        self.restart()
+        code = Code("https://example.org/walker", "c" * 40)
+        runs = {
+            (older, OLDER_RUN, "ann"): 1.0,
+            (newer, REPRODUCED_RUN, "ann"): 0.75,
+            (newer, "2" * 32, "bob"): 0.5,
+            (newer, "3" * 32, "cid"): 0.75,
+        }
+        for (split, run_id, who), score in runs.items():
+            self.run(run_id, score, split=split, participant=who, account=who, code=code)
+            reproduces = REPRODUCED_RUN if who != "ann" else None
+            self.publishing.publish(HOST, run_id, "", reproduces=reproduces)
+        for split, number in ((older, "4"), (newer, "5")):
+            self.publish(self.run(number * 32, 0.25, split=split, agent="other", participant="bob", account="bob"))
+        self.epochs.close(older)
+        self.epochs.reveal(older, secret_of(1))
+
     def fill(self) -> None:
         """Publishes what most tests look at."""
+        self.season()
         self.play(OPEN_RUN, "open")
         self.play(HIDDEN_RUN, "hidden")
         self.published(1, 1.0, "both-hands", language="hi", split="open", participant="<i>lab</i>")

@@ -20,7 +20,16 @@ from server.scoring.episode import METRICS
 from server.web import pages, texts
 from tests import tiny
 from tests.played import play
-from tests.web.made import HIDDEN_RUN, OPEN_RUN, PECULIAR, UNPUBLISHED_RUN, WITHDRAWN_RUN, WebHouse
+from tests.web.made import (
+    HIDDEN_RUN,
+    OLDER_RUN,
+    OPEN_RUN,
+    PECULIAR,
+    REPRODUCED_RUN,
+    UNPUBLISHED_RUN,
+    WITHDRAWN_RUN,
+    WebHouse,
+)
 from tests.web.reading import Page
 
 GZIP = {"Accept-Encoding": "gzip"}
@@ -37,6 +46,10 @@ PAGES = (
     f"/{{t}}/runs/{OPEN_RUN}",
     f"/{{t}}/runs/{HIDDEN_RUN}",
     f"/{{t}}/runs/{OPEN_RUN}/episodes/quokka-1",
+    "/{t}/epochs",
+    "/{t}/?split=test_unseen_e2&language=en",
+    f"/{{t}}/runs/{OLDER_RUN}",
+    f"/{{t}}/runs/{REPRODUCED_RUN}",
 )
 EVERYWHERE = [page.format(t=t) for page in PAGES for t in ("en", "hi")]
 
@@ -211,6 +224,9 @@ def test_static_files_are_cached_permanently(shown: WebHouse) -> None:
         f"/runs/{UNPUBLISHED_RUN}/receipt.json",
         f"/runs/{WITHDRAWN_RUN}/receipt.json",
         f"/runs/{'e' * 32}/receipt.json",
+        f"/runs/{UNPUBLISHED_RUN}/actions.json",
+        f"/runs/{HIDDEN_RUN}/actions.json",
+        "/en/epochs?sort=best",
         "/standings.xml",
     ],
 )

@@ -21,6 +21,7 @@ COMMANDS = {
     "publish": "put a run on the leaderboard",
     "report": "show scores by what the turns ask for: what runs can and cannot do",
     "withdraw": "take a run off the leaderboard",
+    "epochs": "list the epochs of a server's hidden splits, or compare agents on two of them",
     "conformance": "check that a server implements the protocol correctly",
     "verify": "check a receipt: its signature, the host's key and the actions that were sent",
 }
@@ -55,6 +56,9 @@ def parser() -> argparse.ArgumentParser:
         metavar="NAME=VALUE",
         help="argument for the agent's constructor, e.g. beam=4; repeatable. Published with the run",
     )
+    add("--code-url", default="", metavar="URL", help="address of the agent's code. Published with the run")
+    add("--code-commit", default="", metavar="ID", help="full id of the code's commit, with --code-url")
+    add("--code-image", default="", metavar="DIGEST", help="digest of the agent's container image: sha256:...")
     add("--lang", metavar="L", help="language of the instructions: en, hi, ... (required unless --resume)")
     add("--split", metavar="S", help="split to play (default: the server's only split with that language)")
     add("--server", metavar="ADDR", help="host:port or unix:/path (default: start an embedded server)")

@@ -16,7 +16,7 @@ from rich.console import Console
 from arramon.v1 import evaluation_pb2
 from arramon_client import arguments, dry_run, receipts, results, run_settings
 from arramon_client.agent import Agent
-from arramon_client.commands import account, leaderboard, report, runs, verify
+from arramon_client.commands import account, epochs, leaderboard, report, runs, verify
 from arramon_client.commands.base import ERROR, INTERRUPTED, SUCCESS, USAGE
 from arramon_client.conformance import command as conformance
 from arramon_client.errors import (
@@ -48,6 +48,7 @@ COMMANDS = {
     "account": account.main,
     "cancel": runs.cancel,
     "conformance": conformance.main,
+    "epochs": epochs.main,
     "leaderboard": leaderboard.show,
     "publish": leaderboard.publish,
     "report": report.main,
@@ -198,6 +199,7 @@ class _Client:
             agent_arguments=[
                 evaluation_pb2.AgentArgument(name=name, value=typed) for name, typed in options.agent_arguments.items()
             ],
+            code=_code(options),
         )
         self._settings(server)  # Fail before creating a run that could not be played.
         return call(server.stub.CreateRun, request, server.address)
@@ -215,6 +217,9 @@ class _Client:
         ):
             if asked is not None and asked != kept:
                 raise UsageError(f"run {run.run_id} was started with {option} {kept}, not {asked}")
+        code = _code(options)
+        if code is not None and code != run.code:
+            raise UsageError(f"run {run.run_id} was started with other code than --code-url and the like name")
         kept_arguments = {argument.name: argument.value for argument in run.agent_arguments}
         if options.agent_arguments != kept_arguments:
             begun, asked = (_typed(each) or "no --agent-arg" for each in (kept_arguments, options.agent_arguments))
@@ -301,12 +306,16 @@ class _Client:
         path = results.write_results(report, failures, self.output, sent)
         scores.print(f"results: {path}", markup=False, highlight=False, soft_wrap=True)
         self.unfinished = ""
+        cancelled = report.run.state == evaluation_pb2.RUN_STATE_CANCELLED
+        if cancelled:
+            self.say(f"run {report.run.run_id} was cancelled: its unfinished episodes were given up")
         if self.recording is not None and self.recording.error is not None:
             self.say(f"error: {self.recording.error}; scores and results are not affected")
         elif self.recording is not None:
             scores.print(f"recording: {self.recording.index}", markup=False, highlight=False, soft_wrap=True)
         if not failures:
-            return SUCCESS if self.recording is None or self.recording.error is None else ERROR
+            recorded = self.recording is None or self.recording.error is None
+            return SUCCESS if recorded and not cancelled else ERROR
         given_up = len({episode_id for failure in failures for episode_id in failure.episode_ids})
         self.say(f"\nthe agent failed {len(failures)} time(s); {given_up} episode(s) were given up. First failure:")
         self.say(failures[0].details or failures[0].message)
@@ -314,6 +323,12 @@ class _Client:
         for message, count in others.most_common(5):
             self.say(f"{count} more with: {message}")
         return AGENT_FAILED
+
+
+def _code(options: argparse.Namespace) -> evaluation_pb2.Code | None:
+    """Return where the agent's code is, as the server keeps it; None if no option names it."""
+    code = evaluation_pb2.Code(url=options.code_url, commit=options.code_commit.lower(), image=options.code_image)
+    return code if code != evaluation_pb2.Code() else None
 
 
 def _typed(arguments: Mapping[str, str]) -> str:

@@ -30,6 +30,7 @@ SHAPE = {
     "run": {
         **dict.fromkeys(("run_id", "participant", "agent", "split", "language", "state", "created_at"), str),
         "ended_at": (str, type(None)),
+        "code": (dict, type(None)),
     },
     "limits": dict.fromkeys(("steps_per_phase", "step_seconds", "bank_seconds"), NUMBER),
     "data_hash": str,
@@ -40,6 +41,7 @@ SHAPE = {
     "scores": {EVERY: {EVERY: dict.fromkeys(("mean", "low", "high"), NUMBER)}},
     "episodes": [{"episode_id": str, "cause": str, "steps": int, "head": str}],
     "digest": str,
+    "epoch": (str, type(None)),
 }
 """Fields and types that a receipt must have at least; a valid signature does not guarantee them."""
 

@@ -281,6 +281,7 @@ class CreateRunRequest(_message.Message):
     PARTICIPANT_FIELD_NUMBER: _builtins.int
     AGENT_ARGUMENTS_FIELD_NUMBER: _builtins.int
     EPISODE_IDS_FIELD_NUMBER: _builtins.int
+    CODE_FIELD_NUMBER: _builtins.int
     agent: _builtins.str
     """A name for the leaderboard."""
     split: _builtins.str
@@ -310,6 +311,12 @@ class CreateRunRequest(_message.Message):
         Play only these episodes, in this order; `episodes` must then be 0. Refused on a
         """
 
+    @_builtins.property
+    def code(self) -> Global___Code:
+        """hidden split.
+        The agent's code, if the participant names it. It is public with the run.
+        """
+
     def __init__(
         self,
         *,
@@ -321,14 +328,45 @@ class CreateRunRequest(_message.Message):
         participant: _builtins.str = ...,
         agent_arguments: _abc.Iterable[Global___AgentArgument] | None = ...,
         episode_ids: _abc.Iterable[_builtins.str] | None = ...,
+        code: Global___Code | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["code", b"code"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["agent", b"agent", "agent_arguments", b"agent_arguments", "episode_ids", b"episode_ids", "episodes", b"episodes", "language", b"language", "participant", b"participant", "sensors", b"sensors", "split", b"split"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["agent", b"agent", "agent_arguments", b"agent_arguments", "code", b"code", "episode_ids", b"episode_ids", "episodes", b"episodes", "language", b"language", "participant", b"participant", "sensors", b"sensors", "split", b"split"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
 Global___CreateRunRequest: _TypeAlias = CreateRunRequest  # noqa: Y015
+
+@_typing.final
+class Code(_message.Message):
+    """Where the code of an agent can be found, so that others can play the same agent. Any field may be empty."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    URL_FIELD_NUMBER: _builtins.int
+    COMMIT_FIELD_NUMBER: _builtins.int
+    IMAGE_FIELD_NUMBER: _builtins.int
+    url: _builtins.str
+    """Address of its repository or page, http or https, at most 300 characters, without a password."""
+    commit: _builtins.str
+    """Full id of its commit, 40 or 64 hexadecimal digits; only with an address."""
+    image: _builtins.str
+    """Digest of its container image, such as "ghcr.io/lab/agent@sha256:..." or "sha256:..."."""
+    def __init__(
+        self,
+        *,
+        url: _builtins.str = ...,
+        commit: _builtins.str = ...,
+        image: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["commit", b"commit", "image", b"image", "url", b"url"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Code: _TypeAlias = Code  # noqa: Y015
 
 @_typing.final
 class AgentArgument(_message.Message):
@@ -488,6 +526,7 @@ class Run(_message.Message):
     BANK_SECONDS_LEFT_FIELD_NUMBER: _builtins.int
     PUBLISHED_FIELD_NUMBER: _builtins.int
     AGENT_ARGUMENTS_FIELD_NUMBER: _builtins.int
+    CODE_FIELD_NUMBER: _builtins.int
     THINKING_SECONDS_FIELD_NUMBER: _builtins.int
     TIMED_STEPS_FIELD_NUMBER: _builtins.int
     run_id: _builtins.str
@@ -536,6 +575,10 @@ class Run(_message.Message):
     def agent_arguments(self) -> _containers.RepeatedCompositeFieldContainer[Global___AgentArgument]:
         """Arguments of its agent, sorted by name."""
 
+    @_builtins.property
+    def code(self) -> Global___Code:
+        """Its agent's code; absent if the participant did not name it."""
+
     def __init__(
         self,
         *,
@@ -559,12 +602,13 @@ class Run(_message.Message):
         bank_seconds_left: _builtins.float | None = ...,
         published: _builtins.bool = ...,
         agent_arguments: _abc.Iterable[Global___AgentArgument] | None = ...,
+        code: Global___Code | None = ...,
         thinking_seconds: _builtins.float = ...,
         timed_steps: _builtins.int = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left", "bank_seconds_left", b"bank_seconds_left", "limits", b"limits"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left", "bank_seconds_left", b"bank_seconds_left", "code", b"code", "limits", b"limits"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left", "agent", b"agent", "agent_arguments", b"agent_arguments", "bank_seconds_left", b"bank_seconds_left", "causes", b"causes", "created_at", b"created_at", "data_hash", b"data_hash", "ended_at", b"ended_at", "episodes", b"episodes", "episodes_ended", b"episodes_ended", "images", b"images", "language", b"language", "limits", b"limits", "participant", b"participant", "published", b"published", "reoffers", b"reoffers", "run_id", b"run_id", "sensors", b"sensors", "split", b"split", "state", b"state", "steps", b"steps", "thinking_seconds", b"thinking_seconds", "timed_steps", b"timed_steps"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left", "agent", b"agent", "agent_arguments", b"agent_arguments", "bank_seconds_left", b"bank_seconds_left", "causes", b"causes", "code", b"code", "created_at", b"created_at", "data_hash", b"data_hash", "ended_at", b"ended_at", "episodes", b"episodes", "episodes_ended", b"episodes_ended", "images", b"images", "language", b"language", "limits", b"limits", "participant", b"participant", "published", b"published", "reoffers", b"reoffers", "run_id", b"run_id", "sensors", b"sensors", "split", b"split", "state", b"state", "steps", b"steps", "thinking_seconds", b"thinking_seconds", "timed_steps", b"timed_steps"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__bank_seconds_left: _TypeAlias = _typing.Literal["bank_seconds_left"]  # noqa: Y015
     _WhichOneofArgType__bank_seconds_left: _TypeAlias = _typing.Literal["_bank_seconds_left", b"_bank_seconds_left"]  # noqa: Y015

@@ -41,6 +41,8 @@ class _MarkEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_Mark.ValueType],
     """
     MARK_OTHER_CLOCKS: _Mark.ValueType  # 6
     """Played with other clocks than ranked runs, as for MARK_OTHER_LIMITS. Not ranked."""
+    MARK_REPRODUCTION: _Mark.ValueType  # 7
+    """Reproduces another participant's run, beside which it is compared. Not ranked."""
 
 class Mark(_Mark, metaclass=_MarkEnumTypeWrapper):
     """A condition under which an entry's scores are not comparable, or only with care."""
@@ -60,7 +62,34 @@ Some of its episodes ended through the server's fault, and count as not played.
 """
 MARK_OTHER_CLOCKS: Mark.ValueType  # 6
 """Played with other clocks than ranked runs, as for MARK_OTHER_LIMITS. Not ranked."""
+MARK_REPRODUCTION: Mark.ValueType  # 7
+"""Reproduces another participant's run, beside which it is compared. Not ranked."""
 Global___Mark: _TypeAlias = Mark  # noqa: Y015
+
+class _EpochState:
+    ValueType = _typing.NewType("ValueType", _builtins.int)
+    V: _TypeAlias = ValueType  # noqa: Y015
+
+class _EpochStateEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_EpochState.ValueType], _builtins.type):
+    DESCRIPTOR: _descriptor.EnumDescriptor
+    EPOCH_STATE_UNSPECIFIED: _EpochState.ValueType  # 0
+    EPOCH_STATE_OPEN: _EpochState.ValueType  # 1
+    """Runs are accepted."""
+    EPOCH_STATE_CLOSED: _EpochState.ValueType  # 2
+    """No new runs are accepted; those that were begun may be played to their end."""
+    EPOCH_STATE_REVEALED: _EpochState.ValueType  # 3
+    """No run is being played, and the secret is public."""
+
+class EpochState(_EpochState, metaclass=_EpochStateEnumTypeWrapper): ...
+
+EPOCH_STATE_UNSPECIFIED: EpochState.ValueType  # 0
+EPOCH_STATE_OPEN: EpochState.ValueType  # 1
+"""Runs are accepted."""
+EPOCH_STATE_CLOSED: EpochState.ValueType  # 2
+"""No new runs are accepted; those that were begun may be played to their end."""
+EPOCH_STATE_REVEALED: EpochState.ValueType  # 3
+"""No run is being played, and the secret is public."""
+Global___EpochState: _TypeAlias = EpochState  # noqa: Y015
 
 @_typing.final
 class PublishRequest(_message.Message):
@@ -68,26 +97,35 @@ class PublishRequest(_message.Message):
 
     RUN_ID_FIELD_NUMBER: _builtins.int
     NOTE_FIELD_NUMBER: _builtins.int
+    REPRODUCES_FIELD_NUMBER: _builtins.int
     COST_FIELD_NUMBER: _builtins.int
     run_id: _builtins.str
     note: _builtins.str
     """One line of at most 500 characters for readers, such as the address of a paper or of code."""
+    reproduces: _builtins.str
+    """Id of a published run that this run reproduces, empty for none; absent: as before. The"""
     @_builtins.property
     def cost(self) -> Global___Cost:
-        """What the run cost, as declared; absent: leave what was declared before."""
+        """other run is another account's, has the same agent, code and settings, and played
+        the same episodes.
+        What the run cost, as declared; absent: leave what was declared before.
+        """
 
     def __init__(
         self,
         *,
         run_id: _builtins.str = ...,
         note: _builtins.str = ...,
+        reproduces: _builtins.str | None = ...,
         cost: Global___Cost | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["cost", b"cost"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_reproduces", b"_reproduces", "cost", b"cost", "reproduces", b"reproduces"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["cost", b"cost", "note", b"note", "run_id", b"run_id"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_reproduces", b"_reproduces", "cost", b"cost", "note", b"note", "reproduces", b"reproduces", "run_id", b"run_id"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
-    def WhichOneof(self, oneof_group: _Never) -> None: ...
+    _WhichOneofReturnType__reproduces: _TypeAlias = _typing.Literal["reproduces"]  # noqa: Y015
+    _WhichOneofArgType__reproduces: _TypeAlias = _typing.Literal["_reproduces", b"_reproduces"]  # noqa: Y015
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__reproduces) -> _WhichOneofReturnType__reproduces | None: ...
 
 Global___PublishRequest: _TypeAlias = PublishRequest  # noqa: Y015
 
@@ -453,6 +491,7 @@ class Standing(_message.Message):
     RUNS_PUBLISHED_FIELD_NUMBER: _builtins.int
     GAP_FIELD_NUMBER: _builtins.int
     LAST_RANK_FIELD_NUMBER: _builtins.int
+    REPRODUCED_BY_FIELD_NUMBER: _builtins.int
     SPREAD_FIELD_NUMBER: _builtins.int
     rank: _builtins.int
     """One more than the number of standings that are shown to be better by paired tests; 0 if not ranked."""
@@ -469,6 +508,8 @@ class Standing(_message.Message):
     runs_published: _builtins.int
     last_rank: _builtins.int
     """The last rank that it could have, given the differences that are shown; 0 if not ranked."""
+    reproduced_by: _builtins.int
+    """Other accounts that published a reproduction, in each of its languages, of any seed."""
     @_builtins.property
     def sensors(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
         """Sensors of any of its entries."""
@@ -509,11 +550,12 @@ class Standing(_message.Message):
         runs_published: _builtins.int = ...,
         gap: Global___LanguageGap | None = ...,
         last_rank: _builtins.int = ...,
+        reproduced_by: _builtins.int = ...,
         spread: Global___SeedSpread | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "coverage", b"coverage", "gap", b"gap", "spread", b"spread"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "agent", b"agent", "coverage", b"coverage", "entries", b"entries", "gap", b"gap", "last_rank", b"last_rank", "marks", b"marks", "participant", b"participant", "rank", b"rank", "rows", b"rows", "runs_begun", b"runs_begun", "runs_published", b"runs_published", "sensors", b"sensors", "spread", b"spread", "tied", b"tied"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "agent", b"agent", "coverage", b"coverage", "entries", b"entries", "gap", b"gap", "last_rank", b"last_rank", "marks", b"marks", "participant", b"participant", "rank", b"rank", "reproduced_by", b"reproduced_by", "rows", b"rows", "runs_begun", b"runs_begun", "runs_published", b"runs_published", "sensors", b"sensors", "spread", b"spread", "tied", b"tied"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__coverage: _TypeAlias = _typing.Literal["coverage"]  # noqa: Y015
     _WhichOneofArgType__coverage: _TypeAlias = _typing.Literal["_coverage", b"_coverage"]  # noqa: Y015
@@ -621,6 +663,9 @@ class Entry(_message.Message):
     RUNS_BEGUN_FIELD_NUMBER: _builtins.int
     RUNS_PUBLISHED_FIELD_NUMBER: _builtins.int
     PUBLIC_KEY_FIELD_NUMBER: _builtins.int
+    REPRODUCED_BY_FIELD_NUMBER: _builtins.int
+    REPRODUCES_FIELD_NUMBER: _builtins.int
+    REPRODUCTIONS_FIELD_NUMBER: _builtins.int
     COST_FIELD_NUMBER: _builtins.int
     signature: _builtins.str
     """As in Report."""
@@ -637,6 +682,10 @@ class Entry(_message.Message):
     runs_published: _builtins.int
     public_key: _builtins.bytes
     """The host's key that signed the receipt, 32 bytes; omitted in lists."""
+    reproduced_by: _builtins.int
+    """Other accounts that published a reproduction of it."""
+    reproduces: _builtins.str
+    """Id of the run that it reproduces; empty if none."""
     @_builtins.property
     def run(self) -> _evaluation_pb2.Run:
         """Without `bank_seconds_left`, which only its participant receives."""
@@ -648,6 +697,10 @@ class Entry(_message.Message):
     @_builtins.property
     def marks(self) -> _containers.RepeatedScalarFieldContainer[Global___Mark.ValueType]:
         """split's data has changed since the run."""
+
+    @_builtins.property
+    def reproductions(self) -> _containers.RepeatedCompositeFieldContainer[Global___Reproduction]:
+        """Published reproductions, the earliest first; omitted in lists."""
 
     @_builtins.property
     def cost(self) -> Global___Cost:
@@ -667,17 +720,330 @@ class Entry(_message.Message):
         runs_begun: _builtins.int = ...,
         runs_published: _builtins.int = ...,
         public_key: _builtins.bytes = ...,
+        reproduced_by: _builtins.int = ...,
+        reproduces: _builtins.str = ...,
+        reproductions: _abc.Iterable[Global___Reproduction] | None = ...,
         cost: Global___Cost | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "cost", b"cost", "coverage", b"coverage", "run", b"run"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "cost", b"cost", "coverage", b"coverage", "marks", b"marks", "note", b"note", "public_key", b"public_key", "published_at", b"published_at", "receipt_digest", b"receipt_digest", "rows", b"rows", "run", b"run", "runs_begun", b"runs_begun", "runs_published", b"runs_published", "signature", b"signature"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "cost", b"cost", "coverage", b"coverage", "marks", b"marks", "note", b"note", "public_key", b"public_key", "published_at", b"published_at", "receipt_digest", b"receipt_digest", "reproduced_by", b"reproduced_by", "reproduces", b"reproduces", "reproductions", b"reproductions", "rows", b"rows", "run", b"run", "runs_begun", b"runs_begun", "runs_published", b"runs_published", "signature", b"signature"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__coverage: _TypeAlias = _typing.Literal["coverage"]  # noqa: Y015
     _WhichOneofArgType__coverage: _TypeAlias = _typing.Literal["_coverage", b"_coverage"]  # noqa: Y015
     def WhichOneof(self, oneof_group: _WhichOneofArgType__coverage) -> _WhichOneofReturnType__coverage | None: ...
 
 Global___Entry: _TypeAlias = Entry  # noqa: Y015
+
+@_typing.final
+class Reproduction(_message.Message):
+    """A published run that reproduces another one: the same agent, code, settings and episodes, played by another account."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    RUN_FIELD_NUMBER: _builtins.int
+    PUBLISHED_AT_FIELD_NUMBER: _builtins.int
+    DIFFERENCES_FIELD_NUMBER: _builtins.int
+    published_at: _builtins.str
+    """RFC 3339, UTC."""
+    @_builtins.property
+    def run(self) -> _evaluation_pb2.Run:
+        """As in Entry."""
+
+    @_builtins.property
+    def differences(self) -> _containers.RepeatedCompositeFieldContainer[_evaluation_pb2.Score]:
+        """By metric, in both turns: the reproduction's mean minus that of the original, with the"""
+
+    def __init__(
+        self,
+        *,
+        run: _evaluation_pb2.Run | None = ...,
+        published_at: _builtins.str = ...,
+        differences: _abc.Iterable[_evaluation_pb2.Score] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["run", b"run"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["differences", b"differences", "published_at", b"published_at", "run", b"run"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Reproduction: _TypeAlias = Reproduction  # noqa: Y015
+
+@_typing.final
+class GetActionsRequest(_message.Message):
+    DESCRIPTOR: _descriptor.Descriptor
+
+    RUN_ID_FIELD_NUMBER: _builtins.int
+    run_id: _builtins.str
+    def __init__(
+        self,
+        *,
+        run_id: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["run_id", b"run_id"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___GetActionsRequest: _TypeAlias = GetActionsRequest  # noqa: Y015
+
+@_typing.final
+class Actions(_message.Message):
+    """All recorded actions of a run."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    @_typing.final
+    class EpisodesEntry(_message.Message):
+        DESCRIPTOR: _descriptor.Descriptor
+
+        KEY_FIELD_NUMBER: _builtins.int
+        VALUE_FIELD_NUMBER: _builtins.int
+        key: _builtins.str
+        value: _builtins.bytes
+        def __init__(
+            self,
+            *,
+            key: _builtins.str = ...,
+            value: _builtins.bytes = ...,
+        ) -> None: ...
+        _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+        def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+        _ClearFieldArgType: _TypeAlias = _typing.Literal["key", b"key", "value", b"value"]  # noqa: Y015
+        def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+        def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+    RUN_ID_FIELD_NUMBER: _builtins.int
+    EPISODES_FIELD_NUMBER: _builtins.int
+    run_id: _builtins.str
+    @_builtins.property
+    def episodes(self) -> _containers.ScalarMap[_builtins.str, _builtins.bytes]:
+        """By episode id, one byte for each action: its number in `Action`."""
+
+    def __init__(
+        self,
+        *,
+        run_id: _builtins.str = ...,
+        episodes: _abc.Mapping[_builtins.str, _builtins.bytes] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["episodes", b"episodes", "run_id", b"run_id"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Actions: _TypeAlias = Actions  # noqa: Y015
+
+@_typing.final
+class ListEpochsRequest(_message.Message):
+    DESCRIPTOR: _descriptor.Descriptor
+
+    def __init__(
+        self,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___ListEpochsRequest: _TypeAlias = ListEpochsRequest  # noqa: Y015
+
+@_typing.final
+class ListEpochsResponse(_message.Message):
+    DESCRIPTOR: _descriptor.Descriptor
+
+    EPOCHS_FIELD_NUMBER: _builtins.int
+    @_builtins.property
+    def epochs(self) -> _containers.RepeatedCompositeFieldContainer[Global___Epoch]:
+        """By split of the data set, the latest first."""
+
+    def __init__(
+        self,
+        *,
+        epochs: _abc.Iterable[Global___Epoch] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["epochs", b"epochs"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___ListEpochsResponse: _TypeAlias = ListEpochsResponse  # noqa: Y015
+
+@_typing.final
+class Epoch(_message.Message):
+    """An epoch of a hidden split: a split of its own, from a secret of its own."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    SPLIT_FIELD_NUMBER: _builtins.int
+    STATE_FIELD_NUMBER: _builtins.int
+    STATEMENT_FIELD_NUMBER: _builtins.int
+    COMMITMENT_FIELD_NUMBER: _builtins.int
+    OPENED_AT_FIELD_NUMBER: _builtins.int
+    CLOSED_AT_FIELD_NUMBER: _builtins.int
+    REVEALED_AT_FIELD_NUMBER: _builtins.int
+    SECRET_FIELD_NUMBER: _builtins.int
+    COMMAND_FIELD_NUMBER: _builtins.int
+    split: _builtins.str
+    """Its split, such as "test_unseen_e2"."""
+    state: Global___EpochState.ValueType
+    statement: _builtins.bytes
+    """What the host committed to when it opened the epoch, as canonical JSON (RFC 8785), described"""
+    commitment: _builtins.bytes
+    """in docs/hosting.md. Its SHA-256 is the commitment.
+    SHA-256 of the statement, 32 bytes; in the receipt of every run on the epoch.
+    """
+    opened_at: _builtins.str
+    """RFC 3339, UTC."""
+    closed_at: _builtins.str
+    """Empty while it is open."""
+    revealed_at: _builtins.str
+    """Empty until the secret is revealed."""
+    secret: _builtins.str
+    """64 hexadecimal digits; empty until it is revealed."""
+    command: _builtins.str
+    """Command that generates the split again, once the secret is revealed."""
+    def __init__(
+        self,
+        *,
+        split: _builtins.str = ...,
+        state: Global___EpochState.ValueType = ...,
+        statement: _builtins.bytes = ...,
+        commitment: _builtins.bytes = ...,
+        opened_at: _builtins.str = ...,
+        closed_at: _builtins.str = ...,
+        revealed_at: _builtins.str = ...,
+        secret: _builtins.str = ...,
+        command: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["closed_at", b"closed_at", "command", b"command", "commitment", b"commitment", "opened_at", b"opened_at", "revealed_at", b"revealed_at", "secret", b"secret", "split", b"split", "state", b"state", "statement", b"statement"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Epoch: _TypeAlias = Epoch  # noqa: Y015
+
+@_typing.final
+class CompareEpochsRequest(_message.Message):
+    DESCRIPTOR: _descriptor.Descriptor
+
+    OLDER_FIELD_NUMBER: _builtins.int
+    NEWER_FIELD_NUMBER: _builtins.int
+    LANGUAGE_FIELD_NUMBER: _builtins.int
+    SORT_FIELD_NUMBER: _builtins.int
+    older: _builtins.str
+    """Split of the older epoch."""
+    newer: _builtins.str
+    """Split of the newer epoch of the same split of the data set."""
+    language: _builtins.str
+    sort: _builtins.str
+    """Metric to compare; empty: "PTC@CTC-3"."""
+    def __init__(
+        self,
+        *,
+        older: _builtins.str = ...,
+        newer: _builtins.str = ...,
+        language: _builtins.str = ...,
+        sort: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["language", b"language", "newer", b"newer", "older", b"older", "sort", b"sort"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___CompareEpochsRequest: _TypeAlias = CompareEpochsRequest  # noqa: Y015
+
+@_typing.final
+class CompareEpochsResponse(_message.Message):
+    DESCRIPTOR: _descriptor.Descriptor
+
+    AGENTS_FIELD_NUMBER: _builtins.int
+    MEAN_FIELD_NUMBER: _builtins.int
+    SORT_FIELD_NUMBER: _builtins.int
+    sort: _builtins.str
+    @_builtins.property
+    def agents(self) -> _containers.RepeatedCompositeFieldContainer[Global___EpochComparison]:
+        """By difference, the greatest fall first."""
+
+    @_builtins.property
+    def mean(self) -> _evaluation_pb2.Score:
+        """Mean difference over these agents, the newer epoch minus the older one, with its 95% confidence interval for other
+        episodes; absent without agents.
+        """
+
+    def __init__(
+        self,
+        *,
+        agents: _abc.Iterable[Global___EpochComparison] | None = ...,
+        mean: _evaluation_pb2.Score | None = ...,
+        sort: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["mean", b"mean"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["agents", b"agents", "mean", b"mean", "sort", b"sort"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___CompareEpochsResponse: _TypeAlias = CompareEpochsResponse  # noqa: Y015
+
+@_typing.final
+class EpochComparison(_message.Message):
+    """How one agent stands on two epochs."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    OLDER_FIELD_NUMBER: _builtins.int
+    NEWER_FIELD_NUMBER: _builtins.int
+    OLDER_MEAN_FIELD_NUMBER: _builtins.int
+    NEWER_MEAN_FIELD_NUMBER: _builtins.int
+    DIFFERENCE_FIELD_NUMBER: _builtins.int
+    AGAINST_OTHERS_FIELD_NUMBER: _builtins.int
+    SAME_CODE_FIELD_NUMBER: _builtins.int
+    older_mean: _builtins.float
+    newer_mean: _builtins.float
+    same_code: _builtins.bool
+    """common for all is taken out. Absent with one agent.
+    Whether both runs name the same code.
+    """
+    @_builtins.property
+    def older(self) -> Global___Standing:
+        """Without rows."""
+
+    @_builtins.property
+    def newer(self) -> Global___Standing:
+        """Without rows."""
+
+    @_builtins.property
+    def difference(self) -> _evaluation_pb2.Score:
+        """The newer minus the older mean, with its 95% confidence interval for other episodes."""
+
+    @_builtins.property
+    def against_others(self) -> _evaluation_pb2.Score:
+        """The same, minus the mean of that of all other agents: what the episodes' difficulty has in"""
+
+    def __init__(
+        self,
+        *,
+        older: Global___Standing | None = ...,
+        newer: Global___Standing | None = ...,
+        older_mean: _builtins.float = ...,
+        newer_mean: _builtins.float = ...,
+        difference: _evaluation_pb2.Score | None = ...,
+        against_others: _evaluation_pb2.Score | None = ...,
+        same_code: _builtins.bool = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["against_others", b"against_others", "difference", b"difference", "newer", b"newer", "older", b"older"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["against_others", b"against_others", "difference", b"difference", "newer", b"newer", "newer_mean", b"newer_mean", "older", b"older", "older_mean", b"older_mean", "same_code", b"same_code"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___EpochComparison: _TypeAlias = EpochComparison  # noqa: Y015
 
 @_typing.final
 class Reference(_message.Message):

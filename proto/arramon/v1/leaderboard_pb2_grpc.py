@@ -26,7 +26,8 @@ if _version_not_supported:
 
 
 class LeaderboardStub:
-    """List, GetEntry, Compare and Export need no token. They return no data of single episodes.
+    """Only Publish and Withdraw need a token. GetActions alone returns data of single episodes, and only of splits that are not, or not any
+    longer, hidden.
     """
 
     def __init__(self, channel):
@@ -65,10 +66,26 @@ class LeaderboardStub:
                 request_serializer=arramon_dot_v1_dot_leaderboard__pb2.ExportRequest.SerializeToString,
                 response_deserializer=arramon_dot_v1_dot_leaderboard__pb2.ExportResponse.FromString,
                 _registered_method=True)
+        self.GetActions = channel.unary_unary(
+                '/arramon.v1.Leaderboard/GetActions',
+                request_serializer=arramon_dot_v1_dot_leaderboard__pb2.GetActionsRequest.SerializeToString,
+                response_deserializer=arramon_dot_v1_dot_leaderboard__pb2.Actions.FromString,
+                _registered_method=True)
+        self.ListEpochs = channel.unary_unary(
+                '/arramon.v1.Leaderboard/ListEpochs',
+                request_serializer=arramon_dot_v1_dot_leaderboard__pb2.ListEpochsRequest.SerializeToString,
+                response_deserializer=arramon_dot_v1_dot_leaderboard__pb2.ListEpochsResponse.FromString,
+                _registered_method=True)
+        self.CompareEpochs = channel.unary_unary(
+                '/arramon.v1.Leaderboard/CompareEpochs',
+                request_serializer=arramon_dot_v1_dot_leaderboard__pb2.CompareEpochsRequest.SerializeToString,
+                response_deserializer=arramon_dot_v1_dot_leaderboard__pb2.CompareEpochsResponse.FromString,
+                _registered_method=True)
 
 
 class LeaderboardServicer:
-    """List, GetEntry, Compare and Export need no token. They return no data of single episodes.
+    """Only Publish and Withdraw need a token. GetActions alone returns data of single episodes, and only of splits that are not, or not any
+    longer, hidden.
     """
 
     def Publish(self, request, context):
@@ -115,6 +132,28 @@ class LeaderboardServicer:
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def GetActions(self, request, context):
+        """Returns the actions of a published run, so that anyone can rescore its receipt; on a split that is open, or an epoch
+        whose secret is revealed. FAILED_PRECONDITION on any other split.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def ListEpochs(self, request, context):
+        """Returns the epochs of hidden splits, each with its commitment, and its secret once it is revealed.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def CompareEpochs(self, request, context):
+        """Returns how the agents with ranked runs on two epochs of a split stand on the older one against the newer.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
 
 def add_LeaderboardServicer_to_server(servicer, server):
     rpc_method_handlers = {
@@ -148,6 +187,21 @@ def add_LeaderboardServicer_to_server(servicer, server):
                     request_deserializer=arramon_dot_v1_dot_leaderboard__pb2.ExportRequest.FromString,
                     response_serializer=arramon_dot_v1_dot_leaderboard__pb2.ExportResponse.SerializeToString,
             ),
+            'GetActions': grpc.unary_unary_rpc_method_handler(
+                    servicer.GetActions,
+                    request_deserializer=arramon_dot_v1_dot_leaderboard__pb2.GetActionsRequest.FromString,
+                    response_serializer=arramon_dot_v1_dot_leaderboard__pb2.Actions.SerializeToString,
+            ),
+            'ListEpochs': grpc.unary_unary_rpc_method_handler(
+                    servicer.ListEpochs,
+                    request_deserializer=arramon_dot_v1_dot_leaderboard__pb2.ListEpochsRequest.FromString,
+                    response_serializer=arramon_dot_v1_dot_leaderboard__pb2.ListEpochsResponse.SerializeToString,
+            ),
+            'CompareEpochs': grpc.unary_unary_rpc_method_handler(
+                    servicer.CompareEpochs,
+                    request_deserializer=arramon_dot_v1_dot_leaderboard__pb2.CompareEpochsRequest.FromString,
+                    response_serializer=arramon_dot_v1_dot_leaderboard__pb2.CompareEpochsResponse.SerializeToString,
+            ),
     }
     generic_handler = grpc.method_handlers_generic_handler(
             'arramon.v1.Leaderboard', rpc_method_handlers)
@@ -157,7 +211,8 @@ def add_LeaderboardServicer_to_server(servicer, server):
 
  # This class is part of an EXPERIMENTAL API.
 class Leaderboard:
-    """List, GetEntry, Compare and Export need no token. They return no data of single episodes.
+    """Only Publish and Withdraw need a token. GetActions alone returns data of single episodes, and only of splits that are not, or not any
+    longer, hidden.
     """
 
     @staticmethod
@@ -312,6 +367,87 @@ class Leaderboard:
             '/arramon.v1.Leaderboard/Export',
             arramon_dot_v1_dot_leaderboard__pb2.ExportRequest.SerializeToString,
             arramon_dot_v1_dot_leaderboard__pb2.ExportResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def GetActions(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/arramon.v1.Leaderboard/GetActions',
+            arramon_dot_v1_dot_leaderboard__pb2.GetActionsRequest.SerializeToString,
+            arramon_dot_v1_dot_leaderboard__pb2.Actions.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def ListEpochs(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/arramon.v1.Leaderboard/ListEpochs',
+            arramon_dot_v1_dot_leaderboard__pb2.ListEpochsRequest.SerializeToString,
+            arramon_dot_v1_dot_leaderboard__pb2.ListEpochsResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def CompareEpochs(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/arramon.v1.Leaderboard/CompareEpochs',
+            arramon_dot_v1_dot_leaderboard__pb2.CompareEpochsRequest.SerializeToString,
+            arramon_dot_v1_dot_leaderboard__pb2.CompareEpochsResponse.FromString,
             options,
             channel_credentials,
             insecure,

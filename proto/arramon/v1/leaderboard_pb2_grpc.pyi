@@ -27,7 +27,9 @@ GRPC_GENERATED_VERSION: str
 GRPC_VERSION: str
 
 class LeaderboardStub:
-    """List, GetEntry, Compare and Export need no token. They return no data of single episodes."""
+    """Only Publish and Withdraw need a token. GetActions alone returns data of single episodes, and only of splits that are not, or not any
+    longer, hidden.
+    """
 
     @_typing.overload
     def __new__(cls, channel: _grpc.Channel) -> _Self: ...
@@ -49,10 +51,20 @@ class LeaderboardStub:
     """
     Export: _grpc.UnaryUnaryMultiCallable[_leaderboard_pb2.ExportRequest, _leaderboard_pb2.ExportResponse]
     """Returns a whole list as a file, described in docs/leaderboard.md."""
+    GetActions: _grpc.UnaryUnaryMultiCallable[_leaderboard_pb2.GetActionsRequest, _leaderboard_pb2.Actions]
+    """Returns the actions of a published run, so that anyone can rescore its receipt; on a split that is open, or an epoch
+    whose secret is revealed. FAILED_PRECONDITION on any other split.
+    """
+    ListEpochs: _grpc.UnaryUnaryMultiCallable[_leaderboard_pb2.ListEpochsRequest, _leaderboard_pb2.ListEpochsResponse]
+    """Returns the epochs of hidden splits, each with its commitment, and its secret once it is revealed."""
+    CompareEpochs: _grpc.UnaryUnaryMultiCallable[_leaderboard_pb2.CompareEpochsRequest, _leaderboard_pb2.CompareEpochsResponse]
+    """Returns how the agents with ranked runs on two epochs of a split stand on the older one against the newer."""
 
 @_typing.type_check_only
 class LeaderboardAsyncStub(LeaderboardStub):
-    """List, GetEntry, Compare and Export need no token. They return no data of single episodes."""
+    """Only Publish and Withdraw need a token. GetActions alone returns data of single episodes, and only of splits that are not, or not any
+    longer, hidden.
+    """
 
     def __init__(self, channel: _aio.Channel) -> None: ...
     Publish: _aio.UnaryUnaryMultiCallable[_leaderboard_pb2.PublishRequest, _leaderboard_pb2.Entry]  # type: ignore[assignment]
@@ -71,9 +83,19 @@ class LeaderboardAsyncStub(LeaderboardStub):
     """
     Export: _aio.UnaryUnaryMultiCallable[_leaderboard_pb2.ExportRequest, _leaderboard_pb2.ExportResponse]  # type: ignore[assignment]
     """Returns a whole list as a file, described in docs/leaderboard.md."""
+    GetActions: _aio.UnaryUnaryMultiCallable[_leaderboard_pb2.GetActionsRequest, _leaderboard_pb2.Actions]  # type: ignore[assignment]
+    """Returns the actions of a published run, so that anyone can rescore its receipt; on a split that is open, or an epoch
+    whose secret is revealed. FAILED_PRECONDITION on any other split.
+    """
+    ListEpochs: _aio.UnaryUnaryMultiCallable[_leaderboard_pb2.ListEpochsRequest, _leaderboard_pb2.ListEpochsResponse]  # type: ignore[assignment]
+    """Returns the epochs of hidden splits, each with its commitment, and its secret once it is revealed."""
+    CompareEpochs: _aio.UnaryUnaryMultiCallable[_leaderboard_pb2.CompareEpochsRequest, _leaderboard_pb2.CompareEpochsResponse]  # type: ignore[assignment]
+    """Returns how the agents with ranked runs on two epochs of a split stand on the older one against the newer."""
 
 class LeaderboardServicer(metaclass=_abc_1.ABCMeta):
-    """List, GetEntry, Compare and Export need no token. They return no data of single episodes."""
+    """Only Publish and Withdraw need a token. GetActions alone returns data of single episodes, and only of splits that are not, or not any
+    longer, hidden.
+    """
 
     @_abc_1.abstractmethod
     def Publish(
@@ -126,5 +148,31 @@ class LeaderboardServicer(metaclass=_abc_1.ABCMeta):
         context: _ServicerContext,
     ) -> _typing.Union[_leaderboard_pb2.ExportResponse, _abc.Awaitable[_leaderboard_pb2.ExportResponse]]:
         """Returns a whole list as a file, described in docs/leaderboard.md."""
+
+    @_abc_1.abstractmethod
+    def GetActions(
+        self,
+        request: _leaderboard_pb2.GetActionsRequest,
+        context: _ServicerContext,
+    ) -> _typing.Union[_leaderboard_pb2.Actions, _abc.Awaitable[_leaderboard_pb2.Actions]]:
+        """Returns the actions of a published run, so that anyone can rescore its receipt; on a split that is open, or an epoch
+        whose secret is revealed. FAILED_PRECONDITION on any other split.
+        """
+
+    @_abc_1.abstractmethod
+    def ListEpochs(
+        self,
+        request: _leaderboard_pb2.ListEpochsRequest,
+        context: _ServicerContext,
+    ) -> _typing.Union[_leaderboard_pb2.ListEpochsResponse, _abc.Awaitable[_leaderboard_pb2.ListEpochsResponse]]:
+        """Returns the epochs of hidden splits, each with its commitment, and its secret once it is revealed."""
+
+    @_abc_1.abstractmethod
+    def CompareEpochs(
+        self,
+        request: _leaderboard_pb2.CompareEpochsRequest,
+        context: _ServicerContext,
+    ) -> _typing.Union[_leaderboard_pb2.CompareEpochsResponse, _abc.Awaitable[_leaderboard_pb2.CompareEpochsResponse]]:
+        """Returns how the agents with ranked runs on two epochs of a split stand on the older one against the newer."""
 
 def add_LeaderboardServicer_to_server(servicer: LeaderboardServicer, server: _typing.Union[_grpc.Server, _aio.Server]) -> None: ...

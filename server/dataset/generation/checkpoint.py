@@ -101,11 +101,12 @@ class Checkpoint:
 
 def origin_of(*parts: object) -> str:
     """Return a digest of the parts, and of the code and data of this release of the project."""
-    return hashlib.sha256("\n".join((_release(), *map(str, parts))).encode()).hexdigest()
+    return hashlib.sha256("\n".join((digest_of_sources(), *map(str, parts))).encode()).hexdigest()
 
 
 @cache
-def _release() -> str:
+def digest_of_sources() -> str:
+    """Return a digest of the code and data of this release of the project, in hexadecimal."""
     digest = hashlib.sha256()
     for package in SOURCES:
         spec = find_spec(package)

@@ -12,6 +12,7 @@ from server.dataset.generation.sizes import EXTRA, SplitPlan
 from server.dataset.generation.split_maker import Progress, SplitOrder, make_split
 from server.dataset.generation.work import EpisodeBatch, MakeWriter, batch_runner, make_batches
 from server.dataset.plans import Plan, build_section, read_plan
+from server.episodes.epochs import epoch_of
 from server.episodes.splits import ROOMS, Split
 from server.errors import BadInput
 from server.sim.section import Section
@@ -35,6 +36,7 @@ def generate(
     make_writer: MakeWriter,
     tell: Tell,
     tried: bool = True,
+    secret: str = "",
 ) -> list[Split]:
     """Generate splits. Each is written when it is complete, and replaces an existing split of that name only then.
 
@@ -51,12 +53,14 @@ def generate(
         make_writer: returns the instruction writer of a process.
         tell: receives the progress.
         tried: whether an agent tries what the writer writes; the header of a split says if not.
+        secret: seeds hidden splits in place of the host's secret; empty for that.
 
     Returns:
         The splits that were written.
 
     Raises:
-        BadInput: if the scale or the number of jobs is out of range.
+        BadInput: if the scale or the number of jobs is out of range, a secret is given but no split is hidden, or none
+            is given for an epoch.
         BadFile: if the host's secret is malformed, or others can read it.
         StorageError: if the data folder cannot be written.
         Conflict: if another process generates one of the splits in this data folder.
@@ -65,8 +69,9 @@ def generate(
     number = _number_of(jobs)
     for plan in plans:
         plan.count(scale)  # Checks the scale before anything is made.
+    _check_secret(plans, secret)
     with batch_runner(number) as run:
-        orders = (_order(data, plan, scale, seed, make_writer, tried) for plan in plans)
+        orders = (_order(data, plan, scale, seed, make_writer, tried, secret) for plan in plans)
         return [make_split(data, order, run, tell) for order in orders]
 
 
@@ -106,8 +111,22 @@ def _number_of(jobs: int) -> int:
     return jobs or len(os.sched_getaffinity(0))
 
 
-def _order(data: Path, plan: SplitPlan, scale: float, seed: int, make_writer: MakeWriter, tried: bool) -> SplitOrder:
-    key = host_secret(data) if plan.hidden else str(seed)
+def _check_secret(plans: Sequence[SplitPlan], secret: str) -> None:
+    if secret and not any(plan.hidden for plan in plans):
+        names = ", ".join(plan.name for plan in plans)
+        raise BadInput(f"a secret was given, but it seeds hidden splits only, and {names} is none")
+    for plan in plans:
+        if not secret and epoch_of(plan.name):
+            raise BadInput(
+                f"the epoch {plan.name!r} has a secret of its own, which is missing: give it with --secret once it is "
+                "revealed, or open an epoch with `arramon-server epoch open`"
+            )
+
+
+def _order(
+    data: Path, plan: SplitPlan, scale: float, seed: int, make_writer: MakeWriter, tried: bool, secret: str
+) -> SplitOrder:
+    key = (secret or host_secret(data)) if plan.hidden else str(seed)
     built = extra_sections(key, plan.sections) if plan.name == EXTRA else _own_sections(key, plan.sections)
     episodes = dict(plan.episodes(scale))
 

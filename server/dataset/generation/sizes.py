@@ -1,9 +1,10 @@
 """The splits of the data set: their sections, sizes and episode ids."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from server.errors import BadInput
+from server.episodes.epochs import epoch_of, name_of
+from server.errors import BadInput, quoted
 
 IDS_PER_SECTION, FIRST_ID = 10_000, 5_000
 """Ids of section 1 start at 5000, those of section 2 at 15000, and so on: ranges like the original's."""
@@ -90,18 +91,35 @@ def extra_split(sections: int) -> SplitPlan:
     return SplitPlan(EXTRA, ids, EXTRA_PER_SECTION * sections, hidden=False, training=True)
 
 
+def epoch_plan(base: str, number: int) -> SplitPlan:
+    """Return the specification of an epoch of a hidden split.
+
+    Args:
+        base: name of the hidden split.
+        number: of the epoch, from 1.
+
+    Raises:
+        BadInput: if there is no hidden split of that name.
+    """
+    hidden = [name for name, plan in SPLITS.items() if plan.hidden]
+    if base not in hidden:
+        raise BadInput(f"there are no epochs of {quoted(base)}: expected a hidden split, {', '.join(hidden)}")
+    return replace(SPLITS[base], name=name_of(base, number))
+
+
 def select_plans(names: list[str] | None, sections: int | None = None) -> list[SplitPlan]:
     """Return the specifications of the named splits, or of the paper's four for None.
 
     Args:
-        names: of splits.
+        names: of splits, and of epochs of hidden ones.
         sections: number of sections of `train_extra`.
 
     Raises:
         BadInput: if a name is unknown, or the number of sections is missing, out of range or meant for nothing.
     """
+    epochs = {name: epoch_plan(*found) for name in names or () if (found := epoch_of(name))}
     for name in names or ():
-        if name not in (*SPLITS, EXTRA):
+        if name not in (*SPLITS, EXTRA, *epochs):
             raise BadInput(f"there is no split {name!r}; there are {', '.join((*SPLITS, EXTRA))}")
     wants_extra = EXTRA in (names or ())
     if wants_extra and sections is None:
@@ -109,4 +127,5 @@ def select_plans(names: list[str] | None, sections: int | None = None) -> list[S
     if sections is not None and not wants_extra:
         raise BadInput(f"only the split {EXTRA!r} has a number of sections; name it with --split {EXTRA}")
     extra = [] if sections is None else [extra_split(sections)]
-    return [*(plan for name, plan in SPLITS.items() if not names or name in names), *extra]
+    own = [plan for name, plan in SPLITS.items() if not names or name in names]
+    return [*own, *epochs.values(), *extra]

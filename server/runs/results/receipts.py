@@ -1,9 +1,9 @@
 """Receipts: signed and stored statements of the host about the results of ended runs, see `docs/receipts.md`."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import rfc8785
 import sqlalchemy as sa
@@ -18,6 +18,7 @@ from server.runs.results.reports import Report, report_of
 from server.runs.results.signing import SigningKey
 from server.runs.storage import tables
 from server.runs.storage.database import Database
+from server.runs.storage.epochs import Epochs
 from server.runs.storage.journal import Journal, run_not_found
 from server.runs.storage.records import Ending, Progress, Run
 from server.scoring.aggregate import METHOD
@@ -26,6 +27,12 @@ FORMAT, VERSION = "arramon-receipt", 1
 
 ATTEMPTS = "attempts"
 """Field with the participant's attempts at the time of signing, which cannot be derived again later."""
+
+EPOCH = "epoch"
+"""Field with the commitment of the epoch that the split is, in hexadecimal."""
+
+ActionsOf: TypeAlias = Callable[[str, str], Sequence[int]]
+"""Returns the recorded actions of a run's episode, given the ids of both."""
 
 LIMITS = ("steps_per_phase", "step_seconds", "bank_seconds")
 """Field names of a run's limits, in `Run` and in a receipt."""
@@ -84,7 +91,10 @@ class Receipts:
     def _make(self, run: Run) -> Receipt:
         report = report_of(run, self._journal, self._splits)
         endings = self._journal.endings(run.run_id)
-        content = document(self._journal, report, endings, hidden=self._splits[run.split].hidden)
+        content = document(self._journal.actions, report, endings, hidden=self._splits[run.split].hidden)
+        epoch = Epochs(self._database).find(run.split)
+        if epoch is not None:
+            content[EPOCH] = epoch.commitment.hex()
         number, begun = number_of(self._database.read, run)
         payload = rfc8785.dumps({**content, ATTEMPTS: {"number": number, "begun": begun}})
         made = Receipt(payload, self._key.sign(payload), self._key.public)
@@ -106,17 +116,17 @@ def stored_receipt(database: Database, run_id: str) -> Receipt | None:
     return Receipt(**rows[0]._mapping) if rows else None
 
 
-def document(journal: Journal, report: Report, endings: Sequence[Ending], *, hidden: bool) -> dict[str, Any]:
+def document(actions_of: ActionsOf, report: Report, endings: Sequence[Ending], *, hidden: bool) -> dict[str, Any]:
     """Return the content of a receipt as plain data.
 
     Args:
-        journal: source of the actions.
+        actions_of: source of the actions.
         report: report of the run.
         endings: endings of all episodes of the run, in playing order.
         hidden: whether the split is hidden; the scores of single episodes are then left out.
     """
     run, progress = report.run, report.progress
-    chains = [_Chain.of(journal, run, ending.episode_id) for ending in endings]
+    chains = [_Chain.of(actions_of, run, ending.episode_id) for ending in endings]
     return {
         "format": FORMAT,
         "version": VERSION,
@@ -148,8 +158,8 @@ class _Chain:
     head: bytes
 
     @classmethod
-    def of(cls, journal: Journal, run: Run, episode_id: str) -> "_Chain":
-        actions = journal.actions(run.run_id, episode_id)
+    def of(cls, actions_of: ActionsOf, run: Run, episode_id: str) -> "_Chain":
+        actions = actions_of(run.run_id, episode_id)
         return cls(episode_id, len(actions), episode_head(run.run_id, episode_id, run.data_hash, actions))
 
 
@@ -162,8 +172,9 @@ def _run(run: Run, progress: Progress, hidden: bool) -> dict[str, Any]:
         "hidden": hidden,
         "language": run.language,
         "sensors": list(run.sensors),
-        # Left out if empty, so that receipts from before there were arguments stay the same.
+        # Left out if empty, so that receipts from before there were such fields stay the same.
         **({"agent_arguments": dict(run.agent_arguments)} if run.agent_arguments else {}),
+        **({"code": run.code.named()} if run.code else {}),
         "images": list(progress.images),
         "state": run.state,
         "created_at": run.created_at.isoformat(),

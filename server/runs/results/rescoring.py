@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from typing import Any
@@ -15,7 +15,7 @@ from server.episodes.splits import Split
 from server.errors import Conflict
 from server.runs.play.session import Session
 from server.runs.play.worlds import Worlds
-from server.runs.results.receipts import ATTEMPTS, Receipt, document, stored_receipt
+from server.runs.results.receipts import ATTEMPTS, EPOCH, Receipt, document, stored_receipt
 from server.runs.results.reports import make_report, split_of
 from server.runs.storage import causes
 from server.runs.storage.database import Database
@@ -39,6 +39,7 @@ class Rescored:
         episodes, steps: numbers of ended episodes and of their recorded steps.
         has_receipt: whether there was a receipt to compare with.
         differences: descriptions of the differences; empty if there are none.
+        public_key: key that signed the receipt of a file, in hexadecimal; empty for runs of a journal.
     """
 
     run_id: str
@@ -46,6 +47,7 @@ class Rescored:
     steps: int
     has_receipt: bool
     differences: tuple[str, ...]
+    public_key: str = ""
 
 
 class Rescorer:
@@ -86,7 +88,7 @@ class Rescorer:
         if receipt is not None and len(played) == len(endings):
             of_receipt = [*self._in_receipt(run, split, played, receipt)]
         steps = sum(ending.steps for ending in endings)
-        return Rescored(run_id, len(endings), steps, receipt is not None, (*_first(found), *_first(of_receipt)))
+        return Rescored(run_id, len(endings), steps, receipt is not None, (*first(found), *first(of_receipt)))
 
     def _in_episodes(self, run: Run, split: Split, endings: Sequence[Ending], played: list[Ending]) -> Iterator[str]:
         """Replay all episodes, or up to one that cannot be; append endings to `played`, and yield the differences."""
@@ -95,7 +97,7 @@ class Rescorer:
             yield f"{unended} of {unended + len(endings)} episodes have not ended"
         for ending in endings:
             try:
-                again = self._replayed(run, split, ending)
+                again = replayed(run, split, ending, self._worlds, self._journal.actions)
             except (KeyError, ValueError) as error:
                 yield f"episode {ending.episode_id}: cannot be replayed: {error}"
                 return
@@ -108,33 +110,54 @@ class Rescorer:
         except (InvalidSignature, ValueError):
             yield "receipt: its signature is wrong"
         report = make_report(run, self._journal.progress(run.run_id), played, split)
-        made = document(self._journal, report, played, hidden=split.hidden)
-        written, again = json.loads(receipt.payload), json.loads(rfc8785.dumps(made))
-        written.pop(ATTEMPTS, None)
-        if written.get("intervals") != again["intervals"]:
-            # Another release computed them by another method: the means must agree, the ends need not.
-            written, again = _without_intervals(written), _without_intervals(again)
-        yield from _compare("receipt", written, again)
-
-    def _replayed(self, run: Run, split: Split, ending: Ending) -> Ending:
-        """Return the ending of an episode when its recorded actions are replayed."""
-        episode = split.episodes[ending.episode_id]
-        session = Session(episode, self._worlds.ground(split.name, episode), Limits(run.steps_per_phase))
-        actions = self._journal.actions(run.run_id, ending.episode_id) if ending.has_played else []
-        for _ in session.replay(actions):
-            pass
-        cause = ending.cause
-        if session.state.finished:
-            cause = session.cause
-        elif cause == causes.TIME_LIMIT:
-            session.run_out()
-        elif cause in (causes.STEP_LIMIT, causes.AGENT_FINISHED):
-            cause = "NOT_FINISHED"
-        scores = [dict(turn) for turn in session.scores().turns]
-        return replace(ending, cause=cause, steps=len(actions), scores=scores)
+        made = document(self._journal.actions, report, played, hidden=split.hidden)
+        yield from differences_of_receipt(json.loads(receipt.payload), made)
 
 
-def _first(found: Iterable[str]) -> Iterator[str]:
+def replayed(
+    run: Run, split: Split, ending: Ending, worlds: Worlds, actions_of: Callable[[str, str], Sequence[int]]
+) -> Ending:
+    """Return the ending of an episode when its recorded actions are replayed.
+
+    Args:
+        run: run of the episode.
+        split: split of the run.
+        ending: recorded ending; its cause says what ended an episode that its actions do not end.
+        worlds: worlds of the split.
+        actions_of: returns the actions of a run's episode, given the ids of both.
+    """
+    episode = split.episodes[ending.episode_id]
+    session = Session(episode, worlds.ground(split.name, episode), Limits(run.steps_per_phase))
+    actions = actions_of(run.run_id, ending.episode_id) if ending.has_played else []
+    for _ in session.replay(actions):
+        pass
+    cause = ending.cause
+    if session.state.finished:
+        cause = session.cause
+    elif cause == causes.TIME_LIMIT:
+        session.run_out()
+    elif cause in (causes.STEP_LIMIT, causes.AGENT_FINISHED):
+        cause = "NOT_FINISHED"
+    scores = [dict(turn) for turn in session.scores().turns]
+    return replace(ending, cause=cause, steps=len(actions), scores=scores)
+
+
+def differences_of_receipt(written: dict[str, Any], made: Mapping[str, Any]) -> Iterator[str]:
+    """Yield descriptions of the differences between a receipt's content and that made from a replay.
+
+    Args:
+        written: content of the receipt.
+        made: content as `document` returns it.
+    """
+    written = {name: value for name, value in written.items() if name not in (ATTEMPTS, EPOCH)}
+    again = json.loads(rfc8785.dumps(dict(made)))
+    if written.get("intervals") != again["intervals"]:
+        # Another release computed them by another method: the means must agree, the ends need not.
+        written, again = _without_intervals(written), _without_intervals(again)
+    yield from _compare("receipt", written, again)
+
+
+def first(found: Iterable[str]) -> Iterator[str]:
     """Yield the first `MAX_DIFFERENCES` differences, and a last line if there are more."""
     left = iter(found)
     yield from islice(left, MAX_DIFFERENCES)

@@ -16,7 +16,7 @@ from server.errors import NotFound, TakenOver, quoted
 from server.runs.storage import tables
 from server.runs.storage.claims import Claims
 from server.runs.storage.database import utc
-from server.runs.storage.records import ENDED, OPEN, PENDING, RUNNING, Progress, Run
+from server.runs.storage.records import ENDED, OPEN, PENDING, RUNNING, Code, Progress, Run
 from server.runs.storage.steps import Steps
 from server.runs.storage.worker_registry import WorkerRegistry
 
@@ -43,6 +43,7 @@ class Journal(WorkerRegistry, Claims, Steps):
             admit(connection)
             row = {name: getattr(run, name) for name in Run.__slots__}
             row |= {"sensors": list(run.sensors), "agent_arguments": [list(pair) for pair in run.agent_arguments]}
+            row |= {"code": run.code.named()}
             connection.execute(tables.runs.insert(), [row])
             rows = [
                 {"run_id": run.run_id, "episode_id": episode_id, "ordinal": ordinal, "state": PENDING}
@@ -216,4 +217,5 @@ def run_of(row: Row[Any]) -> Run:
     values = {name: row._mapping[name] for name in Run.__slots__}
     times = {name: utc(values[name]) for name in ("created_at", "ended_at")}
     arguments = tuple((name, value) for name, value in values["agent_arguments"])
-    return Run(**{**values, **times, "sensors": tuple(values["sensors"]), "agent_arguments": arguments})
+    plain = {"sensors": tuple(values["sensors"]), "agent_arguments": arguments, "code": Code(**values["code"])}
+    return Run(**{**values, **times, **plain})

@@ -1,7 +1,7 @@
 """Records that the journal reads and writes: runs, their progress, claims of episodes, endings, and commit batches."""
 
 from collections.abc import Collection
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from datetime import datetime
 from typing import Any
 
@@ -21,6 +21,46 @@ LEASE = 5.0
 
 
 @dataclass(frozen=True, slots=True)
+class Code:
+    """Where an agent's code can be found, as its participant declared it; what is not named is empty.
+
+    Attributes:
+        url: address of its repository or page.
+        commit: full id of its commit.
+        image: digest of its container image, such as "sha256:...", after the image's name and "@" if that is given.
+    """
+
+    url: str = ""
+    commit: str = ""
+    image: str = ""
+
+    def __bool__(self) -> bool:
+        """Whether anything is named."""
+        return bool(self.url or self.commit or self.image)
+
+    @property
+    def digest(self) -> str:
+        """Digest of the image without the image's name."""
+        return self.image.rpartition("@")[2]
+
+    def named(self) -> dict[str, str]:
+        """Return what is named, by field."""
+        return {name: value for name, value in asdict(self).items() if value}
+
+    def is_of(self, other: "Code") -> bool:
+        """Return whether both stand for the same code: one commit, or one image, or without either one address.
+
+        A commit may be found at several addresses, and several images may be built from it.
+        """
+        if not (other.commit or other.image):
+            return bool(other.url) and self.url == other.url
+        return bool(other.commit and self.commit == other.commit) or bool(other.image and self.digest == other.digest)
+
+
+NO_CODE = Code()
+
+
+@dataclass(frozen=True, slots=True)
 class Run:
     """One evaluation of an agent on a split.
 
@@ -33,6 +73,7 @@ class Run:
         bank_left: remaining time in the bank, in seconds, as of the last time that a stream was open; None without
             clocks.
         agent_arguments: names and values of the arguments that the agent was created with, sorted by name.
+        code: where the agent's code can be found, if its participant named it.
     """
 
     run_id: str
@@ -52,6 +93,7 @@ class Run:
     bank_seconds: float = 0.0
     bank_left: float | None = None
     agent_arguments: tuple[tuple[str, str], ...] = ()
+    code: Code = NO_CODE
 
 
 @dataclass(frozen=True, slots=True)

@@ -89,6 +89,7 @@ runs = Table(
     Column("bank_left", Float),
     Column("away_until", Float),
     Column("agent_arguments", JSON, nullable=False, server_default="[]"),
+    Column("code", JSON, nullable=False, server_default="{}"),
 )
 Index("runs_by_account", runs.c.account, runs.c.split, runs.c.created_at)
 
@@ -178,4 +179,17 @@ entries = Table(
     Column("scores", JSON, nullable=False),
     Column("episodes", LargeBinary),
     Column("cost", JSON),
+    Column("reproduces", String(32)),  # no foreign key: rows are imported in any order
+)
+Index("entries_by_reproduced", entries.c.reproduces)
+
+epochs = Table(
+    "epochs",
+    metadata,
+    Column("split", String(100), primary_key=True),
+    Column("statement", LargeBinary, nullable=False),
+    Column("opened_at", DateTime(timezone=True), nullable=False),
+    Column("closed_at", DateTime(timezone=True)),
+    Column("revealed_at", DateTime(timezone=True)),
+    Column("secret", String(64)),
 )

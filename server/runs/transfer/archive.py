@@ -34,6 +34,7 @@ EXPORTED_TABLES = (
     tables.host_keys,
     tables.receipts,
     tables.entries,
+    tables.epochs,
 )
 """Exported tables, each after those that it refers to. Workers, streams and the service clock belong to one host."""
 

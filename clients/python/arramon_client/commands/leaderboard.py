@@ -65,6 +65,9 @@ def show(argv: Sequence[str]) -> int:
     parser.add_argument(
         "--against", metavar="RUN", help="compare a ranked run with each of the others, by paired tests (see --lang)"
     )
+    parser.add_argument(
+        "--reproductions", metavar="RUN", help="compare a published run with its reproductions by other participants"
+    )
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--csv", action="store_true", help="print the list as CSV")
     form.add_argument("--json", action="store_true", help="print the list with all details as JSON")
@@ -77,6 +80,9 @@ def publish(argv: Sequence[str]) -> int:
     parser.add_argument("run", metavar="RUN", help="the run's id")
     parser.add_argument(
         "--note", default="", metavar="TEXT", help="a note shown with the run, one line of at most 500 characters"
+    )
+    parser.add_argument(
+        "--reproduces", metavar="RUN", help="id of another participant's published run that this run reproduces"
     )
     declared = parser.add_argument_group("cost", "What the run cost. It is shown as declared by you.")
     declared.add_argument(
@@ -104,10 +110,14 @@ def _parser(word: str, description: str) -> argparse.ArgumentParser:
 
 def _show(options: argparse.Namespace) -> None:
     with server_of(options) as server:
+        for option in ("against", "reproductions"):
+            if getattr(options, option) is not None and (options.csv or options.json):
+                raise UsageError(f"--{option} prints a table, and cannot be used together with --csv or --json")
         if options.against is not None:
-            if options.csv or options.json:
-                raise UsageError("--against prints a table, and cannot be used together with --csv or --json")
             _compare(server, options)
+            return
+        if options.reproductions is not None:
+            _show_reproductions(server, options.reproductions)
             return
         split, stub = _choose_split(server, options.split), leaderboard_pb2_grpc.LeaderboardStub(server.channel)
         if options.csv or options.json:
@@ -182,6 +192,35 @@ def _compare(server: Server, options: argparse.Namespace) -> None:
     console.print(differences(call(stub.Compare, request, server.address), options.sort))
 
 
+def _show_reproductions(server: Server, run_id: str) -> None:
+    stub = leaderboard_pb2_grpc.LeaderboardStub(server.channel)
+    console = Console()
+    console.width = max(console.width, WIDTH)
+    console.print(reproductions(call(stub.GetEntry, pb.GetEntryRequest(run_id=run_id), server.address)))
+
+
+def reproductions(entry: pb.Entry) -> Table:
+    """Return the table of differences between a run and its reproductions."""
+    made = Table(
+        title=Text(f"{entry.run.agent} by {entry.run.participant}: reproduced by {entry.reproduced_by}"),
+        caption="difference: the reproduction minus the original in both turns, over the same episodes, with its 95% "
+        "interval",
+        box=box.SIMPLE_HEAD,
+        padding=0,
+        show_edge=False,
+        pad_edge=False,
+    )
+    made.add_column("reproduction", overflow="fold", min_width=24)
+    for heading, _ in COLUMNS:
+        made.add_column(heading, justify="right", no_wrap=True)
+    for one in entry.reproductions:
+        by_metric = {score.metric: score for score in one.differences}
+        found = [by_metric[metric] for _, metric in COLUMNS]
+        cells = [f"{score.mean:+.3f}\n{score.low:+.3f}..{score.high:+.3f}" for score in found]
+        made.add_row(Text(f"{one.run.participant}\n{one.run.run_id}"), *cells)
+    return made
+
+
 def _ranked_table(title: TextType, caption: str) -> Table:
     """Return an empty table whose first columns are rank and agent."""
     made = Table(title=title, caption=caption, box=box.SIMPLE_HEAD, padding=0, show_edge=False, pad_edge=False)
@@ -215,7 +254,9 @@ def differences(found: pb.CompareResponse, metric: str) -> Table:
 def _publish(options: argparse.Namespace) -> None:
     with server_of(options) as server:
         stub = leaderboard_pb2_grpc.LeaderboardStub(server.channel)
-        request = pb.PublishRequest(run_id=options.run, note=options.note, cost=_cost(options))
+        request = pb.PublishRequest(
+            run_id=options.run, note=options.note, reproduces=options.reproduces, cost=_cost(options)
+        )
         entry = call(stub.Publish, request, server.address)
     marks = _marks(entry.marks, entry.coverage if entry.HasField("coverage") else None)
     name = f"{entry.run.agent} by {entry.run.participant}"
@@ -291,9 +332,21 @@ def _system(standing: pb.Standing) -> Text:
     if standing.HasField("spread"):
         spread = standing.spread
         lines.append(f"{spread.runs} seeds, deviation {spread.deviation:.3f} ({spread.low:.3f}-{spread.high:.3f})")
+    lines += _costs(standing.entries)
     if standing.runs_begun:
         lines.append(f"{standing.runs_published} of {standing.runs_begun} runs published")
+    if standing.reproduced_by:
+        lines.append(f"reproduced by {standing.reproduced_by}")
     return Text("\n".join([*lines, marks] if marks else lines))
+
+
+def _costs(entries: Sequence[pb.Entry]) -> list[str]:
+    """Return lines with the time for an answer, as measured, and with what was declared for the first run."""
+    steps = sum(entry.run.timed_steps for entry in entries)
+    lines = [f"{sum(entry.run.thinking_seconds for entry in entries) / steps:.3g} s an answer"] if steps else []
+    cost = entries[0].cost if entries else pb.Cost()
+    declared = [f"{value:.3g} {field.name}" for field, value in cost.ListFields()]
+    return [*lines, f"declared: {', '.join(declared)}"] if declared else lines
 
 
 def _marks(marks: Iterable[pb.Mark.ValueType], coverage: float | None) -> str:

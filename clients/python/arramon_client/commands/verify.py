@@ -146,10 +146,15 @@ def _show(receipt: Receipt, console: Console) -> None:
         if limits["step_seconds"]
         else "no clocks"
     )
-    for line in (
+    lines = [
         content["score_signature"],
         f"run {run['run_id']} of {run['participant']}, {run['state'].lower()}",
         f"from {run['created_at']} to {run['ended_at'] or 'an unknown time'}",
         f"{content['steps']} steps; {clocks}; episodes ended: {causes}; offered again: {content['reoffers']}",
-    ):
+    ]
+    if run.get("code"):
+        lines.append(f"code: {', '.join(map(str, run['code'].values()))}")
+    if content.get("epoch"):
+        lines.append(f"epoch with the commitment {content['epoch']}")
+    for line in lines:
         console.print(line, markup=False, highlight=False, soft_wrap=True)

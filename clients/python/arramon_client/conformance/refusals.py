@@ -97,6 +97,20 @@ def arguments(target: Target) -> None:
         _refuse_run(target, f"a run of an agent with {what}", BAD, agent_arguments=given)
 
 
+@check("refusals.code")
+def code(target: Target) -> None:
+    """An agent's code with an address that is not http, a short commit or an image without a digest is refused."""
+    url = "https://example.org/agent"
+    for what, given in (
+        ("an address of another kind", pb.Code(url="ftp://example.org/agent")),
+        ("an address with a password", pb.Code(url="https://somebody:password@example.org/agent")),
+        ("an abbreviated commit", pb.Code(url=url, commit="0123456")),
+        ("a commit without an address", pb.Code(commit="0123456789" * 4)),
+        ("an image without a digest", pb.Code(image="agent:latest")),
+    ):
+        _refuse_run(target, f"a run of code with {what}", BAD, code=given)
+
+
 @check("refusals.unknown_run")
 def unknown_run(target: Target) -> None:
     """Any request for a run that does not exist is refused: NOT_FOUND."""
@@ -200,9 +214,9 @@ def anonymous(target: Target) -> None:
     _refuse_caller(target, "a caller without a token", bare)
 
 
-def _refuse_run(target: Target, what: str, code: grpc.StatusCode, **fields: Any) -> None:
+def _refuse_run(target: Target, what: str, status: grpc.StatusCode, /, **fields: Any) -> None:
     """Check that a request for a run is refused if it differs from a valid one in these fields."""
-    expect_refusal(what, lambda: target.create_raw(_request(target, **fields)), code)
+    expect_refusal(what, lambda: target.create_raw(_request(target, **fields)), status)
 
 
 def _request(target: Target, **fields: Any) -> pb.CreateRunRequest:
@@ -247,7 +261,8 @@ def _refuse_caller(target: Target, what: str, access: Access) -> None:
 
 
 CHECKS = (
-    split, language, sensors, hidden_sensors, hidden_part, agent, episodes, chosen, arguments, unknown_run,
+    split, language, sensors, hidden_sensors, hidden_part, agent, episodes, chosen, arguments, code,
+    unknown_run,
     page, first_message,
     image_size, encoding, quality, unfinished, token, anonymous,
 )  # fmt: skip

@@ -117,6 +117,15 @@ def arguments(target: Target) -> None:
     expect_equal("the list of the agent's arguments", found, [("beam", "4 or more"), ("width", "")])
 
 
+@check("runs.code", runs=1)
+def code(target: Target) -> None:
+    """A run records where its agent's code is."""
+    given = pb.Code(url="https://example.org/agent", commit="0123456789" * 4, image=f"sha256:{'0123456789abcdef' * 4}")
+    run = target.create(code=given)
+    for name in ("url", "commit", "image"):
+        expect_equal(f"the code's {name}", getattr(run.code, name), getattr(given, name))
+
+
 def _need_open(target: Target) -> None:
     named = f"the split {target.split.name!r}"
     need(not target.split.hidden, f"{named} is hidden and played whole; an open one would make it run")
@@ -132,4 +141,4 @@ def check_time(name: str, text: str) -> None:
     expect(is_utc, f"{name} is {text!r}, expected a time by RFC 3339 in UTC")
 
 
-CHECKS = (created, owned, listed, order, chosen, arguments)
+CHECKS = (created, owned, listed, order, chosen, arguments, code)

@@ -1,0 +1,258 @@
+"""Epochs of hidden splits for readers: statements, how agents stand on one epoch against another, and actions."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from server.board.board import Board
+from server.board.entries import Entries
+from server.board.episode_table import join, mean_table
+from server.board.standings import BOTH, COLUMNS, HEADLINE, TOTAL, Standing
+from server.episodes.epochs import LIST_FORMAT, LIST_VERSION, Statement, epoch_of, read_statement
+from server.episodes.splits import Split
+from server.errors import BadInput, Conflict, NotFound, quoted
+from server.runs.storage.epochs import EpochRecord, Epochs, EpochState
+from server.runs.storage.journal import Journal
+from server.scoring.aggregate import Interval
+from server.scoring.episode import METRICS
+from server.scoring.leakage import Scored, changes
+
+
+@dataclass(frozen=True, slots=True)
+class Epoch:
+    """An epoch.
+
+    Attributes:
+        record: its state and times, and the secret once it is revealed.
+        statement: what the host committed to.
+    """
+
+    record: EpochRecord
+    statement: Statement
+
+    @property
+    def number(self) -> int:
+        """Number of the epoch among those of its split of the data set, from 1."""
+        found = epoch_of(self.statement.split)
+        assert found is not None  # `read_statement` has checked it
+        return found[1]
+
+    @property
+    def command(self) -> str:
+        """Command that generates the split again; empty until the secret is revealed."""
+        return f"{self.statement.command} {self.record.secret}" if self.record.secret else ""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """How an agent stands on a newer epoch against an older one.
+
+    Attributes:
+        older, newer: its ranked standing on each: one run, or those with several seeds; of several standings the one
+            published last.
+        older_mean, newer_mean: means of both turns.
+        difference: the newer minus the older mean, with its 95% interval.
+        against_others: the same minus the mean of that of all other agents; None with one agent.
+        same_code: whether both runs name the same code.
+    """
+
+    older: Standing
+    newer: Standing
+    older_mean: float
+    newer_mean: float
+    difference: Interval
+    against_others: Interval | None
+    same_code: bool
+
+
+@dataclass(frozen=True, slots=True)
+class EpochChanges:
+    """Changes of all agents that have ranked runs on two epochs.
+
+    Attributes:
+        older, newer: names of the epochs' splits.
+        agents: the greatest fall first.
+        mean: mean change of these agents; None without agents.
+    """
+
+    older: str
+    newer: str
+    agents: tuple[Change, ...]
+    mean: Interval | None
+
+
+class EpochBoard:
+    """All epochs, with the published runs on them. Thread-safe.
+
+    Args:
+        board: the leaderboard.
+        entries: published runs.
+        epochs: storage of the epochs.
+        journal: holds the actions.
+        splits: served splits, by name.
+    """
+
+    def __init__(
+        self, board: Board, entries: Entries, epochs: Epochs, journal: Journal, splits: Mapping[str, Split]
+    ) -> None:
+        self._board = board
+        self._entries = entries
+        self._epochs = epochs
+        self._journal = journal
+        self._splits = splits
+
+    def all(self) -> list[Epoch]:
+        """Return all epochs by split of the data set, the latest first."""
+        found = [epoch_with_statement(record) for record in self._epochs.all()]
+        return sorted(found, key=lambda epoch: (epoch.statement.base, -epoch.number))
+
+    def find(self, split: str) -> Epoch | None:
+        """Return the epoch of a split; None if it is none."""
+        record = self._epochs.find(split)
+        return epoch_with_statement(record) if record is not None else None
+
+    def pairs(self, language: str, metric: str = HEADLINE) -> Iterator[EpochChanges]:
+        """Yield the changes from each epoch to the next one, the latest first, where agents played both.
+
+        Args:
+            language: code of the instructions' language.
+            metric: one of COLUMNS.
+        """
+        epochs = self.all()
+        for newer, older in pairwise(epochs):
+            names = older.statement.split, newer.statement.split
+            known = self._board.languages()
+            if older.statement.base != newer.statement.base or any(language not in known.get(one, ()) for one in names):
+                continue
+            if (found := self._compare(*names, language, metric)).agents:
+                yield found
+
+    def compare(self, older: str, newer: str, language: str, metric: str = HEADLINE) -> EpochChanges:
+        """Return how all agents with ranked runs on two epochs of a split stand on the older against the newer one.
+
+        An agent is the same if account, participant, name, arguments but the seed, and sensors are the same, and if its
+        runs do not name different code.
+
+        Raises:
+            NotFound: if there is no such epoch or language.
+            BadInput: if both are not different epochs of one split, the older one first, or there is no such metric.
+        """
+        for name in (older, newer):
+            if self._epochs.find(name) is None:
+                there = ", ".join(epoch.statement.split for epoch in self.all()) or "none"
+                raise NotFound(f"there is no epoch {quoted(name)}; there are {there}")
+        one, other = epoch_of(older), epoch_of(newer)
+        if one is None or other is None or one[0] != other[0] or one[1] >= other[1]:
+            raise BadInput(f"expected two epochs of one split, the older one first, got {older!r} and {newer!r}")
+        if language == BOTH:
+            raise BadInput("epochs are compared in one language, expected its code")
+        if metric not in COLUMNS:
+            raise BadInput(f"cannot compare {quoted(metric)}; expected one of {', '.join(COLUMNS)}")
+        return self._compare(older, newer, language, metric)
+
+    def actions(self, run_id: str) -> dict[str, bytes]:
+        """Return the actions of a published run by episode, one byte for each.
+
+        Raises:
+            NotFound: if the run is not on the leaderboard.
+            Conflict: if its split is hidden, unless it is an epoch whose secret is revealed.
+        """
+        run = self._board.entry(run_id).run
+        if not self.shows_actions(run.split):
+            raise Conflict(
+                f"the split {run.split!r} is hidden: its runs' actions are public only once the secret of its epoch is "
+                "revealed"
+            )
+        endings = self._journal.endings(run_id)
+        return {one.episode_id: bytes(self._journal.actions(run_id, one.episode_id)) for one in endings}
+
+    def shows_actions(self, split: str) -> bool:
+        """Return whether the actions of published runs on a split are public."""
+        found = self._splits.get(split)
+        if found is not None and not found.hidden:
+            return True
+        record = self._epochs.find(split)
+        return record is not None and record.state is EpochState.REVEALED
+
+    def _compare(self, older: str, newer: str, language: str, metric: str) -> EpochChanges:
+        before, after = (self._agents(split, language) for split in (older, newer))
+        keys = [key for key in before if key in after and _may_be_same(before[key], after[key])]
+        if not keys:
+            return EpochChanges(older, newer, (), None)
+        column = METRICS.index(metric)
+        found = changes(
+            self._scored(older, [before[key] for key in keys], column),
+            self._scored(newer, [after[key] for key in keys], column),
+        )
+        each, apart, mean = found.of_each, found.against_others, found.mean
+        lines = [
+            Change(
+                before[key],
+                after[key],
+                before[key].rows[TOTAL][metric].mean,
+                after[key].rows[TOTAL][metric].mean,
+                Interval(float(each.mean[at]), float(each.low[at]), float(each.high[at])),
+                None if apart is None else Interval(float(apart.mean[at]), float(apart.low[at]), float(apart.high[at])),
+                all(_codes(before[key], after[key])),
+            )
+            for at, key in enumerate(keys)
+        ]
+        lines.sort(key=lambda line: (line.difference.mean, line.newer.entries[0].run.run_id))
+        overall = Interval(float(mean.mean), float(mean.low), float(mean.high))
+        return EpochChanges(older, newer, tuple(lines), overall)
+
+    def _agents(self, split: str, language: str) -> dict[object, Standing]:
+        """Return the ranked standing of each agent that was published last."""
+        ranked = [line for line in self._board.standings(split, language) if line.is_ranked]
+        ordered = sorted(ranked, key=lambda line: max((one.published_at, one.run.run_id) for one in line.entries))
+        return {line.entries[0].kind: line for line in ordered}
+
+    def _scored(self, split: str, standings: Sequence[Standing], column: int) -> Scored:
+        section_of = {name: episode.section for name, episode in self._splits[split].episodes.items()}
+        joined = [
+            join([mean_table([self._entries.episodes(one.run.run_id) for one in line.entries])], section_of)
+            for line in standings
+        ]
+        return Scored(np.stack([one.values[:, -1, column] for one in joined]), joined[0].strata)
+
+
+def as_file(epochs: Sequence[Epoch]) -> dict[str, object]:
+    """Return the content of the file that `arramon-server epoch verify` reads."""
+    return {"format": LIST_FORMAT, "version": LIST_VERSION, "epochs": [as_data(epoch) for epoch in epochs]}
+
+
+def as_data(epoch: Epoch) -> dict[str, object]:
+    """Return an epoch as plain data."""
+    record = epoch.record
+    times = {name: getattr(record, name) for name in ("opened_at", "closed_at", "revealed_at")}
+    return {
+        "split": record.split,
+        "state": record.state.value,
+        "statement": record.statement.decode(),
+        "commitment": record.commitment.hex(),
+        **{name: time.isoformat(timespec="seconds") if time else None for name, time in times.items()},
+        "secret": record.secret,
+        "command": epoch.command or None,
+    }
+
+
+def epoch_with_statement(record: EpochRecord) -> Epoch:
+    """Return an epoch with its statement.
+
+    Raises:
+        BadFile: if the statement in the database was altered.
+    """
+    return Epoch(record, read_statement(record.statement, f"statement of {record.split}"))
+
+
+def _may_be_same(older: Standing, newer: Standing) -> bool:
+    """Return whether no two runs of the standings name different code."""
+    return all(same is not False for same in _codes(older, newer))
+
+
+def _codes(older: Standing, newer: Standing) -> list[bool | None]:
+    """Return for each pair of runs whether they name the same code; None if one of them names none."""
+    pairs = ((one.run.code, other.run.code) for one in older.entries for other in newer.entries)
+    return [other.is_of(one) if one and other else None for one, other in pairs]

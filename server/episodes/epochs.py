@@ -1,0 +1,142 @@
+"""Epochs of hidden splits: their names, and what a host commits to when it opens one.
+
+An epoch is a split of its own, generated from a secret of its own. The host publishes its statement when it opens the
+epoch: everything that determines the split, with the SHA-256 of the secret in place of the secret. The statement's
+SHA-256 is the commitment, which is in the receipt of every run on the epoch.
+"""
+
+import hashlib
+import re
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import rfc8785
+from pydantic import TypeAdapter
+
+from server.episodes.files import parse
+from server.errors import BadFile, BadInput, quoted
+
+FORMAT, VERSION = "arramon-epoch", 1
+
+LIST_FORMAT, LIST_VERSION = "arramon-epochs", 1
+"""Header of a file with the list of a host's epochs."""
+
+SECRETS = "epochs"
+"""Folder of the data folder with the secrets of epochs that are not revealed."""
+
+SECRET_DIGITS = 64
+"""Hexadecimal digits of a secret: 256 random bits."""
+
+_NAME = re.compile(r"(?P<base>[a-z][a-z0-9_]*)_e(?P<number>[1-9][0-9]{0,5})")
+
+
+@dataclass(frozen=True, slots=True)
+class Statement:
+    """What a host commits to when it opens an epoch.
+
+    Attributes:
+        split: name of the epoch's split, such as "test_unseen_e2".
+        base: split of the data set that it is an epoch of.
+        sections: ids of its sections.
+        scale: share of the split's size, in (0, 1].
+        episodes: number of its episodes.
+        tried: whether an agent tried its instructions.
+        generator: release of the project that generated it.
+        sources: digest of the generator's code and data.
+        data_hash: SHA-256 of the split's files.
+        secret_sha256: SHA-256 of the secret, as `digest_of` returns it.
+        format: always "arramon-epoch".
+        version: of the statement's format.
+    """
+
+    split: str
+    base: str
+    sections: tuple[str, ...]
+    scale: float
+    episodes: int
+    tried: bool
+    generator: str
+    sources: str
+    data_hash: str
+    secret_sha256: str
+    format: str = FORMAT
+    version: int = VERSION
+
+    def written(self) -> bytes:
+        """Return the statement as canonical JSON (RFC 8785)."""
+        return rfc8785.dumps({**asdict(self), "sections": list(self.sections)})
+
+    @property
+    def command(self) -> str:
+        """Command that generates the split again, without the secret at its end."""
+        untried = "" if self.tried else " --no-trial"
+        return f"arramon-server generate --split {self.split} --scale {self.scale!r}{untried} --secret"
+
+
+_STATEMENT = TypeAdapter(Statement)
+
+
+def read_statement(content: bytes, place: Path | str) -> Statement:
+    """Read a statement.
+
+    Args:
+        content: its canonical JSON.
+        place: its file or source, for messages.
+
+    Raises:
+        BadFile: if it is no statement of this format, or is not written canonically, so that its digest would differ.
+    """
+    statement = parse(_STATEMENT, content, Path(place))
+    if (statement.format, statement.version) != (FORMAT, VERSION):
+        problem = f"is {statement.format!r} version {statement.version}, expected {FORMAT!r} version {VERSION}"
+        raise BadFile(place, problem, field="format")
+    if epoch_of(statement.split) is None or epoch_of(statement.split) != (statement.base, number_of(statement.split)):
+        raise BadFile(place, f"is {statement.split!r}, expected an epoch of {statement.base!r}", field="split")
+    if statement.written() != content:
+        raise BadFile(place, "is not in canonical form (RFC 8785), so that its digest does not identify it")
+    return statement
+
+
+def commitment_of(statement: bytes) -> bytes:
+    """Return the commitment to a statement: its SHA-256, 32 bytes."""
+    return hashlib.sha256(statement).digest()
+
+
+def digest_of(secret: str) -> str:
+    """Return the SHA-256 of a secret's 64 hexadecimal digits as text, in hexadecimal."""
+    return hashlib.sha256(secret.encode()).hexdigest()
+
+
+def check_secret(secret: str) -> str:
+    """Return a secret that was typed, without the white space around it.
+
+    Raises:
+        BadInput: if it is none; the message does not repeat it.
+    """
+    text = secret.strip()
+    if len(text) != SECRET_DIGITS or not set(text) <= set("0123456789abcdef"):
+        raise BadInput(f"the secret has {len(text)} characters, expected {SECRET_DIGITS} hexadecimal digits, 0 to f")
+    return text
+
+
+def name_of(base: str, number: int) -> str:
+    """Return the name of an epoch's split."""
+    return f"{base}_e{number}"
+
+
+def epoch_of(split: str) -> tuple[str, int] | None:
+    """Return the split of the data set and the number of an epoch, from its split's name; None if it is no epoch's."""
+    found = _NAME.fullmatch(split)
+    return (found["base"], int(found["number"])) if found else None
+
+
+def number_of(split: str) -> int:
+    """Return the number of an epoch from its split's name.
+
+    Raises:
+        BadInput: if it is no epoch's name.
+    """
+    found = epoch_of(split)
+    if found is None:
+        raise BadInput(f"{quoted(split)} is not the name of an epoch, such as 'test_unseen_e1'")
+    return found[1]

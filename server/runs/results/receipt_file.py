@@ -1,0 +1,137 @@
+"""Rescoring of a receipt's file with the run's actions, without a journal: on any machine that has the split."""
+
+import json
+from collections.abc import Mapping, Sequence
+from contextlib import closing
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from cryptography.exceptions import InvalidSignature
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
+
+from server.episodes.splits import Split
+from server.errors import BadFile
+from server.runs.play.worlds import Worlds
+from server.runs.results.receipts import FORMAT, LIMITS, VERSION, document
+from server.runs.results.reports import make_report, split_of
+from server.runs.results.rescoring import Rescored, differences_of_receipt, first, replayed
+from server.runs.storage.records import Code, Ending, Progress, Run
+
+FILE_FORMAT, FILE_VERSION = "arramon-receipt-file", 1
+"""Header of a receipt's file, which `arramon-client verify` reads too."""
+
+_DIGITS = frozenset("0123")
+
+Actions = Mapping[str, Sequence[int]]
+"""Actions of a run, by episode id."""
+
+
+def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) -> Rescored:
+    """Replay a run from its receipt and its actions, and compare the results with the receipt.
+
+    Args:
+        path: file of the receipt.
+        actions_path: file with the run's actions: a download from the leaderboard, or a client's results file.
+        splits: splits on this machine, by name.
+
+    Raises:
+        BadFile: if a file is malformed or altered, or the actions are those of another run or lack an episode.
+        Conflict: if the split is missing or has other data than the run was played on.
+    """
+    content, key = _read_receipt(path)
+    try:
+        run, progress, recorded = _run_of(content)
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise BadFile(path, f"is signed by {key}, but its content does not have the fields of a receipt") from error
+    actions = _read_actions(actions_path, run.run_id)
+    split = split_of(run, splits)
+    missing = [one.episode_id for one in recorded if one.steps and one.episode_id not in actions]
+    if missing:
+        raise BadFile(actions_path, f"lacks the actions of {len(missing)} episodes, the first one is {missing[0]!r}")
+    steps = {one.episode_id: one.steps for one in recorded}
+
+    def actions_of(_run_id: str, episode_id: str) -> Sequence[int]:
+        """Return the actions that were recorded: a client may have sent more when an episode had ended."""
+        return actions.get(episode_id, ())[: steps[episode_id]]
+
+    played, found = list[Ending](), list[str]()
+    with closing(Worlds({split.name: split})) as worlds:
+        for ending in recorded:
+            try:
+                played.append(replayed(run, split, ending, worlds, actions_of))
+            except (KeyError, ValueError) as error:
+                found.append(f"episode {ending.episode_id}: cannot be replayed: {error}")
+    if not found:
+        made = document(actions_of, make_report(run, progress, played, split), played, hidden=split.hidden)
+        found = [*first(differences_of_receipt(content, made))]
+    return Rescored(run.run_id, len(recorded), sum(steps.values()), True, tuple(found), key)
+
+
+def _read_receipt(path: Path) -> tuple[dict[str, Any], str]:
+    """Return the content of a receipt whose signature is valid, and the key that signed it, in hexadecimal."""
+    file = _read(path)
+    if (file.get("format"), file.get("version")) != (FILE_FORMAT, FILE_VERSION):
+        raise BadFile(path, f"is not a receipt: expected the format {FILE_FORMAT!r}, version {FILE_VERSION}")
+    try:
+        payload, key = file["payload"].encode(), bytes.fromhex(file["public_key"])
+        Ed25519PublicKey.from_public_bytes(key).verify(bytes.fromhex(file["signature"]), payload)
+        content = json.loads(payload)
+    except (KeyError, TypeError, AttributeError, ValueError, InvalidSignature) as error:
+        raise BadFile(path, "was altered: its signature does not match its content and key") from error
+    if not isinstance(content, dict) or (content.get("format"), content.get("version")) != (FORMAT, VERSION):
+        raise BadFile(path, f"contains no {FORMAT!r} of version {VERSION}")
+    return content, key.hex()
+
+
+def _run_of(content: Mapping[str, Any]) -> tuple[Run, Progress, list[Ending]]:
+    """Return the run that a receipt is for, its progress, and the endings of its episodes without scores."""
+    told = content["run"]
+    run = Run(
+        **{name: told[name] for name in ("run_id", "participant", "agent", "split", "language", "state")},
+        **{name: content["limits"][name] for name in LIMITS},
+        sensors=tuple(told["sensors"]),
+        data_hash=content["data_hash"],
+        server_version=content["server_version"],
+        created_at=datetime.fromisoformat(told["created_at"]),
+        ended_at=datetime.fromisoformat(told["ended_at"]) if told["ended_at"] else None,
+        agent_arguments=tuple(sorted(told.get("agent_arguments", {}).items())),
+        code=Code(**told.get("code", {})),
+    )
+    endings = [
+        Ending(run.run_id, one["episode_id"], one["cause"], int(one["steps"]), []) for one in content["episodes"]
+    ]
+    progress = Progress(
+        episodes=len(endings),
+        ended=len(endings),
+        steps=sum(ending.steps for ending in endings),
+        causes={cause: [one.cause for one in endings].count(cause) for cause in {one.cause for one in endings}},
+        images=tuple(told["images"]),
+        reoffers=content["reoffers"],
+    )
+    return run, progress, endings
+
+
+def _read_actions(path: Path, run_id: str) -> Actions:
+    content = _read(path)
+    run, actions = content.get("run"), content.get("actions")
+    if not isinstance(run, dict) or not isinstance(actions, dict):
+        raise BadFile(path, "has no actions: expected a download from the leaderboard, or a client's results file")
+    if run.get("run_id") != run_id:
+        raise BadFile(path, f"has the actions of run {run.get('run_id')!r}, but the receipt is for run {run_id!r}")
+    for name, digits in actions.items():
+        if not isinstance(digits, str) or not _DIGITS.issuperset(digits):
+            raise BadFile(path, "is no text of the digits 0 to 3", field=f"actions.{name}")
+    return {name: tuple(map(int, digits)) for name, digits in actions.items()}
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        content = json.loads(path.read_bytes())
+    except OSError as error:
+        raise BadFile(path, f"cannot be read: {error.strerror}") from error
+    except ValueError as error:
+        raise BadFile(path, "is not JSON, or was truncated") from error
+    if not isinstance(content, dict):
+        raise BadFile(path, "is not a JSON object")
+    return content

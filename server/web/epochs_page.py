@@ -1,0 +1,87 @@
+"""Template variables of the page with the epochs of hidden splits."""
+
+from collections.abc import Mapping
+from itertools import groupby
+from typing import Any
+
+from server.board.board import Board
+from server.board.epochs import Epoch, EpochBoard
+from server.board.standings import HEADLINE
+from server.errors import NotFound
+from server.runs.storage.epochs import EpochState
+from server.web.filters import METRICS, Choice
+from server.web.texts import Texts
+
+
+class EpochsPage:
+    """Builds the variables of the page.
+
+    Args:
+        board: the leaderboard.
+        epochs: the epochs of hidden splits.
+    """
+
+    def __init__(self, board: Board, epochs: EpochBoard) -> None:
+        self._board = board
+        self._epochs = epochs
+
+    def context(self, t: Texts, query: Mapping[str, str]) -> dict[str, Any]:
+        """Return the variables of the template.
+
+        Args:
+            t: texts of the page's language.
+            query: of the address: "language", of the instructions, and "sort", a metric of METRICS.
+
+        Raises:
+            NotFound: if there are no epochs, or the query has an unknown value.
+        """
+        epochs = self._epochs.all()
+        known = self._board.languages()
+        spoken = sorted({code for epoch in epochs for code in known.get(epoch.statement.split, ())})
+        language = query.get("language", t.language if t.language in spoken else next(iter(spoken), t.language))
+        sort = query.get("sort", HEADLINE.partition("@")[0].lower())
+        if not epochs or sort not in METRICS or (spoken and language not in spoken):
+            raise NotFound("there is no such list of epochs")
+        return {
+            "epochs": [
+                (base, [(epoch, self._facts(t, epoch)) for epoch in found])
+                for base, found in groupby(epochs, key=lambda epoch: epoch.statement.base)
+            ],
+            "example": next((epoch for epoch in epochs if epoch.command), epochs[0]).statement.split,
+            "state_of": lambda epoch: state_of(t, epoch),
+            "standings": lambda split: (
+                f"/{t.language}/{Choice(split, language).link()}" if language in known.get(split, ()) else ""
+            ),
+            "pairs": list(self._epochs.pairs(language, METRICS[sort])),
+            "language": language,
+            "sort": sort,
+            "heading": METRICS[sort].partition("@")[0],
+            "languages_choices": [(code, t.named("languages", code)) for code in spoken],
+            "metric_choices": [(name, metric.partition("@")[0]) for name, metric in METRICS.items()],
+        }
+
+    def _facts(self, t: Texts, epoch: Epoch) -> list[tuple[str, str]]:
+        record, statement = epoch.record, epoch.statement
+        told = {
+            "opened": t.moment(record.opened_at),
+            "closed": t.moment(record.closed_at) if record.closed_at else "–",
+            "revealed": t.moment(record.revealed_at) if record.revealed_at else "–",
+            "episodes": t.whole(statement.episodes),
+            "sections": ", ".join(statement.sections),
+            "generator": statement.generator,
+            "data": statement.data_hash,
+            "secret_hash": statement.secret_sha256,
+            "commitment": record.commitment.hex(),
+            "secret": record.secret or t("epochs.unrevealed"),
+        }
+        return [(t(f"epochs.{name}"), value) for name, value in told.items()]
+
+
+def state_of(t: Texts, epoch: Epoch) -> str:
+    """Return the word for an epoch's state."""
+    words = {
+        EpochState.OPEN: "epochs.is_open",
+        EpochState.CLOSED: "epochs.is_closed",
+        EpochState.REVEALED: "epochs.is_revealed",
+    }
+    return t(words[epoch.record.state])

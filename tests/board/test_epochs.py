@@ -1,0 +1,214 @@
+"""Epochs on the leaderboard: states, runs on closed ones, actions, receipts, and the old epoch against the new."""
+
+import json
+from collections.abc import Iterator
+from contextlib import closing
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from server.board.standings import BOTH
+from server.errors import BadInput, Conflict, NotFound
+from server.runs.accounts.callers import HOST
+from server.runs.results.receipts import Receipts, stored_receipt
+from server.runs.results.signing import SigningKey
+from server.runs.storage.epochs import EpochState, check_open
+from server.runs.storage.records import COMPLETE, Code
+from tests import tiny
+from tests.board.made import House, secret_of
+
+
+@pytest.fixture
+def house(tmp_path: Path, database_url: str) -> Iterator[House]:
+    made = House(tmp_path, database_url)
+    made.participant("ann", "bob", "cid")
+    with closing(made.database):
+        yield made
+
+
+def may_begin(house: House, split: str, data_hash: str = "") -> None:
+    """Checks as the creation of a run does."""
+    with house.database.write() as connection:
+        check_open(connection, split, data_hash or house.splits[split].data_hash)
+
+
+def test_an_epoch_opens_closes_and_is_revealed_in_this_order(house: House, tmp_path: Path) -> None:
+    name = house.epoch(1, tmp_path)
+    assert house.epochs.of(name).state is EpochState.OPEN
+    with pytest.raises(Conflict, match="is open; close it first"):
+        house.epochs.reveal(name, secret_of(1))
+    with pytest.raises(Conflict, match="there is an epoch 'test_unseen_e1' already"):
+        house.epochs.open(name, b"other")
+    house.epochs.close(name)
+    assert (house.epochs.of(name).state, house.epochs.of(name).secret) == (EpochState.CLOSED, None)
+    with pytest.raises(Conflict, match="was closed on"):
+        house.epochs.close(name)
+    house.epochs.reveal(name, secret_of(1))
+    record = house.epochs.of(name)
+    assert (record.state, record.secret) == (EpochState.REVEALED, secret_of(1))
+    assert record.closed_at is not None
+    assert record.revealed_at is not None
+    assert record.opened_at <= record.closed_at <= record.revealed_at
+    with pytest.raises(Conflict, match="revealed already"):
+        house.epochs.reveal(name, secret_of(1))
+    for method in (house.epochs.close, house.epochs.of):
+        with pytest.raises(NotFound, match="there is no epoch 'test_unseen_e9'; there are test_unseen_e1"):
+            method("test_unseen_e9")
+
+
+def test_runs_begin_on_open_epochs_with_the_very_data_alone(house: House, tmp_path: Path) -> None:
+    name = house.epoch(1, tmp_path)
+    may_begin(house, "secret")
+    may_begin(house, name)
+    with pytest.raises(Conflict, match="is not what the host committed to"):
+        may_begin(house, name, "f" * 64)
+    house.epochs.close(name)
+    with pytest.raises(Conflict, match=r"the epoch 'test_unseen_e1' was closed on .* UTC, and no runs begin on it"):
+        may_begin(house, name)
+    house.epochs.reveal(name, secret_of(1))
+    with pytest.raises(Conflict, match="no runs begin on it"):
+        may_begin(house, name)
+
+
+def test_runs_that_were_begun_are_finished_and_published_before_the_secret_is_out(house: House, tmp_path: Path) -> None:
+    name = house.epoch(1, tmp_path)
+    house.run("1", split=name, over=False)
+    assert house.epochs.close(name) == ["1"]
+    with pytest.raises(Conflict, match=r"1 runs on the epoch 'test_unseen_e1' are still being played: 1; wait"):
+        house.epochs.reveal(name, secret_of(1))
+    house.journal.set_state("1", COMPLETE)
+    house.run("2", split=name)
+    house.epochs.reveal(name, secret_of(1))
+    house.publish("2")
+    assert [line.rank for line in house.board.standings(name, "en")] == [1]
+
+
+def test_receipts_hold_the_commitment(house: House, tmp_path: Path) -> None:
+    name = house.epoch(1, tmp_path)
+    house.publish(house.run("1", split=name))
+    house.publish(house.run("2", split="secret"))
+    found = {}
+    for run_id in ("1", "2"):
+        receipt = stored_receipt(house.database, run_id)
+        assert receipt is not None
+        found[run_id] = json.loads(receipt.payload).get("epoch")
+    assert found == {"1": house.epochs.of(name).commitment.hex(), "2": None}
+
+
+def test_actions_are_public_on_open_splits_and_revealed_epochs_alone(house: House, tmp_path: Path) -> None:
+    name = house.epoch(1, tmp_path)
+    for run_id, split in (("1", "tiny"), ("2", "secret"), ("3", name)):
+        house.publish(house.run(run_id, split=split))
+    house.run("4", split="tiny")
+    assert set(house.epoch_board.actions("1")) == set(house.splits["tiny"].episodes)
+    for run_id in ("2", "3"):
+        with pytest.raises(Conflict, match="is hidden: its runs' actions are public only once the secret"):
+            house.epoch_board.actions(run_id)
+    with pytest.raises(NotFound):
+        house.epoch_board.actions("4")
+    house.epochs.close(name)
+    with pytest.raises(Conflict, match="is hidden"):
+        house.epoch_board.actions("3")
+    house.epochs.reveal(name, secret_of(1))
+    assert set(house.epoch_board.actions("3")) == set(house.splits[name].episodes)
+    house.publishing.withdraw(HOST, "3")
+    with pytest.raises(NotFound):
+        house.epoch_board.actions("3")
+
+
+def test_agents_stand_on_the_old_epoch_against_the_new(house: House, tmp_path: Path) -> None:
+    older, newer = (house.epoch(number, tmp_path, 12) for number in (1, 2))
+    of = {older: {"learned": 1.0, "honest": 0.5, "once": 1.0}, newer: {"learned": 0.25, "honest": 0.5}}
+    for split, agents in of.items():
+        for agent, score in agents.items():
+            run_id = f"{agent} {split}"
+            house.publish(house.run(run_id, score, agent=agent, split=split, account="ann", participant="ann"))
+    found = house.epoch_board.compare(older, newer, "en")
+    lines = {line.newer.agent: line for line in found.agents}
+    assert list(lines) == ["learned", "honest"]  # the greatest fall first
+    learned, honest = lines["learned"], lines["honest"]
+    assert (learned.older_mean, learned.newer_mean, learned.difference.mean) == (1.0, 0.25, -0.75)
+    assert honest.difference.mean == 0.0
+    assert learned.difference.high < 0.0 < honest.difference.high
+    assert learned.against_others is not None
+    assert honest.against_others is not None
+    assert (learned.against_others.mean, honest.against_others.mean) == (-0.75, 0.75)
+    assert found.mean is not None
+    assert found.mean.mean == pytest.approx(-0.375)
+    assert [(pair.older, pair.newer) for pair in house.epoch_board.pairs("en")] == [(older, newer)]
+    assert list(house.epoch_board.pairs("hi")) == []
+
+
+def test_only_the_same_agents_are_compared(house: House, tmp_path: Path) -> None:
+    older, newer = (house.epoch(number, tmp_path) for number in (1, 2))
+    one, other = Code("https://example.org/a", "a" * 40), Code("https://example.org/a", "b" * 40)
+
+    def publish(name: str, account: str, codes: tuple[Code, Code], sensors: tuple[str, ...] = ("rgb",)) -> None:
+        for split, code in zip((older, newer), codes, strict=True):
+            run = partial(house.run, agent=name, account=account, participant=account, code=code)
+            house.publish(run(f"{name[:5]} {split[-2:]}", split=split, sensors=sensors))
+
+    publish("same code", "ann", (one, one))
+    publish("other code", "ann", (one, other))
+    publish("half named", "bob", (one, Code()))
+    publish("privileged", "bob", (one, one), ("rgb", "oracle"))
+    house.publish(house.run("x", agent="mine", account="cid", participant="cid", split=older))
+    house.publish(house.run("y", agent="mine", account="bob", participant="bob", split=newer))
+    found = {line.newer.agent: line.same_code for line in house.epoch_board.compare(older, newer, "en").agents}
+    assert found == {"same code": True, "half named": False}
+
+
+def test_of_several_runs_the_one_published_last_counts(house: House, tmp_path: Path) -> None:
+    older, newer = (house.epoch(number, tmp_path) for number in (1, 2))
+    for run_id, split, score in (("1", older, 1.0), ("2", older, 0.0), ("3", newer, 0.5)):
+        house.publish(house.run(run_id, score, split=split))
+    (line,) = house.epoch_board.compare(older, newer, "en").agents
+    assert (line.older.entries[0].run.run_id, line.difference.mean, line.against_others) == ("2", 0.5, None)
+
+
+@pytest.mark.parametrize(
+    ("older", "newer", "language", "metric", "error", "problem"),
+    [
+        ("test_unseen_e2", "test_unseen_e1", "en", "nDTW", BadInput, "the older one first"),
+        ("test_unseen_e1", "test_unseen_e1", "en", "nDTW", BadInput, "the older one first"),
+        ("test_unseen_e1", "other_e2", "en", "nDTW", BadInput, "two epochs of one split"),
+        ("test_unseen_e1", "test_unseen_e3", "en", "nDTW", NotFound, "there is no epoch 'test_unseen_e3'; there are"),
+        ("tiny", "test_unseen_e1", "en", "nDTW", NotFound, "there is no epoch 'tiny'"),
+        ("test_unseen_e1", "test_unseen_e2", "xx", "nDTW", NotFound, "has no language 'xx'"),
+        ("test_unseen_e1", "test_unseen_e2", BOTH, "nDTW", BadInput, "in one language"),
+        ("test_unseen_e1", "test_unseen_e2", "en", "best", BadInput, "cannot compare 'best'"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused(
+    house: House,
+    tmp_path: Path,
+    older: str,
+    newer: str,
+    language: str,
+    metric: str,
+    error: type[Exception],
+    problem: str,
+) -> None:
+    for number, base in ((1, "test_unseen"), (2, "test_unseen"), (2, "other")):
+        house.epoch(number, tmp_path, base=base)
+    with pytest.raises(error, match=problem):
+        house.epoch_board.compare(older, newer, language, metric)
+
+
+def test_without_agents_on_both_there_is_nothing_to_compare(house: House, tmp_path: Path) -> None:
+    older, newer = (house.epoch(number, tmp_path) for number in (1, 2))
+    found = house.epoch_board.compare(older, newer, "en")
+    assert (found.agents, found.mean) == ((), None)
+
+
+def test_a_stored_receipt_of_an_epoch_is_rescored_with_its_commitment(house: House, tmp_path: Path) -> None:
+    """The field is no part of what is derived again, and makes no difference."""
+    from server.runs.results.rescoring import Rescorer
+    from tests.played import play
+
+    name = house.epoch(1, tmp_path)
+    play(house.database, house.splits[name], actions=dict.fromkeys("012", tiny.ACTIONS))
+    Receipts(house.database, house.splits, SigningKey(tmp_path / "key.pem")).of(HOST, "r")
+    with closing(Rescorer(house.database, house.splits)) as rescorer:
+        assert rescorer.rescore("r").differences == ()

@@ -1,0 +1,136 @@
+"""Rescoring of a receipt's file with a run's actions, without the journal."""
+
+import json
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from server.episodes.splits import Split
+from server.errors import BadFile, Conflict
+from server.runs.accounts.callers import HOST
+from server.runs.results.receipt_file import rescore_file
+from server.runs.results.receipts import Receipts
+from server.runs.results.rescoring import Rescored
+from server.runs.results.signing import SigningKey
+from server.runs.storage.database import Database
+from server.runs.storage.journal import Journal
+from tests import tiny
+from tests.played import STEPS, play
+
+PLAYED = {"0": tiny.ACTIONS, "1": (0,) * (4 * STEPS), "2": (0, 0, 3), "3": (), "4": (0, 0), "5": ()}
+CUT = {"2": "TIME_LIMIT", "3": "TIME_LIMIT", "4": "FORFEITED", "5": "SERVER_FAULT"}
+
+
+class Files:
+    """A receipt's file and one with the actions, both of a run with every cause."""
+
+    def __init__(self, folder: Path, *, hidden: bool) -> None:
+        self.split = tiny.write(folder, hidden=hidden)
+        self.key = SigningKey(folder / "key.pem")
+        self.receipt, self.actions = folder / "r.receipt.json", folder / "r.actions.json"
+        with closing(Database(f"sqlite:///{folder / 'journal.db'}")) as database:
+            play(database, self.split, actions=PLAYED, ended=CUT)
+            receipt = Receipts(database, {"tiny": self.split}, self.key).of(HOST, "r")
+            journal = Journal(database)
+            taken = {name: "".join(map(str, journal.actions("r", name))) for name in PLAYED}
+        self.payload = receipt.payload
+        self.write(receipt.payload, taken)
+
+    def write(self, payload: bytes, actions: dict[str, str], run_id: str = "r") -> None:
+        """Write both files, with a valid signature."""
+        content = {
+            "format": "arramon-receipt-file",
+            "version": 1,
+            "payload": payload.decode(),
+            "signature": self.key.sign(payload).hex(),
+            "public_key": self.key.public.hex(),
+        }
+        self.receipt.write_text(json.dumps(content))
+        self.actions.write_text(json.dumps({"run": {"run_id": run_id}, "actions": actions}))
+
+    def taken(self) -> dict[str, str]:
+        found: dict[str, str] = json.loads(self.actions.read_text())["actions"]
+        return found
+
+    def signed(self, change: Callable[[dict[str, Any]], object]) -> None:
+        """Alter the receipt and sign it again, as a dishonest host."""
+        content = json.loads(self.payload)
+        change(content)
+        self.write(json.dumps(content).encode(), self.taken())
+
+    def rescore(self, *splits: Split) -> Rescored:
+        return rescore_file(self.receipt, self.actions, {split.name: split for split in splits or (self.split,)})
+
+
+@pytest.fixture(params=[False, True], ids=["open", "hidden"])
+def files(tmp_path: Path, request: pytest.FixtureRequest) -> Files:
+    return Files(tmp_path, hidden=request.param)
+
+
+def test_an_unchanged_receipt_is_rescored_identically(files: Files) -> None:
+    assert files.rescore() == Rescored("r", 6, 13 + 4 * STEPS + 3 + 2, True, (), files.key.public.hex())
+
+
+def test_actions_that_came_after_an_episodes_end_do_not_count(files: Files) -> None:
+    files.write(files.payload, {**files.taken(), "4": "0033"})
+    assert files.rescore().differences == ()
+
+
+def test_what_the_host_signed_wrongly_is_found(files: Files) -> None:
+    def better(content: dict[str, Any]) -> None:
+        content["scores"]["total"]["PTC"]["mean"] = 0.9
+
+    files.signed(better)
+    (line,) = files.rescore().differences
+    assert line.startswith("receipt: scores: total: PTC: mean was 0.9, and is ")
+
+
+def test_other_actions_are_found(files: Files) -> None:
+    files.write(files.payload, {**files.taken(), "4": "01"})
+    assert any("head was" in line for line in files.rescore().differences)
+
+
+def spoil(name: str, content: object) -> Callable[[Files], object]:
+    return lambda files: getattr(files, name).write_text(
+        content if isinstance(content, str) else json.dumps({**json.loads(getattr(files, name).read_text()), **content})  # type: ignore[dict-item]
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "problem"),
+    [
+        (spoil("receipt", "{"), "r.receipt.json: is not JSON, or was truncated"),
+        (spoil("receipt", "[]"), "is not a JSON object"),
+        (spoil("receipt", {"version": 2}), "is not a receipt: expected the format 'arramon-receipt-file', version 1"),
+        (spoil("receipt", {"signature": "00" * 64}), "was altered"),
+        (spoil("receipt", {"payload": 7}), "was altered"),
+        (lambda files: files.receipt.unlink(), "cannot be read"),
+        (lambda files: files.signed(lambda content: content.pop("limits")), "does not have the fields of a receipt"),
+        (lambda files: files.signed(lambda content: content.update(version=2)), "contains no 'arramon-receipt'"),
+        (
+            lambda files: files.write(files.payload, {"0": "03"}),
+            "lacks the actions of 3 episodes, the first one is '1'",
+        ),
+        (
+            lambda files: files.write(files.payload, {}, "s"),
+            "has the actions of run 's', but the receipt is for run 'r'",
+        ),
+        (lambda files: files.write(files.payload, {"0": "04"}), r"actions\.0: is no text of the digits 0 to 3"),
+        (spoil("actions", {"actions": 3}), "has no actions: expected a download"),
+    ],
+)
+def test_files_that_do_not_fit_are_refused(tmp_path: Path, change: Callable[[Files], object], problem: str) -> None:
+    files = Files(tmp_path, hidden=True)
+    change(files)
+    with pytest.raises(BadFile, match=problem):
+        files.rescore()
+
+
+def test_other_data_is_refused(files: Files, tmp_path: Path) -> None:
+    with pytest.raises(Conflict, match="which now has the data"):
+        files.rescore(tiny.write(tmp_path / "other", count=5))
+    with pytest.raises(Conflict, match="no longer exists"):
+        files.rescore(tiny.write(tmp_path / "other", "another"))
