@@ -9,6 +9,7 @@ target's type.
 import argparse
 from collections import defaultdict
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import lang
@@ -19,6 +20,7 @@ from server.dataset.randomness import seeded
 from server.dataset.trial import TrialWorld, play
 from server.episodes.episode import Episode, Instructions
 from server.episodes.splits import read_splits
+from server.sim.own_furniture import furnished
 
 LANGUAGE = "en"
 
@@ -58,6 +60,8 @@ def main() -> None:
     scores: dict[str, list[Mapping[str, float]]] = defaultdict(list)
     for number, episode in enumerate(chosen):
         site = sites[episode.section]
+        if not episode.furniture.is_empty:
+            site = Site(furnished(site.section, episode.furniture))
         world = TrialWorld(site.world, site.camera, room_camera())
         full, other = episode.instructions[LANGUAGE], chosen[number - 1].instructions[LANGUAGE]
         swapped = [Instructions(o.navigation, f.assembly) for o, f in zip(other, full, strict=True)]
@@ -67,14 +71,7 @@ def main() -> None:
             "another episode's text": (swapped[0], swapped[1]),
         }
         for name, (first, second) in variants.items():
-            played = Episode(
-                episode.episode_id,
-                episode.section,
-                episode.start,
-                episode.turns,
-                episode.decoys,
-                {LANGUAGE: (first, second)},
-            )
+            played = replace(episode, instructions={LANGUAGE: (first, second)})
             turns = play(follower(), played, LANGUAGE, world).turns
             scores[name] += turns
             if name == "target's name alone":

@@ -1,10 +1,11 @@
 """How true human texts are in a city recovered from them: `python benchmarks/landmarks.py val_seen.json`.
 
-Recovers each section's fixed scenery from the texts of half of its episodes, gives every episode of the other half its own
-furniture from its own texts, and counts in that half the mentions and turns that fit: each thing named is there (kind, and
-colour and side where said) within 4 units of where the text's alignment in that world puts it. Beside it: the same scenery
-with its kinds permuted, all furniture at random places of the same ground, and the furniture of before, drawn without a
-text. `--visible` also counts how many of the things that fit the camera shows in the steps before they are spoken of.
+Recovers each section's fixed scenery without a part of its episodes (`--folds 2`: from half of them), gives the
+episodes of that part their own furniture from their own texts, and counts in that part the mentions and turns that fit:
+each thing named is there (kind, and colour and side where said) within 4 units of where the text's alignment in that
+world puts it. Beside it: the same scenery with its kinds permuted, all furniture at random places of the same ground,
+and furniture drawn without a text. "seen" is the share of the things that fit which the camera shows in one of the
+steps up to the moment at which they are spoken of.
 """
 
 import argparse
@@ -14,26 +15,35 @@ from collections import Counter, defaultdict
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from itertools import repeat
 from pathlib import Path
 
 import numpy as np
 
 from server.dataset.randomness import seeded
 from server.dataset.release.files import read_release
-from server.dataset.release.landmarks.agreement import Standing, by_kind, mentions_of, standing_of
+from server.dataset.release.importer import add_objects, ground_of
+from server.dataset.release.landmarks.agreement import by_kind, mentions_of, standing_of
 from server.dataset.release.landmarks.alignment import align
-from server.dataset.release.landmarks.ground import Ground, walked_points
+from server.dataset.release.landmarks.city import KNOWN, own_of
+from server.dataset.release.landmarks.ground import Ground, Room
 from server.dataset.release.landmarks.mentions import SCENERY
-from server.dataset.release.landmarks.own import moved_off, own_furniture, wanted
-from server.dataset.release.landmarks.recovery import Map, Told, recover, told_of
+from server.dataset.release.landmarks.recovery import Landmark, Map, Told, recover, told_of
 from server.dataset.release.landmarks.scenery import props_of
+from server.dataset.release.landmarks.walks import Numbers
 from server.dataset.release.reconstruction import reconstruct
 from server.episodes.episode import Episode
-from server.sim.own_furniture import OwnFurniture, furnished
+from server.sim.cameras import Viewpoint
+from server.sim.city import city_scene, label_of_prop
+from server.sim.own_furniture import furnished
+from server.sim.raster.camera import RasterCamera
 from server.sim.section import Prop, Section
 
-KNOWN = 0.8
-"""Strength of each thing of a world in the alignment of a text to that world."""
+BEFORE = 6
+"""Number of steps before a mention's place from which its thing may be seen."""
+
+SIZE, PIXELS = 224, 6
+"""Side length of frames, and pixels of a label from which on it is seen."""
 
 Counts = dict[str, Counter[str]]
 """For each world the number of turns, of turns that fit, of mentions and of mentions that fit, by kind."""
@@ -44,6 +54,10 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="landmarks", description=__doc__.split("\n\n")[0])
     parser.add_argument("file", type=Path, help="a file of the official release")
     parser.add_argument("--lang", help="code of the file's language; without it detected from the texts")
+    parser.add_argument("--folds", type=int, default=5, help="parts of the episodes (default: %(default)s)")
+    parser.add_argument(
+        "--seen", type=int, default=10, help="one in so many episodes is drawn; 0 for none (default: %(default)s)"
+    )
     parser.add_argument("--output", type=Path, help="output JSON file")
     arguments = parser.parse_args()
 
@@ -53,21 +67,18 @@ def main() -> int:
         by_section[episode.section].append(episode)
     total: Counts = defaultdict(Counter)
     with ProcessPoolExecutor(2) as pool:
-        for section, (counts, landmarks) in zip(
-            by_section, pool.map(measure, by_section, by_section.values()), strict=True
-        ):
-            print(f"section {section}: {len(by_section[section])} episodes, {landmarks:g} landmarks from half of them")
+        measured = pool.map(measure, by_section, by_section.values(), repeat(arguments.folds), repeat(arguments.seen))
+        for section, (counts, landmarks) in zip(by_section, measured, strict=True):
+            print(f"section {section}: {len(by_section[section])} episodes, {landmarks:.1f} landmarks without a part")
             for world, numbers in counts.items():
                 total[world].update(numbers)
-                print(f"  {world:12}{_line(numbers)}")
+                print(f"  {world:12}{_line(numbers)}", flush=True)
     print(f"all, {language}")
     for world, numbers in total.items():
         print(f"  {world:12}{_line(numbers)}")
     print("by kind: mentions that fit, with kinds permuted in brackets, number of mentions")
     for kind in sorted({name.split()[1] for name in total["held out"] if name.startswith("all ")}):
-        shares = [
-            total[world][f"fits {kind}"] / max(1, total[world][f"all {kind}"]) for world in ("held out", "permuted")
-        ]
+        shares = [total[w][f"fits {kind}"] / max(1, total[w][f"all {kind}"]) for w in ("held out", "permuted")]
         print(f"  {kind:14}{shares[0]:.2f} ({shares[1]:.2f}) {total['held out'][f'all {kind}']}")
     if arguments.output:
         arguments.output.write_text(json.dumps({world: dict(numbers) for world, numbers in total.items()}, indent=1))
@@ -75,64 +86,60 @@ def main() -> int:
 
 
 def _line(numbers: Counter[str]) -> str:
+    def share(part: str, whole: str) -> str:
+        return f"{numbers[part] / max(1, numbers[whole]):.3f} of {numbers[whole]}"
+
+    seen = f", seen {share('seen', 'drawn')}" if numbers["drawn"] else ""
     return (
-        f"turns that fit {numbers['turn fits'] / max(1, numbers['turns']):.3f} of {numbers['turns']}, "
-        f"mentions {numbers['mention fits'] / max(1, numbers['mentions']):.3f} of {numbers['mentions']}, "
-        f"of scenery {numbers['scenery fits'] / max(1, numbers['scenery']):.3f} of {numbers['scenery']}"
+        f"turns that fit {share('turn fits', 'turns')}, mentions {share('mention fits', 'mentions')}, "
+        f"of scenery {share('scenery fits', 'scenery')}{seen}"
     )
 
 
-def measure(section_id: str, episodes: Sequence[Episode]) -> tuple[Counts, float]:
-    """Return the counts of a section's worlds, and the mean number of landmarks of both halves."""
+def measure(section_id: str, episodes: Sequence[Episode], folds: int, seen: int) -> tuple[Counts, float]:
+    """Return the counts of a section's worlds, and the mean number of landmarks that are recovered without a part."""
+    grounded = ground_of(episodes)
+    episodes = [add_objects(episode, grounded) for episode in episodes]
     paths = [np.array(turn.path) for episode in episodes for turn in episode.turns]
     targets = np.array([(t.target.position.x, t.target.position.z) for e in episodes for t in e.turns])
-    section = reconstruct(section_id, paths, targets)
-    walked = np.concatenate(paths)
+    section, walked = reconstruct(section_id, paths, targets), np.concatenate(paths)
     ground = Ground.of(section.heading, section.buildings, walked)
     told = {episode.episode_id: told_of(episode) for episode in episodes}
     counts: Counts = defaultdict(Counter)
     found = 0
-    order = {episode.episode_id: number for number, episode in enumerate(episodes)}
-    for half in (0, 1):
-        known = [
-            each for episode in episodes if order[episode.episode_id] % 2 != half for each in told[episode.episode_id]
-        ]
-        landmarks = recover(known)
+    for fold in range(folds):
+        part = episodes[fold::folds]
+        held_out = {episode.episode_id for episode in part}
+        landmarks = recover([each for name, listed in told.items() if name not in held_out for each in listed])
         found += len(landmarks)
-        names = [(each.kind, each.colour, each.look) for each in landmarks]
-        seeded(section_id, half, "permuted").shuffle(names)
-        permuted = [
-            replace(each, kind=kind, colour=colour, look=look)
-            for each, (kind, colour, look) in zip(landmarks, names, strict=True)
-        ]
         worlds = {
-            name: replace(
-                section,
-                props=tuple(prop for prop, _ in props_of(listed, section.heading, section.buildings, ground, walked)),
-            )
-            for name, listed in (("held out", landmarks), ("permuted", permuted))
+            name: _with(listed, section, ground, walked)
+            for name, listed in (("held out", landmarks), ("permuted", permuted(landmarks, section_id, fold)))
         }
-        for episode in episodes[half::2]:
+        for number, episode in enumerate(part):
+            texts, room = told[episode.episode_id], Room.of(episode, ground)
             for name, world in worlds.items():
-                own = furniture_of(episode, told[episode.episode_id], world, ground)
-                things = list(furnished(world, own).props)
-                _count(counts[name], told[episode.episode_id], things)
+                own = own_of(episode.episode_id, texts, world, room)
+                as_it_is = furnished(world, own)
+                drawn = as_it_is if name == "held out" and seen and number % seen == 0 else None
+                _count(counts[name], texts, as_it_is.props, drawn)
                 if name == "held out":
-                    _count(counts["random"], told[episode.episode_id], scattered(episode.episode_id, things, ground))
-            _count(counts["before"], told[episode.episode_id], section.props)
-    return counts, found / 2
+                    _count(counts["random"], texts, scattered(episode.episode_id, as_it_is.props, ground))
+            _count(counts["before"], texts, section.props)
+    return counts, found / folds
 
 
-def furniture_of(episode: Episode, told: Sequence[Told], world: Section, ground: Ground) -> OwnFurniture:
-    """Return an episode's own furniture in a section: what its texts ask for, and what is in its way moved."""
-    walked = walked_points([np.array(turn.path) for turn in episode.turns])
-    objects = np.array([(each.position.x, each.position.z) for turn in episode.turns for each in turn.street])
-    moved, left_out = moved_off(world.props, ground, walked, objects)
-    changed = OwnFurniture((), tuple(moved), tuple(left_out))
-    standing = furnished(world, changed).props
-    known = Map.of(by_kind(standing_of(standing), KNOWN))
-    own = own_furniture(episode.episode_id, wanted(told, known, ground), ground, walked, objects, standing)
-    return replace(changed, added=tuple(own))
+def permuted(landmarks: Sequence[Landmark], *names: object) -> list[Landmark]:
+    """Return the landmarks with their kinds, colours and looks permuted among their places."""
+    looks = [(each.kind, each.colour, each.look) for each in landmarks]
+    seeded(*names, "permuted").shuffle(looks)
+    pairs = zip(landmarks, looks, strict=True)
+    return [replace(each, kind=kind, colour=colour, look=look) for each, (kind, colour, look) in pairs]
+
+
+def _with(landmarks: Sequence[Landmark], section: Section, ground: Ground, walked: Numbers) -> Section:
+    built = props_of(landmarks, section.heading, section.buildings, ground, walked)
+    return replace(section, props=tuple(prop for prop, _ in built))
 
 
 def scattered(episode_id: str, props: Sequence[Prop], ground: Ground) -> list[Prop]:
@@ -142,26 +149,41 @@ def scattered(episode_id: str, props: Sequence[Prop], ground: Ground) -> list[Pr
     return [replace(prop, x=float(x), z=float(z)) for prop, (x, z) in zip(props, places, strict=True)]
 
 
-def _count(counts: Counter[str], told: Sequence[Told], props: Sequence[Prop]) -> None:
-    """Add to the counts the turns and the mentions that fit a world."""
-    things: list[Standing] = standing_of(props)
+def _count(counts: Counter[str], told: Sequence[Told], props: Sequence[Prop], drawn: Section | None = None) -> None:
+    """Add to the counts the turns and the mentions that fit a world, and those that a camera shows if it is drawn."""
+    things = standing_of(props)
     known = Map.of(by_kind(things, KNOWN))
+    camera = None if drawn is None else RasterCamera(city_scene(drawn))
     for each in told:
         fitting = []
         if each.events:
-            for event, _, thing in mentions_of(
-                each.events, align(each.events, each.walk, known.fit), each.walk, things
-            ):
+            aligned = align(each.events, each.walk, known.fit)
+            for event, place, thing in mentions_of(each.events, aligned, each.walk, things):
                 fitting.append(thing >= 0)
                 counts[f"all {event.sort}"] += 1
                 counts[f"fits {event.sort}"] += thing >= 0
                 counts["scenery"] += event.sort in SCENERY
                 counts["scenery fits"] += event.sort in SCENERY and thing >= 0
+                if camera is not None and thing >= 0:
+                    counts["drawn"] += 1
+                    counts["seen"] += is_seen(camera, each, place, props[thing])
         if fitting:
             counts["turns"] += 1
             counts["turn fits"] += all(fitting)
         counts["mentions"] += len(fitting)
         counts["mention fits"] += sum(fitting)
+
+
+def is_seen(camera: RasterCamera, told: Told, place: int, prop: Prop) -> bool:
+    """Return whether the camera shows a prop's label in its direction, in the steps up to a place of the walk."""
+    label = camera.labels.index(str(label_of_prop(prop)))
+    for at in range(max(0, place - BEFORE), place + 1):
+        (x, z), heading = told.walk.places[at], float(told.walk.going[at])
+        frame = camera.render(Viewpoint(float(x), float(z), heading), (), SIZE, segmentation=True)
+        assert frame.segmentation is not None
+        if int((frame.segmentation == label).sum()) >= PIXELS:
+            return True
+    return False
 
 
 if __name__ == "__main__":

@@ -124,6 +124,7 @@ class Measured:
         mean, p50, p99: milliseconds from an action to the next observation of its episode.
         memory: resident memory of the server's processes, in MB.
         work: CPU time of the server's processes per step, in milliseconds.
+        own: CPU time of the client per step, in milliseconds.
         ready: seconds until the server listens.
     """
 
@@ -134,6 +135,7 @@ class Measured:
     memory: float = 0.0
     ready: float = 0.0
     work: float = 0.0
+    own: float = 0.0
 
 
 def in_process(split: Split, seconds: float, size: int = 224) -> Measured:
@@ -196,8 +198,10 @@ def measure(data: Path, split: Split, setting: Setting, seconds: float, postgres
         warm_up(agent, settings.parallel)
         agent.reset()
         started, before = time.perf_counter(), sum(cpu_seconds(pid) for pid in family(process.pid))
+        own = time.process_time()
         time.sleep(seconds)
         steps, waits, elapsed = agent.steps, sorted(agent.waits), time.perf_counter() - started
+        own = time.process_time() - own
         work = sum(cpu_seconds(pid) for pid in family(process.pid)) - before
         memory = sum(resident(pid) for pid in family(process.pid))
         if not playing.is_alive():
@@ -212,6 +216,7 @@ def measure(data: Path, split: Split, setting: Setting, seconds: float, postgres
         memory=memory,
         ready=ready,
         work=1e3 * work / steps,
+        own=1e3 * own / steps,
     )
 
 
@@ -301,12 +306,12 @@ def show(rows: dict[str, Measured], split: Split) -> None:
     print(f"split {split.name}, {len(split.episodes)} episodes. Defaults: 224, shared memory, Unix socket, no fsync")
     print(
         f"{'':20} {'steps/s':>8} {'ratio':>6} {'mean ms':>8} {'p50 ms':>8} {'p99 ms':>8} {'MB':>6} {'CPU ms':>7} "
-        f"{'start s':>8}"
+        f"{'client':>7} {'start s':>8}"
     )
     for name, row in rows.items():
         print(
             f"{name:20} {row.rate:8.0f} {row.rate / base:6.2f} {row.mean:8.1f} {row.p50:8.1f} {row.p99:8.1f} "
-            f"{row.memory:6.0f} {row.work:7.2f} {row.ready:8.1f}"
+            f"{row.memory:6.0f} {row.work:7.2f} {row.own:7.2f} {row.ready:8.1f}"
         )
 
 

@@ -109,7 +109,17 @@ def _publish(
     ids = tuple(sorted(split.episodes))
     Journal(database).create(run, ids[:1])
     sections = np.unique([split.episodes[name].section for name in ids], return_inverse=True)[1]
-    progress = Progress(len(ids), len(ids), 90 * len(ids), {"AGENT_FINISHED": len(ids)}, ("jpeg90-224",), 0, False, 9.0 * (place + 1), 90)
+    progress = Progress(
+        len(ids),
+        len(ids),
+        90 * len(ids),
+        {"AGENT_FINISHED": len(ids)},
+        ("jpeg90-224",),
+        0,
+        False,
+        9.0 * (place + 1),
+        90,
+    )
     scores = Scores(progress, table_rows(with_total(turns), sections), f"split:{split.name}|run:{place}")
     entries.publish(run.run_id, "", scores, EpisodeTable(ids, turns), by_host=True)
 

@@ -16,6 +16,8 @@ BARE = " bare"
 
 _STEPS = ("turn", "face", "walk")
 
+_AROUND = Rotate("around")
+
 _AT = {"at": "near", "before": "in_front_of", "after": "behind"}
 
 _GROUND = ("street", "alley", "square")
@@ -81,12 +83,16 @@ class Discourse:
             if listed and (where := self._place_of(item)) is not None:
                 listed[-1] = self._with(listed[-1], where)
             elif kind in (*_STEPS, "landmark"):
-                steps += self._step(item)
+                found = self._step(item)
+                if found == [_AROUND] and last is not None and (item.also or last.also) and _on_the_spot(steps):
+                    steps.pop()  # "Go back, turn right around": one turn, said twice.
+                if not (steps[-1:] == [_AROUND] and item.also and _on_the_spot(found)):
+                    steps += found
                 before, last = (), item
             elif item.label == "target same":
-                targets += [self.focus] if self.focus is not None else []
+                targets += [self.focus] if self.focus is not None and not listed else []
             elif kind in ("target", "mention") and "target" in bound:
-                if not listed and last is not None and last.also and last.label.startswith("turn"):
+                if not listed and last is not None and last.also and _is_by_side(last):
                     before += self._place_of_turn(steps)
                 named = self._with(self._target(bound), before)
                 (targets if kind == "target" else mentioned).append(named)
@@ -146,10 +152,12 @@ class Discourse:
     def assembly(self, items: Sequence[Item]) -> Assembly:
         """Return the meaning of an assembly instruction: turns, the object to place, all relations.
 
-        The object is the first that is named and is no landmark: "There is a red bowl; put the mug on it."
+        The object is the one that a clause says to place, or else the first that is named and is no landmark: "There is
+        a red bowl; the mug goes on it."
         """
         turns: list[str] = []
         named: list[Thing] = []
+        placed: list[Thing] = []
         wheres: tuple[Where, ...] = ()
         for item in items:
             bound = dict(item.bound)
@@ -163,6 +171,8 @@ class Discourse:
                 if len(named) == 1:
                     self.focus = named[0]
                 thing = self._thing(about)
+                if item.label.startswith("place") and not named:
+                    placed.append(self._with(thing, (), bare=True))
                 if not named or not thing.is_same(named[0]):
                     wheres += thing.where if not named else ()
                     named.append(self._with(thing, (), bare=True))
@@ -172,7 +182,7 @@ class Discourse:
                     self.focus = named[0] if named else None
                 wheres += self._wheres(bound["where"])
         landmarks = [thing for where in wheres for thing in where.things]
-        carried = [thing for thing in named if not any(thing.is_same(each) for each in landmarks)]
+        carried = placed or [thing for thing in named if not any(thing.is_same(each) for each in landmarks)]
         thing = next(iter(carried), Thing("") if named and landmarks else next(iter(named), Thing("")))
         meaning = map_mentions(Assembly(tuple(turns), thing, wheres), lambda each: replace(each, number=""))
         assert isinstance(meaning, Assembly)
@@ -265,3 +275,13 @@ class Discourse:
             self.focus = focus_of(wheres[-1].things, self.focus)
         self.focus = focus
         return tuple(wheres)
+
+
+def _on_the_spot(steps: Sequence[Step]) -> bool:
+    """Return whether the last step is a turn without a place."""
+    return bool(steps) and isinstance(steps[-1], Rotate) and steps[-1].thing is None
+
+
+def _is_by_side(item: Item) -> bool:
+    """Return whether an item is a turn that says only to which side, not by a verb of its own ("bear left")."""
+    return item.label.startswith("turn") and "bearing" not in dict(item.bound)

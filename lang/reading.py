@@ -68,6 +68,8 @@ class Reader:
         }
         self.conjunctions = frozenset(relations["conjunctions"])
         self.exact_slots = frozenset(slot for slot, table in grammar.tables.items() if table.attribute == "exactly")
+        tables = [table for table in grammar.tables.values() if table.attribute == "direction"]
+        self.turns = frozenset(key for table in tables for key in self._only_words(table))
         self.fillers = self._fillers()
         self.openers = frozenset(key for word in grammar.openers for key in self.split(word)) | OPTIONAL
         self._vocabulary = frozenset(self._all_words())
@@ -169,9 +171,7 @@ class Reader:
         for patterns in self._grammar.joins.values():
             joins.add("", patterns)
         # "Right" opens sentences ("right after that, ..."), but by itself it is a turn.
-        tables = [table for table in self._grammar.tables.values() if table.attribute == "direction"]
-        turns = {key for table in tables for key in self._only_words(table)}
-        return (frozenset(joins.vocabulary) - turns) | OPTIONAL
+        return (frozenset(joins.vocabulary) - self.turns) | OPTIONAL
 
     def _only_words(self, table: Table) -> Iterable[str]:
         """Yield the keys of a table's wordings that have only one."""

@@ -30,7 +30,7 @@ def split(name: str, count: int, *, hidden: bool = False, seed: int = 0) -> Spli
     draw = np.random.default_rng(seed)
     episodes = {f"{number:04d}": _episode(f"{number:04d}", draw) for number in range(count)}
     demands = {name: (_demands(draw), _demands(draw)) for name in episodes}
-    return Split(name, hidden, "generated", episodes, {"1": tiny.SECTION}, "0" * 64, False, demands)
+    return Split(name, hidden, "generated", episodes, {"1": tiny.SECTION}, "0" * 64, demands=demands)
 
 
 def _episode(name: str, draw: np.random.Generator) -> Episode:

@@ -22,15 +22,16 @@ class Environment:
     Args:
         folder: of the new environment.
         wheels: to install.
+        more: further requirements, such as "numba".
     """
 
-    def __init__(self, folder: Path, wheels: Sequence[Path]) -> None:
+    def __init__(self, folder: Path, wheels: Sequence[Path], more: Sequence[str] = ()) -> None:
         venv.create(folder, symlinks=True)
         self.folder = folder
         (self.site,) = folder.glob("lib/python3*/site-packages")
         self._pip("install", "--quiet", "--no-compile", "--no-index", "--no-deps", *map(str, wheels))
         self.ours = {each.name for each in distributions(path=[str(self.site)])}
-        for required in self._required():
+        for required in self._required(more):
             _link(required, self.site)
         self._pip("check")
 
@@ -54,10 +55,11 @@ class Environment:
         done = subprocess.run(command, cwd=where, env=variables, capture_output=True, text=True, timeout=120)
         assert done.returncode == 0, done.stdout + done.stderr
 
-    def _required(self) -> Iterator[Distribution]:
-        """All that the installed wheels require, and what that requires."""
+    def _required(self, more: Sequence[str]) -> Iterator[Distribution]:
+        """All that the installed wheels require, and more, and what that requires."""
         seen = {(canonicalize_name(name), "") for name in self.ours}
         waiting = [each for ours in distributions(path=[str(self.site)]) for each in _requirements(ours, ("",))]
+        waiting += map(Requirement, more)
         while waiting:
             requirement = waiting.pop()
             name = canonicalize_name(requirement.name)

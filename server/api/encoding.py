@@ -29,8 +29,12 @@ STANDARD_ENCODINGS = (ENCODING_RAW, ENCODING_ZSTD, ENCODING_JPEG)
 JPEG_QUALITY = 90
 """Quality if the client does not choose one."""
 
-ZSTD_LEVEL = 1
-"""Higher levels gain next to nothing: frames are flat colours and repeated textures (benchmarks/encodings.py)."""
+ZSTD = zstandard.ZstdCompressionParameters(
+    strategy=zstandard.STRATEGY_FAST, window_log=18, hash_log=13, min_match=7, target_length=1
+)
+"""Quicker than level 1, to compress and to decompress, for images a sixth larger: matches are long in frames of flat
+colours and repeated textures, so short ones are not looked for, and what is left is not worth an entropy code. Higher
+levels gain next to nothing (benchmarks/encodings.py)."""
 
 
 class ImageEncoder(Protocol):
@@ -43,6 +47,10 @@ class ImageEncoder(Protocol):
 
     encoding: Encoding.ValueType
     jpeg_quality: int
+
+    @property
+    def compresses(self) -> bool:
+        """Whether encoding is work for another thread; otherwise it only copies."""
 
     @property
     def form(self) -> str:
@@ -89,6 +97,11 @@ class MessageEncoder:
         check_quality(encoding, jpeg_quality)
         self._lossless = ENCODING_RAW if encoding == ENCODING_RAW else ENCODING_ZSTD
         self.jpeg_quality = (jpeg_quality or JPEG_QUALITY) if encoding == ENCODING_JPEG else 0
+
+    @property
+    def compresses(self) -> bool:
+        """Whether the images are compressed."""
+        return self.encoding != ENCODING_RAW
 
     @property
     def form(self) -> str:
@@ -149,7 +162,7 @@ class _Threads(threading.local):
     """One compressor for each thread: threads must not share one, and it takes 1 MB and 20 microseconds to create."""
 
     def __init__(self) -> None:
-        self.compressor = zstandard.ZstdCompressor(level=ZSTD_LEVEL)
+        self.compressor = zstandard.ZstdCompressor(compression_params=ZSTD)
 
 
 _threads = _Threads()

@@ -12,6 +12,7 @@ from arramon.v1.evaluation_pb2_grpc import EvaluationServicer
 from server import __version__
 from server.api.authentication import anonymous_caller, caller_of, is_on_same_machine
 from server.api.encoding_choice import offered_encodings
+from server.api.encoding_threads import EncodingThreads
 from server.api.interceptor import Origin
 from server.api.messages import (
     account_message,
@@ -53,6 +54,7 @@ class Servicer(EvaluationServicer):
         self._receipts = receipts
         self._config = config
         self._stream_limits = StreamLimits(runs.quotas, engine.worker)
+        self._threads = EncodingThreads()
 
     async def GetServerInfo(self, request: pb.GetServerInfoRequest, context: _Context) -> pb.ServerInfo:
         is_local = is_on_same_machine(Origin.of(context)) and not self._config.trust_proxy
@@ -140,7 +142,7 @@ class Servicer(EvaluationServicer):
         if first is None or first.WhichOneof("message") != "open":
             raise BadInput("a stream's first message is `open`")
         caller = caller_of()
-        handler = PlayHandler(first.open, caller, self._runs, self._engine, self._config)
+        handler = PlayHandler(first.open, caller, self._runs, self._engine, self._config, self._threads)
         async with (
             self._stream_limits.count(caller, handler.stream.run, handler.stream.player),
             aclosing(handler.serve(request_iterator)) as responses,

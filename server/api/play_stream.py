@@ -2,14 +2,17 @@
 
 import asyncio
 import uuid
-from collections.abc import AsyncGenerator, AsyncIterator, Sequence
+from collections.abc import AsyncGenerator, AsyncIterator, Callable, Sequence
+from functools import partial
+from weakref import WeakKeyDictionary
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from server.api.encoding_choice import choose_encoder, offered_encodings
+from server.api.encoding_threads import EncodingThreads
 from server.api.messages import ACTIONS, LABEL_MESSAGES, PHASES, oracle_message, pose_message, run_message
 from server.api.shared_memory import IMAGE_SENSORS
-from server.api.wire import Parts, observation_event, response_of
+from server.api.wire import Data, Parts, observation_event, response_of
 from server.configuration.config import Config
 from server.errors import ArraMonError, BadInput
 from server.runs.accounts.accounts import is_visible
@@ -18,7 +21,11 @@ from server.runs.play.engine import Engine
 from server.runs.play.events import EpisodeEnded, EpisodeStarted, Event, Observed, Opened, PhaseOver, Problem, RunEnded
 from server.runs.play.stream import Act, Stream
 from server.runs.service import Runs
+from server.sim.cameras import Frame
 from server.sim.view import visible_pose
+
+Encoding = tuple[Sequence[types_pb2.Image], Callable[[], Sequence[Data]]]
+"""Images that are being encoded: their messages, and what returns the data of each and completes the messages."""
 
 MAX_ACTS = 4096
 """Limit of acts in one message, four for each episode that a stream can have open: no message may delay all others."""
@@ -33,15 +40,26 @@ class PlayHandler:
         runs: finds the run.
         engine: plays it.
         config: the server's settings.
+        threads: in which images are compressed.
 
     Raises:
         ArraMonError: if the run cannot be played, or a field of `open_` is not allowed.
     """
 
-    def __init__(self, open_: pb.Open, caller: Caller, runs: Runs, engine: Engine, config: Config) -> None:
+    def __init__(
+        self,
+        open_: pb.Open,
+        caller: Caller,
+        runs: Runs,
+        engine: Engine,
+        config: Config,
+        threads: EncodingThreads,
+    ) -> None:
         self._outbox: asyncio.Queue[bytes | ArraMonError | None] = asyncio.Queue()
         self._waiting = 0  # Bytes in the outbox.
         self._engine = engine
+        self._threads = threads
+        self._begun: WeakKeyDictionary[Frame, Encoding] = WeakKeyDictionary()
         if open_.image_size and open_.image_size not in config.image_sizes:
             sizes = ", ".join(map(str, config.image_sizes))
             raise BadInput(f"image_size is {open_.image_size}, expected one of {sizes}")
@@ -69,6 +87,7 @@ class PlayHandler:
             images=f"{self._encoder.form}-{size}" if self._image_sensors else "",
             history=open_.history,
             adopt=open_.adopt,
+            prepare=self._prepare,
             deliver=self._deliver,
             close=self._outbox.put_nowait,
             backlog=lambda: self._waiting,
@@ -109,6 +128,12 @@ class PlayHandler:
             self._outbox.put_nowait(error)
         else:
             self._outbox.put_nowait(None)
+
+    def _prepare(self, event: Observed) -> None:
+        """Begin to compress an observation's images; `_deliver` finishes it."""
+        if event.frame is not None and self._encoder.compresses:
+            heads, encode = self._encoding(event, event.frame)
+            self._begun[event.frame] = heads, self._threads.begin(encode)
 
     def _deliver(self, events: Sequence[Event]) -> None:
         response = response_of([self._event(event) for event in events])
@@ -174,10 +199,16 @@ class PlayHandler:
             message.pose.CopyFrom(pose_message(visible_pose(state)))
         if event.frame is None:
             return observation_event(message, ())
-        images = [(getattr(event.frame, name), types_pb2.Image()) for name in self._image_sensors]
-        data = self._encoder.encode(message.episode_id, images, latest=event.taken is None)
-        heads = (image for _, image in images)
+        has_begun = event.frame in self._begun
+        heads, encode = self._begun.pop(event.frame) if has_begun else self._encoding(event, event.frame)
+        data = encode()
         return observation_event(message, list(zip(self._image_sensors, heads, data, strict=True)))
+
+    def _encoding(self, event: Observed, frame: Frame) -> Encoding:
+        """Return the encoding of an observation's images, which has not begun. It does not hold the frame."""
+        images = [(getattr(frame, name), types_pb2.Image()) for name in self._image_sensors]
+        encode = partial(self._encoder.encode, event.episode.episode_id, images, latest=event.taken is None)
+        return [image for _, image in images], encode
 
 
 def _acts(request: pb.PlayRequest) -> list[Act]:

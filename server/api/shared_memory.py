@@ -40,6 +40,7 @@ class SharedMemoryEncoder:
     encoding = ENCODING_SHARED
     jpeg_quality = 0
     form = "lossless"
+    compresses = False
 
     def __init__(self, episodes: int, sensors: Iterable[str], size: int) -> None:
         self._episodes = episodes

@@ -1,10 +1,13 @@
 """Descriptions that commands print."""
 
+from server.episodes.provenance import origins_of
 from server.episodes.splits import Split
 
 
 def describe(split: Split) -> str:
-    """Return a one-line description of a split."""
+    """Return a one-line description of a split, with how much of it was recovered, told or drawn, where known."""
     languages = ", ".join(f"{count} in {code}" for code, count in split.languages.items())
     kind = "hidden" if split.hidden else "for training alone" if split.training else "open"
-    return f"split {split.name} ({kind}): {languages}; {len(split.sections)} sections; data {split.data_hash[:12]}"
+    made = f"; {origins_of(split.provenance.values(), split.sections)}" if split.provenance else ""
+    sections = f"{len(split.sections)} sections"
+    return f"split {split.name} ({kind}): {languages}; {sections}{made}; data {split.data_hash[:12]}"

@@ -15,6 +15,9 @@ from server.episodes.episode import Episode
 from server.episodes.splits import Split, folder_of, read_split
 from server.errors import BadInput, StorageError
 
+WRITTEN = f"{SOURCE}, scale "
+"""Beginning of the `source` of splits whose texts the grammar wrote: not those of paraphrases."""
+
 
 def add_demands(data: Path, split: Split) -> Split:
     """Write the demands of a generated split beside its episodes, and return the split with them.
@@ -23,7 +26,7 @@ def add_demands(data: Path, split: Split) -> Split:
         BadInput: if the split was not generated: people's texts are not read in full.
         StorageError: if the file cannot be written.
     """
-    if not split.source.startswith(SOURCE):
+    if not split.source.startswith(WRITTEN):
         raise BadInput(
             f"split {split.name!r} is {split.source}; what instructions ask for can be counted only where they were "
             "generated, as others are not read in full"

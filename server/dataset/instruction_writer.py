@@ -1,6 +1,6 @@
 """Writer of instructions for generated episodes: plans, phrases them in all languages, and tests them with an agent."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
@@ -10,6 +10,8 @@ from arramon_client.plugin.loader import load_agent
 from lang.meaning import Assembly, Meaning, Navigation, Rotate, Thing, Where
 from lang.quality import check, is_blocked
 from lang.voice import Voice
+from server.dataset.alignment.model import contradicts
+from server.dataset.alignment.routes import Tokens, tokens_of
 from server.dataset.demands import add_demands
 from server.dataset.generation import Draft, Site
 from server.dataset.generation.command import generate
@@ -23,6 +25,7 @@ from server.dataset.instructions.gate_navigation import faults_of_navigation
 from server.dataset.instructions.gate_world import GateWorld
 from server.dataset.instructions.navigation import plan_navigation
 from server.dataset.instructions.sight import Landmark, find_landmarks, poses_along
+from server.dataset.paraphrases.route import facts_along
 from server.dataset.randomness import seeded
 from server.dataset.trial import Hope, TrialWorld, leads
 from server.episodes.episode import Episode, Instructions, Turn
@@ -79,20 +82,20 @@ class InstructionWriter:
         sights = _Sights(draft, site)
         for number in range(PLANS):
             plan = _plan(draft, site, sights, (*names, number))
-            texts = self._write(draft, plan, (*names, number)) if plan is not None else None
+            texts = self._write(draft, plan, _routes(draft, sights), (*names, number)) if plan is not None else None
             if texts is not None:
                 yield texts
 
-    def _write(self, draft: Draft, plan: Plan, names: tuple[object, ...]) -> Texts | None:
+    def _write(self, draft: Draft, plan: Plan, routes: Sequence[Tokens], names: tuple[object, ...]) -> Texts | None:
         """Return the plan's texts in every language, or None if a text fails a check."""
         texts = {}
         for code in self._languages:
             voice = lang.load(code).draw_voice(seeded(*names, code, "voice"))
             turns = []
-            for number, (turn, meanings) in enumerate(zip(draft.turns, plan, strict=True), start=1):
+            for number, (turn, meanings, route) in enumerate(zip(draft.turns, plan, routes, strict=True), start=1):
                 navigation = _phrase(code, "navigation", turn, meanings[0], voice, (*names, code, number))
                 assembly = _phrase(code, "assembly", turn, meanings[1], voice, (*names, code, number))
-                if navigation is None or assembly is None:
+                if navigation is None or assembly is None or contradicts(navigation, code, route):
                     return None
                 turns.append(Instructions(navigation, assembly))
             texts[code] = (turns[0], turns[1])
@@ -231,6 +234,14 @@ def _plan(draft: Draft, site: Site, sights: _Sights, names: tuple[object, ...]) 
         planned.append((navigation, assembly))
         room = (*room, PlacedObject(turn.target.type, turn.target_cell))
     return planned[0], planned[1]
+
+
+def _routes(draft: Draft, sights: _Sights) -> tuple[Tokens, Tokens]:
+    """Return what happens along the ground truth of each turn, for the check that shares nothing with the grammar."""
+    first, second = (
+        tokens_of(facts_along(turn, *sights[number]), turn.target.type) for number, turn in enumerate(draft.turns)
+    )
+    return first, second
 
 
 def _phrase(code: str, phase: str, turn: Turn, meaning: Meaning, voice: Voice, names: tuple[object, ...]) -> str | None:

@@ -6,6 +6,7 @@ from pathlib import Path
 from lang.quality import SUSPICIOUS, Failure
 from server.dataset.release.landmarks.agreement import WITHIN, by_kind, mentions_of, standing_of
 from server.dataset.release.landmarks.alignment import align
+from server.dataset.release.landmarks.city import KNOWN
 from server.dataset.release.landmarks.mentions import Event, events_of
 from server.dataset.release.landmarks.recovery import Map
 from server.dataset.release.landmarks.walks import walks_of
@@ -14,9 +15,6 @@ from server.episodes.splits import read_splits, split_with_episode
 from server.errors import NotFound
 from server.sim.own_furniture import furnished
 from server.sim.section import Section
-
-KNOWN = 0.8
-"""Strength of each thing of a world in the alignment of a text to that world."""
 
 CHECK = "not_there"
 """Name of the check."""

@@ -13,6 +13,9 @@ from server.sim.catalogue import ALL_TYPES, ObjectType
 from server.sim.section import FACADES, PROP_KINDS
 
 BANNER_COLOURS = ("red", "blue", "green", "yellow", "white", "black")
+SPOKEN_BANNER_COLOURS = ("orange", "brown")
+"""Further colours of banners that people spoke of in imported texts."""
+
 BANNER_SHAPES = ("star", "diamond", "triangle", "circle", "hexagon", "dot")
 WALLS = ("wood", "brick", "spotted", "striped")
 
@@ -65,6 +68,7 @@ LABELS: tuple[Label, ...] = (
     *(Label.of(type_) for type_ in ALL_TYPES),
     # At the end: what is learned of the labels before keeps its numbers.
     *(Label(kind, colour) for kind in PROP_KINDS for colour in SPOKEN_COLOURS.get(kind, ())),
+    *(Label("banner", colour, shape) for colour, shape in product(SPOKEN_BANNER_COLOURS, BANNER_SHAPES)),
 )
 """All labels; a segmentation's numbers are indices into this table."""
 

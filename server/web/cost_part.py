@@ -14,6 +14,8 @@ COSTS = ("thinking", "parameters", "tokens", "price")
 _ZERO = 36
 """Width of the strip for a cost of 0, which a logarithmic axis does not have, in the picture's units."""
 
+_ENDS = ("mean", "high", "low")
+
 _FINE = 2
 """Powers of ten up to which the axis has ticks at 1, 2 and 5 times each."""
 
@@ -23,11 +25,13 @@ class Point:
     """A standing in the plot, in the picture's units.
 
     Attributes:
+        number: of its row in the table, from 1.
         name: the agent's.
         x, y: its place.
         top, bottom: ends of the score's interval.
     """
 
+    number: int
     name: str
     x: float
     y: float
@@ -68,14 +72,11 @@ def cost_part(t: Texts, standings: Sequence[Standing], row: str, metric: str, ch
     if not known:
         return None
     place = COSTS.index(chosen)
-    drawn = [(one, values[place]) for one, values in known]
-    costs = [value for _, value in drawn if value is not None]
-    scale = _Scale(costs)
+    drawn = [(number, one, values[place]) for number, (one, values) in enumerate(known, start=1)]
+    scale = _Scale([value for _, _, value in drawn if value is not None])
     points = [
-        Point(
-            one.agent, scale.place(cost), *(_up(getattr(one.rows[row][metric], end)) for end in ("mean", "high", "low"))
-        )
-        for one, cost in drawn
+        Point(number, one.agent, scale.place(cost), *(_up(getattr(one.rows[row][metric], end)) for end in _ENDS))
+        for number, one, cost in drawn
         if cost is not None
     ]
     across = [(scale.place(value), t.amount(value)) for value in scale.ticks()]

@@ -1,16 +1,18 @@
 """Template variables of a run's page and of an episode's page. A run on a hidden split shows totals only."""
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 from server.board.board import Board
+from server.board.cost import Cost
 from server.board.epochs import EpochBoard
 from server.board.standings import Entry, Mark, shown
 from server.episodes.splits import Split
 from server.errors import NotFound
 from server.runs.results.breakdown import Breakdowns
 from server.runs.storage import causes
-from server.runs.storage.records import CANCELLED, Run
+from server.runs.storage.records import CANCELLED, Progress, Run
 from server.scoring.episode import GATES, PLACEMENT
 from server.web import curves
 from server.web.breakdown_part import Part, breakdown_part
@@ -130,6 +132,8 @@ class RunPage:
             "steps": t.whole(run.steps_per_phase),
             "clocks": _clocks(t, run),
             "steps_played": t.whole(progress.steps),
+            "thinking": _thinking(t, progress),
+            "cost": _cost(t, entry.cost) or "–",
             "attempts": t("run.attempts_of", published=t.whole(attempts.published), begun=t.whole(attempts.begun)),
             "state": t.named("states", run.state),
             "started": t.moment(run.created_at),
@@ -164,6 +168,18 @@ def _clocks(t: Texts, run: Run) -> str:
     if not any(clocks.values()):
         return t("run.no_clocks")
     return t("run.clock_values", **{name: t("format.seconds", number=t.decimal(v)) for name, v in clocks.items()})
+
+
+def _thinking(t: Texts, progress: Progress) -> str:
+    if progress.seconds_a_step is None:
+        return "–"
+    seconds = t("format.seconds", number=t.amount(progress.seconds_a_step))
+    return t("run.thinking_of", seconds=seconds, steps=t.whole(progress.timed_steps))
+
+
+def _cost(t: Texts, cost: Cost) -> str:
+    declared = {name: value for name, value in asdict(cost).items() if value is not None}
+    return ", ".join(f"{t(f'cost.{name}')}: {t.amount(value)}" for name, value in declared.items())
 
 
 def _placements() -> list[str]:

@@ -54,7 +54,7 @@ def test_hidden_run_in_play_reveals_only_its_progress(stub: EvaluationStub) -> N
         receipt = pb.GetReceiptRequest(run_id=run.run_id)
         assert refused(lambda: stub.GetReceipt(receipt, metadata=METADATA))[0] == grpc.StatusCode.FAILED_PRECONDITION
         changed = {field.name for field, value in half.ListFields() if getattr(run, field.name) != value}
-        assert changed == {"episodes_ended", "steps", "causes"}
+        assert changed == {"episodes_ended", "steps", "causes", "thinking_seconds", "timed_steps"}
         rest = player.play(tiny.ACTIONS)
     report = stub.GetReport(request, metadata=METADATA)
     assert [row.name for row in report.rows] == ["turn 1", "turn 2", "total"]

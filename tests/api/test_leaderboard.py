@@ -185,6 +185,30 @@ def test_combined_standings_average_both_languages(stub: EvaluationStub, board: 
     assert not listed(board, "both").standings
 
 
+def test_seeds_are_one_standing_and_costs_are_declared(stub: EvaluationStub, board: LeaderboardStub) -> None:
+    runs = []
+    for seed, actions in (("1", tiny.ACTIONS), ("2", WRONG)):
+        arguments = [evaluation_pb2.AgentArgument(name="seed", value=seed)]
+        runs.append(played(stub, actions, agent="seeded", agent_arguments=arguments))
+        request = pb.PublishRequest(run_id=runs[-1], cost=pb.Cost(parameters=30_000_000, price=1.5))
+        entry = board.Publish(request, metadata=METADATA)
+        assert (entry.cost.parameters, entry.cost.price, entry.cost.HasField("tokens")) == (30_000_000, 1.5, False)
+        assert entry.run.timed_steps == entry.run.steps > 0
+        assert entry.run.thinking_seconds > 0.0
+    (line,) = [one for one in listed(board).standings if one.agent == "seeded"]
+    assert [one.run.run_id for one in line.entries] == runs
+    assert (line.spread.runs, line.spread.high) == (2, 1.0)
+    total = {score.metric: score.mean for score in line.rows[2].scores}
+    assert total["PTC@CTC-3"] == 0.5
+    too_much = pb.PublishRequest(run_id=runs[0], cost=pb.Cost(price=-1.0))
+    assert refused(lambda: board.Publish(too_much, metadata=METADATA)) == (
+        grpc.StatusCode.INVALID_ARGUMENT,
+        "the declared price is -1.0; expected a number from 0 to 1e+18",
+    )
+    for run_id in runs:
+        withdraw(board, run_id)
+
+
 def test_withdrawn_runs_disappear_and_can_be_republished(stub: EvaluationStub, board: LeaderboardStub) -> None:
     run_id = played(stub, agent="shy")
     publish(board, run_id)

@@ -4,13 +4,14 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
 import pytest
 
 from arramon_client import EmbeddedServerError, connect, embedded_server
-from arramon_client.local.embedded import default_data
+from arramon_client.local.embedded import NOTICE_TIMEOUT, START_TIMEOUT, default_data
 from tests import ROOT
 
 SERVER = """
@@ -68,6 +69,29 @@ def test_the_output_of_a_server_that_fails_to_start_is_shown(module: str, tmp_pa
         embedded_server(tmp_path, module=module),
     ):
         pass
+
+
+def test_an_announced_compilation_may_take_longer(module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first limit is over when the notice has arrived; only then does the server go on."""
+    go, noticed = tmp_path / "go", threading.Event()
+    waits = f"while not Path({str(go)!r}).exists() and not stopped.wait(0.01): pass"
+    source = SERVER.replace('    print("listening', f'    {waits}\n    print("listening')
+    (tmp_path / "scripted_server.py").write_text(f"from pathlib import Path\n{source}")
+
+    class Hurried(threading.Event):
+        def wait(self, timeout: float | None = None) -> bool:
+            if timeout == START_TIMEOUT:
+                noticed.wait()
+                return False
+            if timeout == NOTICE_TIMEOUT:
+                go.touch()
+            return super().wait(timeout)
+
+    monkeypatch.setattr(threading, "Event", Hurried)
+    with embedded_server(tmp_path, module=module, notify=lambda _: noticed.set()) as embedded:
+        assert go.exists()
+        with connect(embedded.address) as server:
+            assert server.info.protocol == 1
 
 
 def test_missing_server_package_is_reported(tmp_path: Path) -> None:

@@ -86,6 +86,15 @@ class Board(LeaderboardServicer):
     def GetEntry(self, request: pb.GetEntryRequest, context: Any) -> pb.Entry:
         return pb.Entry()
 
+    def GetActions(self, request: pb.GetActionsRequest, context: Any) -> pb.Actions:
+        return pb.Actions()
+
+    def ListEpochs(self, request: pb.ListEpochsRequest, context: Any) -> pb.ListEpochsResponse:
+        return pb.ListEpochsResponse()
+
+    def CompareEpochs(self, request: pb.CompareEpochsRequest, context: Any) -> pb.CompareEpochsResponse:
+        return pb.CompareEpochsResponse()
+
 
 @contextmanager
 def serving(world: World, board: Board) -> Iterator[str]:
@@ -149,6 +158,29 @@ def test_a_run_against_the_others(board: Board, address: str, capsys: pytest.Cap
     (request,) = board.asked
     assert (request.run_id, request.language, request.sort) == ("r1", "hi", "nDTW")
     assert main(["leaderboard", "--server", address, "--against", "r1", "--csv"]) == 2
+
+
+def test_costs_and_seeds_are_shown(board: Board, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    runs = [evaluation_pb2.Run(thinking_seconds=3.0, timed_steps=10), evaluation_pb2.Run()]
+    entries = [pb.Entry(run=run, cost=pb.Cost(parameters=7_000_000_000, price=0.0)) for run in runs]
+    spread = pb.SeedSpread(runs=2, deviation=0.0125, low=0.25, high=0.75)
+    board.lines = [pb.Standing(agent="mine", participant="lab", entries=entries, spread=spread, rows=rows(*[0.5] * 7))]
+    assert main(["leaderboard", "--server", address, "--lang", "en"]) == 0
+    lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
+    assert "2 seeds, deviation 0.013 (0.250-0.750)" in " ".join(lines)
+    assert "0.3 s an answer" in lines
+    assert "declared: 7e+09 parameters, 0 price" in " ".join(lines)
+
+
+@pytest.mark.parametrize("typed", ["-1", "much", "nan", "1e19"])
+def test_amounts_are_numbers(address: str, capsys: pytest.CaptureFixture[str], typed: str) -> None:
+    assert main(["publish", "r1", "--server", address, f"--price={typed}"]) == 2
+    assert f"'{typed}' is no amount; expected a number from 0 to 1e18" in capsys.readouterr().err
+
+
+def test_declared_cost_is_sent(board: Board, address: str) -> None:
+    assert main(["publish", "r1", "--server", address, "--parameters", "7e9", "--price", "0.5"]) == 0
+    assert board.asked == [pb.PublishRequest(run_id="r1", cost=pb.Cost(parameters=7_000_000_000, price=0.5))]
 
 
 def test_the_smallest_gap(board: Board, address: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,18 +2,19 @@
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 
-from arramon_client import arguments, cli
+from arramon.v1 import evaluation_pb2 as pb
+from arramon_client import Episode, Observation, arguments, cli
 from tests import tiny
 from tests.api.people import Person, token_of
 from tests.api.player import create
-from tests.serving import Server
+from tests.serving import METADATA, Server
 
 
 @pytest.fixture(scope="module")
@@ -60,6 +61,41 @@ def test_a_participant_finds_and_cancels_runs_that_use_up_the_quota(
     assert (status, f"run {run!r} is already cancelled" in said) == (1, True)
     assert ann.command(*play)[0] == 0
     assert [each["state"] for each in ann.listed()] == ["complete", "cancelled"]
+
+
+class Cancelling:
+    """An agent whose run is cancelled elsewhere at its third batch."""
+
+    sensors = ()
+    cancel: ClassVar[Callable[[], object]]
+
+    def __init__(self) -> None:
+        self._batches = 0
+
+    def begin(self, episode: Episode) -> None:
+        pass
+
+    def act(self, observations: Sequence[Observation]) -> list[int]:
+        self._batches += 1
+        if self._batches == 3:
+            type(self).cancel()
+        return [1 for _ in observations]
+
+
+def test_a_player_whose_run_is_cancelled_is_told(
+    server: Server, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    ann = Ann(server, "cancelled", capsys)
+    with Person(server.address, ann.token) as person:
+        Cancelling.cancel = lambda: [
+            person.stub.CancelRun(pb.CancelRunRequest(run_id=each.run_id), metadata=METADATA)
+            for each in person.stub.ListRuns(pb.ListRunsRequest(), metadata=METADATA).runs
+        ]
+        play = ("--agent", f"{__name__}:Cancelling", "--lang", "en", "--split", "tiny", "--output", str(tmp_path))
+        status, out, said = ann.command(*play, "--quiet")
+    (run,) = ann.listed("--state", "cancelled")
+    assert f"run {run['run_id']} was cancelled: its unfinished episodes were given up" in said
+    assert (status, "nDTW" in out) == (1, True)
 
 
 def test_runs_are_listed_and_filtered(server: Server, capsys: pytest.CaptureFixture[str]) -> None:

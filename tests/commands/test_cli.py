@@ -136,7 +136,14 @@ def test_import_prints_the_split_it_wrote(tmp_path: Path) -> None:
     file = write(tmp_path / "mine.json", [record(7), record(8)])
     done = run("import-release", file, "--data", tmp_path / "data")
     assert done.returncode == 0
-    assert done.stdout.startswith("split mine (open): 2 in en; 1 sections; data ")
+    start = "split mine (open): 2 in en; 1 sections; 0 landmarks and 0 facades recovered by agreement, "
+    assert done.stdout.startswith(start)
+
+
+def test_demands_are_of_generated_splits_that_are_there(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    assert error("demands", "gone", "--data", tmp_path) == f"there is no split 'gone' in {tmp_path}"
+    assert error("demands", "tiny", "--data", tmp_path).startswith("split 'tiny' is tests; what instructions ask for ")
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import pytest
 import lang
 from lang.meaning import Assembly, Navigation, Rotate, Thing, Walk, Where
 from server.dataset.demands import add_demands, demands_of, episode_demands
+from server.dataset.paraphrases.collection import install as add_paraphrased
 from server.episodes.demands import TurnDemands
 from server.episodes.episode import Episode, Instructions
 from server.episodes.splits import folder_of, read_split, write_split
@@ -58,7 +59,7 @@ def test_demands_are_those_of_the_meaning_in_every_language(code: str, seed: int
 def test_demands_are_written_beside_a_generated_split(tmp_path: Path) -> None:
     episodes = [episode(seed) for seed in range(2)]
     split = write_split(
-        tmp_path, "made", hidden=True, source="generated, seed 1", episodes=episodes, sections=[tiny.SECTION]
+        tmp_path, "made", hidden=True, source="generated, scale 1, seed 1", episodes=episodes, sections=[tiny.SECTION]
     )
     assert split.demands == {}
     found = add_demands(tmp_path, split)
@@ -66,6 +67,9 @@ def test_demands_are_written_beside_a_generated_split(tmp_path: Path) -> None:
     assert found.data_hash == split.data_hash == read_split(folder_of(tmp_path, "made")).data_hash
 
 
-def test_imported_instructions_are_refused(tmp_path: Path) -> None:
+def test_texts_that_no_grammar_wrote_are_refused(tmp_path: Path) -> None:
+    paraphrased = add_paraphrased(tmp_path)
+    with pytest.raises(BadInput, match="only where they were generated"):
+        add_demands(tmp_path, paraphrased)
     with pytest.raises(BadInput, match=r"split 'tiny' is tests; .* only where they were generated"):
         add_demands(tmp_path, tiny.write(tmp_path))

@@ -2,6 +2,8 @@
 
 import json
 import os
+import re
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -80,6 +82,32 @@ def test_agent_plays_with_only_the_client_wheel_installed(
     with serving(host, tmp_path) as (address, _):
         play = f"arramon-client --agent mine --lang hi --split sample --server {address} --episodes 1 --output results"
         played = author.run(play, tmp_path)
+    assert played.returncode == 0, played.stderr
+    assert finished(tmp_path / "results") == 1
+
+
+def test_agent_image_has_what_its_default_agent_needs(
+    host: Environment, wheels: list[Path], tmp_path: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """Its packages are those that the Dockerfile names beside the client's, and the folders that it copies."""
+    text = (ROOT / "Dockerfile").read_text()
+    stage = text[text.index("AS agent-builder") : text.index("AS runtime")]
+    torch = re.findall(r"^ARG TORCH=(\S+)$", stage, re.MULTILINE)
+    others = re.findall(r"pip install ([a-z ]+)$", stage, re.MULTILINE)
+    (folders,) = re.findall(r"cp -r ([a-z ]+) /opt/arramon/lib", stage)
+    more = [*(each.partition("=")[0] for each in torch), *" ".join(others).split()]
+    assert more[0] == "torch"
+    mine = [wheel for wheel in wheels if "server" not in wheel.name]
+    image = Environment(tmp_path_factory.mktemp("image"), mine, more)
+    for folder in folders.split():
+        shutil.copytree(ROOT / folder, image.site / folder)
+    compose = (ROOT / "deploy" / "compose.yaml").read_text()
+    options = [re.findall(rf"\$\{{ARRAMON_{name}:-([\w.]+)\}}", compose)[0] for name in ("AGENT", "LANG")]
+    assert f"arramon-client --agent {options[0]} --lang {options[1]} " in (ROOT / "README.md").read_text()
+    imported(host, tmp_path)
+    with serving(host, tmp_path) as (address, _):
+        play = f"arramon-client --agent {options[0]} --lang {options[1]} --split sample --server {address} --episodes 1"
+        played = image.run(f"{play} --output results", tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "compiled"))
     assert played.returncode == 0, played.stderr
     assert finished(tmp_path / "results") == 1
 

@@ -133,6 +133,7 @@ class Seat:
             images="",
             history=history,
             adopt=adopt,
+            prepare=lambda _: None,
             deliver=self._deliver,
             close=self.closed.append,
             backlog=lambda: 0 if self.reads or not self.events else MAX_BACKLOG,

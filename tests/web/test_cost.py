@@ -41,7 +41,7 @@ def test_plot_has_the_standings_whose_cost_is_known(costly: WebHouse, language: 
     assert len(Page(text).all("caption")) == len(Page(text).all("table")) == 2
     for title in re.findall(r"<title>([^<]*)</title>", part):
         assert title in ("many", "free")
-    rows = re.findall(r'<th scope="row" class="pin name"><bdi>([^<]*)</bdi>', part)
+    rows = re.findall(r'<th scope="row" class="pin name">\d\. <bdi>([^<]*)</bdi>', part)
     assert sorted(rows) == ["free", "many"]
     assert "7×10⁹" in part
     assert "12.5" in part

@@ -306,12 +306,16 @@ class _Client:
         path = results.write_results(report, failures, self.output, sent)
         scores.print(f"results: {path}", markup=False, highlight=False, soft_wrap=True)
         self.unfinished = ""
+        cancelled = report.run.state == evaluation_pb2.RUN_STATE_CANCELLED
+        if cancelled:
+            self.say(f"run {report.run.run_id} was cancelled: its unfinished episodes were given up")
         if self.recording is not None and self.recording.error is not None:
             self.say(f"error: {self.recording.error}; scores and results are not affected")
         elif self.recording is not None:
             scores.print(f"recording: {self.recording.index}", markup=False, highlight=False, soft_wrap=True)
         if not failures:
-            return SUCCESS if self.recording is None or self.recording.error is None else ERROR
+            recorded = self.recording is None or self.recording.error is None
+            return SUCCESS if recorded and not cancelled else ERROR
         given_up = len({episode_id for failure in failures for episode_id in failure.episode_ids})
         self.say(f"\nthe agent failed {len(failures)} time(s); {given_up} episode(s) were given up. First failure:")
         self.say(failures[0].details or failures[0].message)

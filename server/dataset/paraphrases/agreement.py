@@ -11,7 +11,8 @@ stands around it. Then two accounts agree if
   that is only walked towards, until, along or beside leaves open where the turn is made;
 - the **things on the way** are the same ones in the same order, each with the same kind, colour, look and side.
   "Past", "to" and "towards" say the same of a thing where another thing follows it before the next turn. "Between" is
-  said of its two things; a turn "at" or "into" a street leads along it. "Straight on" and "along the street" name nothing, and are left out;
+  said of its two things; a turn "at" or "into" a street leads along it. "Straight on" and "along the street" name
+  nothing, and are left out, and so is a walk to the target itself;
 - the **target** has the same kind, colour and pattern;
 - what stands **around the target** is the same. It may be told as passed or reached last, or as a relation:
   "past the phone booth; the ball is there", "the ball behind the phone booth", "near the phone booth". Opposite
@@ -224,7 +225,7 @@ def _merge(mark: Mark, marks: list[Mark], *, replaces: bool) -> bool:
 
 def _parts_read(step: Step) -> Iterator[Mark | str]:
     if isinstance(step, Rotate):
-        yield from _turn(step.direction, step.at, step.thing and name_read(step.thing))
+        yield from _turn(step.direction, step.at, None if step.thing is None else name_read(step.thing))
     elif isinstance(step, Face):
         yield Mark((name_read(step.thing),))
     else:

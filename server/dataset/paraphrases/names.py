@@ -11,7 +11,8 @@ SAME_KIND = {
 }  # fmt: skip
 
 SAME_WORD = {
-    "golden": "gold", "wooden": "gold", "gray": "grey", "metal": "grey", "silver": "grey", "spotted": "dotted", "dot": "circle"
+    "golden": "gold", "wooden": "gold", "gray": "grey", "metal": "grey", "silver": "grey", "spotted": "dotted",
+    "dot": "circle",
 }  # fmt: skip
 """Words for one colour or look. A wooden thing of the street is of the catalogue's colour gold."""
 

@@ -99,9 +99,14 @@ def route_facts(episode: Episode, number: int, site: Site) -> RouteFacts:
         before = episode.turns[0]
         start = poses_along(start, before.path, before.actions)[-1]
     poses = poses_along(start, turn.path, turn.actions)
-    marks = tuple(m for m in find_landmarks(poses, turn.street, site.section, site.sight, site.graph) if m.seen)
+    return facts_along(turn, poses, find_landmarks(poses, turn.street, site.section, site.sight, site.graph))
+
+
+def facts_along(turn: Turn, poses: Sequence[Pose], landmarks: Sequence[Landmark]) -> RouteFacts:
+    """Return the facts of a turn's navigation, from the poses of its ground truth and what is visible from them."""
+    marks = tuple(mark for mark in landmarks if mark.seen)
     vertices = _vertices(turn.path)
-    legs, heading = [], start.heading
+    legs, heading = [], poses[0].heading
     for first, last in pairwise(vertices):
         (x0, z0), (x1, z1) = turn.path[first], turn.path[last]
         new = math.degrees(math.atan2(x1 - x0, z1 - z0))

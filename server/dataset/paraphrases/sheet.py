@@ -5,7 +5,7 @@ A writer sees the way and the goal. A reader sees the same streets and room with
 
 import hashlib
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from PIL import Image
@@ -23,6 +23,7 @@ from server.errors import NotFound
 from server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
 from server.sim.cameras import Viewpoint
 from server.sim.geometry import Pose
+from server.sim.own_furniture import furnished
 from server.sim.rules import Collectible
 from server.sim.section import Prop, Section
 from server.sim.view import street_actor
@@ -107,7 +108,13 @@ def sheets_of_split(data: Path, split: str, ids: Sequence[str], output: Path, *,
         for name, section in chosen[split].sections.items()
     }
     for episode in ids or episodes:
-        yield from _write(episodes[episode], sites[episodes[episode].section], output, reader=reader)
+        yield from _write(episodes[episode], _site(episodes[episode], sites), output, reader=reader)
+
+
+def _site(episode: Episode, sites: Mapping[str, Site]) -> Site:
+    """Return the site of an episode: that of its section, or one with the episode's own furniture."""
+    site = sites[episode.section]
+    return site if episode.furniture.is_empty else Site(furnished(site.section, episode.furniture), site.plan)
 
 
 def _write(episode: Episode, site: Site, output: Path, *, reader: bool) -> Iterator[Path]:

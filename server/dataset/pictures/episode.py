@@ -86,15 +86,14 @@ def show_section(data: Path, section_id: str, split: str | None, output: Path) -
 
 def _recovered(section: Section, provenance: Provenance) -> str:
     """Return a line for each thing that was recovered, most votes first."""
-    props = [(each.votes, name_of(section.props[each.index]), section.props[each.index]) for each in provenance.props]
-    facades = [
-        (each.votes, f"{section.buildings[each.index].facade} building", section.buildings[each.index])
-        for each in provenance.buildings
-    ]
-    return "".join(
-        f"{votes:6.1f} votes  {name:24} at ({thing.x:.1f}, {thing.z:.1f})\n"
-        for votes, name, thing in sorted([*props, *facades], key=lambda each: (-each[0], each[1]))
-    )
+    listed = []
+    for each in provenance.props:
+        prop = section.props[each.index]
+        listed.append((-each.votes, name_of(prop), prop.x, prop.z))
+    for each in provenance.buildings:
+        building = section.buildings[each.index]
+        listed.append((-each.votes, f"{building.facade} building", building.x, building.z))
+    return "".join(f"{-votes:6.1f} votes  {name:24} at ({x:.1f}, {z:.1f})\n" for votes, name, x, z in sorted(listed))
 
 
 def _texts(episode: Episode) -> str:

@@ -12,10 +12,13 @@ import lang
 from lang.meaning import Assembly
 from server.dataset.release.extras import Points, Reference, arrange_decoys, draw_distracters, read_references
 from server.dataset.release.files import read_release
+from server.dataset.release.landmarks.city import rebuild
 from server.dataset.release.reconstruction import reconstruct
 from server.episodes.episode import Episode, with_languages
+from server.episodes.provenance import origins_of
 from server.episodes.splits import Split, folder_of, read_split, write_split
 from server.errors import BadFile, BadInput
+from server.sim.own_furniture import OwnFurniture
 from server.sim.room import Placement
 from server.sim.rules import Collectible, PlacedObject, moved
 from server.sim.section import Section
@@ -81,7 +84,7 @@ def _existing_episodes(data: Path, name: str) -> dict[str, Episode]:
 
 def _bare(episode: Episode) -> Episode:
     first, second = (replace(turn, street=turn.street[:1]) for turn in episode.turns)
-    return replace(episode, turns=(first, second), decoys=())
+    return replace(episode, turns=(first, second), decoys=(), furniture=OwnFurniture())
 
 
 def _merge(episodes: dict[str, Episode], more: Iterable[Episode], language: str, file: Path) -> None:
@@ -101,13 +104,20 @@ def _write(data: Path, name: str, episodes: Iterable[Episode], hidden: bool) -> 
     by_section: dict[str, list[Episode]] = {}
     for episode in sorted(episodes, key=lambda episode: int(episode.episode_id)):
         by_section.setdefault(episode.section, []).append(episode)
-    grounds = {section: _ground(members) for section, members in by_section.items()}
-    furnished = [
-        add_objects(episode, grounds[episode.section]) for members in by_section.values() for episode in members
-    ]
-    sections = [_section(section, members) for section, members in by_section.items()]
-    _log.info("split %s: %d episodes in %d sections", name, len(furnished), len(sections))
-    return write_split(data, name, hidden=hidden, source=SOURCE, episodes=furnished, sections=sections)
+    grounds = {section: ground_of(members) for section, members in by_section.items()}
+    episodes_written: list[Episode] = []
+    sections, provenance = [], []
+    for section, members in by_section.items():
+        peopled = [add_objects(episode, grounds[section]) for episode in members]
+        rebuilt, furnished, origins = rebuild(_section(section, peopled), peopled)
+        episodes_written += furnished
+        sections.append(rebuilt)
+        provenance.append(origins)
+    counts = origins_of(provenance, {section.id: section for section in sections})
+    _log.info("split %s: %d episodes in %d sections; %s", name, len(episodes_written), len(sections), counts)
+    return write_split(
+        data, name, hidden=hidden, source=SOURCE, episodes=episodes_written, sections=sections, provenance=provenance
+    )
 
 
 def _section(section: str, episodes: Sequence[Episode]) -> Section:
@@ -116,7 +126,7 @@ def _section(section: str, episodes: Sequence[Episode]) -> Section:
     return reconstruct(section, [np.array(turn.path) for turn in turns], targets)
 
 
-def _ground(episodes: Sequence[Episode]) -> Points:
+def ground_of(episodes: Sequence[Episode]) -> Points:
     """Return all positions on paths in a section, (m, 2)."""
     ground: Points = np.unique(np.concatenate([np.array(t.path) for e in episodes for t in e.turns]).round(2), axis=0)
     return ground

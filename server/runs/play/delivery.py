@@ -80,8 +80,10 @@ class Delivery:
                 stream.image_size,
                 segmentation="segmentation" in stream.run.sensors,
             )
-        self._meter.took(Stage.DRAW, time.perf_counter() - started)
-        return replace(event, frame=frame)
+            drawn = replace(event, frame=frame)
+            self._meter.took(Stage.DRAW, time.perf_counter() - started)
+            stream.prepare(drawn)
+        return drawn
 
     def _send(self, stream: Stream, events: Sequence[Event], done: Delivered) -> None:
         """Hand events to the transport; if that fails, one by one, so that a faulty one does not block the others."""

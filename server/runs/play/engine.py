@@ -28,7 +28,7 @@ from server.runs.play.upkeep import SWEEP_SECONDS, Upkeep
 from server.runs.play.worlds import Worlds
 from server.runs.storage.journal import Journal
 from server.runs.storage.meter import NO_METER, Meter, Stage
-from server.runs.storage.records import CANCELLED, COMPLETE, RUNNING, Batch, Claim, Run
+from server.runs.storage.records import CANCELLED, CLOSER, COMPLETE, RUNNING, Batch, Claim, Run
 from server.runs.storage.run_activity import RunActivity
 from server.runs.storage.run_duration import RunDurations
 from server.sim.cameras import CAMERAS
@@ -236,12 +236,16 @@ class Engine:
             losers = {holders[key] for key in lost}
             if not losers:
                 raise
-            closed = {holders[key] for key in self._journal.closed_episodes(lost)}
+            players = self._journal.players_of(lost)
+            closed = {holders[key] for key, player in players.items() if player == CLOSER}
+            moved = {holders[key] for key, player in players.items() if player == holders[key].player} - closed
             for stream in closed:
                 run_id = stream.run.run_id
                 _log.info("run closed while it was played", extra={"run_id": run_id})
                 self._drop(stream, TakenOver(f"run {run_id!r} was closed while it was played; try again to see it"))
-            if losers - closed:
+            for stream in moved:
+                _log.info("player continues at another process", extra={"run_id": stream.run.run_id})
+            if losers - closed - moved:
                 _log.warning("%s", error)
                 self._meter.faulted(type(error).__name__)
             for stream in losers - closed:

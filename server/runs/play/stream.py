@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from server.errors import ArraMonError
 from server.runs.play.clocks import StreamClock
-from server.runs.play.events import Event, RunEnded
+from server.runs.play.events import Event, Observed, RunEnded
 from server.runs.play.session import Session
 from server.runs.storage.records import OPEN, Claim, Run
 
@@ -72,6 +72,7 @@ class Stream:
         images: encoding and size of the images, such as "lossless-224"; empty without images.
         history: whether the agent needs each open episode from its first observation on.
         adopt: whether to take over at once what other players left open.
+        prepare: is called with each observation that has a frame, before the next one is drawn.
         deliver: hands events to the transport.
         close: ends the stream, with an error or without.
         backlog: returns the number of delivered bytes that have not left the server.
@@ -92,6 +93,7 @@ class Stream:
     images: str
     history: bool
     adopt: bool
+    prepare: Callable[[Observed], None]
     deliver: Callable[[Sequence[Event]], None]
     close: Callable[[ArraMonError | None], None]
     backlog: Callable[[], int]

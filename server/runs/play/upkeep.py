@@ -1,12 +1,13 @@
 """Upkeep of one worker process, once a second: heartbeat, pending releases, and runs that were abandoned."""
 
+import logging
 import time
 from collections.abc import Sequence
 
 from server.runs.play.releases import PendingReleases
 from server.runs.play.stream import Stream
 from server.runs.storage.journal import Journal
-from server.runs.storage.records import Run
+from server.runs.storage.records import LEASE, Run
 from server.runs.storage.run_activity import RunActivity
 
 SWEEP_SECONDS = 1.0
@@ -14,6 +15,8 @@ SWEEP_SECONDS = 1.0
 
 ACTIVE_SECONDS = 10.0
 """Time between two notes of the runs that have streams, and between two looks for an abandoned run."""
+
+_log = logging.getLogger(__name__)
 
 
 class Upkeep:
@@ -38,7 +41,7 @@ class Upkeep:
         self._data = data_hashes
         self._worker = worker
         self._address = address
-        self._next_note = 0.0
+        self._next_note, self._beaten_at = 0.0, time.monotonic()
         self.releases = PendingReleases(journal)
 
     def start(self) -> None:
@@ -48,6 +51,7 @@ class Upkeep:
             StorageError: if the journal cannot be written.
         """
         self._journal.beat(self._worker, self._address)
+        self._beaten_at = time.monotonic()
 
     def sweep(self, streams: Sequence[Stream]) -> Run | None:
         """Do one round of upkeep.
@@ -62,6 +66,7 @@ class Upkeep:
             StorageError: if the journal cannot be read or written; nothing is lost, the next round tries again.
         """
         self._journal.beat(self._worker, self._address)
+        self._note_beat()
         self.releases.write()
         if time.monotonic() < self._next_note:
             return None
@@ -71,3 +76,10 @@ class Upkeep:
         if run is not None:
             self._next_note = 0.0  # There may be more of them: look again in the next round.
         return run
+
+    def _note_beat(self) -> None:
+        """Note a heartbeat; warn if it came so late that other processes may have taken this one for dead."""
+        before, self._beaten_at = self._beaten_at, time.monotonic()
+        if self._beaten_at - before > LEASE:
+            seconds = self._beaten_at - before
+            _log.warning("no heartbeat for %.0f seconds: other processes may have taken over episodes", seconds)

@@ -9,7 +9,7 @@ import sqlalchemy as sa
 from server.errors import TakenOver
 from server.runs.storage import tables
 from server.runs.storage.database import Database
-from server.runs.storage.records import CLOSER, ENDED, RUNNING, Batch, Ending
+from server.runs.storage.records import ENDED, RUNNING, Batch, Ending
 
 
 class Steps:
@@ -88,12 +88,15 @@ class Steps:
         held = {(row.run_id, row.episode_id): row.epoch for row in rows}
         return {key for key, epoch in epochs.items() if held.get(key) != epoch}
 
-    def closed_episodes(self, episodes: Collection[tuple[str, str]]) -> set[tuple[str, str]]:
-        """Return those of the given episodes, as (run, episode), that were claimed to end them early with their run."""
+    def players_of(self, episodes: Collection[tuple[str, str]]) -> dict[tuple[str, str], str | None]:
+        """Return the player for whom each of these episodes, as (run, episode), was last claimed.
+
+        It is `records.CLOSER` if it was claimed to be ended early with its run, and None if it was never claimed.
+        """
         c = tables.episodes.c
-        query = sa.select(c.run_id, c.episode_id).where(c.player == CLOSER)
+        query = sa.select(c.run_id, c.episode_id, c.player)
         rows = self._database.read(query.where(sa.tuple_(c.run_id, c.episode_id).in_(list(episodes))))
-        return {(row.run_id, row.episode_id) for row in rows}
+        return {(row.run_id, row.episode_id): row.player for row in rows}
 
 
 _WRITTEN = ("cause", "steps", "scores", "thinking_seconds", "timed_steps")

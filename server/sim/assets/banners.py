@@ -13,6 +13,7 @@ from server.sim.scene import Mesh
 COLOURS: dict[str, Colour] = {
     "red": (206, 24, 36), "blue": (24, 66, 190), "green": (18, 132, 58), "yellow": (252, 214, 30),
     "white": (246, 246, 242), "black": (28, 28, 32), "orange": (246, 120, 20), "purple": (124, 40, 160),
+    "brown": (112, 70, 38),
 }  # fmt: skip
 
 SHAPES = ("star", "diamond", "triangle", "circle", "hexagon", "dot")

@@ -33,6 +33,7 @@ SPOKEN_COLOURS: dict[str, tuple[str, ...]] = {
     "barrier": ("yellow",),
     "barrel": ("brown", "orange"),
     "bench": ("silver",),
+    "traffic_light": ("yellow",),
 }
 """Further colours, of things that people spoke of in imported texts; no street plan and no drawing uses them."""
 
@@ -124,7 +125,7 @@ def _lamp_post() -> Piece:
     return Piece(mesh, BoxCollider(0.08, 0.08, 1.8))
 
 
-def _traffic_light() -> Piece:
+def _traffic_light(colour: str = "black") -> Piece:
     disc = moved(lathe([(0.05, 0.0), (0.0, 0.01)], 10), pitch=-90.0)
     lights = [
         in_colour(colour, moved(disc, (0.0, 0.072, z)))
@@ -132,7 +133,7 @@ def _traffic_light() -> Piece:
     ]
     mesh = merge(
         in_colour("dark", pole(0.035, 0.9), lathe([(0.08, 0.0), (0.08, 0.06), (0.0, 0.06)], 8)),
-        in_colour("black", box(0.16, 0.14, 0.42, base=0.88)),
+        in_colour(colour, box(0.16, 0.14, 0.42, base=0.88)),
         in_colour("yellow", moved(box(0.24, 0.015, 0.5, base=0.84), (0.0, 0.02, 0.0))),
         *lights,
     )
@@ -309,6 +310,7 @@ _COLOURED: dict[str, Callable[[str], Piece]] = {
     "barrier": _barrier,
     "barrel": _barrel,
     "bench": _bench,
+    "traffic_light": _traffic_light,
     "car": roadside.car,
     "kiosk": roadside.kiosk,
     "awning": roadside.awning,

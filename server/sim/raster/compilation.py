@@ -9,7 +9,8 @@ from numba.core.options import DefaultOptions
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
-_OPTIONS: dict[str, Any] = {"error_model": "numpy"}
+# Without Python's lock: meanwhile other threads encode images, and gRPC's own move bytes.
+_OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 if hasattr(DefaultOptions, "_nrt"):
     # Compiled code allocates no arrays: without reference counting, drawing takes two thirds of the time.
     _OPTIONS["_nrt"] = False

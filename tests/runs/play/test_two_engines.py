@@ -82,6 +82,33 @@ def test_disconnected_process_detects_that_its_episode_was_taken_over(house: Hou
 
 
 @pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize(("heir", "level"), [("me", "INFO"), ("another", "WARNING")])
+def test_only_an_episode_lost_to_another_player_causes_a_warning(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, heir: str, level: str
+) -> None:
+    """A client that connects to another process takes its episodes along: no reason to warn the host."""
+    house = House(tmp_path)
+
+    async def body() -> None:
+        run = house.run()
+        with closing(Line(house.url, clock=lambda: house.wall)) as line:
+            async with house.engine(database=line) as one, house.engine() as other:
+                old = Seat(one, run, player="me")
+                episode_id = (await old.observation()).episode.episode_id
+                line.is_cut = True
+                house.wall += LEASE + 1.0  # now it is free for others too
+                assert (await Seat(other, run, player=heir).observation()).episode.episode_id == episode_id
+                line.is_cut = False
+                old.act(episode_id, 0, tiny.L)
+                await until(lambda: bool(old.closed))
+
+    with caplog.at_level("INFO"), closing(house.database):
+        asyncio.run(body())
+    taken_over = [record.levelname for record in caplog.records if "another process" in record.getMessage()]
+    assert taken_over == [level]
+
+
+@pytest.mark.usefixtures("quick")
 def test_only_the_stream_that_lost_an_episode_is_closed(house: House, line: Line) -> None:
     async def body() -> None:
         run = house.run()

@@ -332,11 +332,21 @@ def _system(standing: pb.Standing) -> Text:
     if standing.HasField("spread"):
         spread = standing.spread
         lines.append(f"{spread.runs} seeds, deviation {spread.deviation:.3f} ({spread.low:.3f}-{spread.high:.3f})")
+    lines += _costs(standing.entries)
     if standing.runs_begun:
         lines.append(f"{standing.runs_published} of {standing.runs_begun} runs published")
     if standing.reproduced_by:
         lines.append(f"reproduced by {standing.reproduced_by}")
     return Text("\n".join([*lines, marks] if marks else lines))
+
+
+def _costs(entries: Sequence[pb.Entry]) -> list[str]:
+    """Return lines with the time for an answer, as measured, and with what was declared for the first run."""
+    steps = sum(entry.run.timed_steps for entry in entries)
+    lines = [f"{sum(entry.run.thinking_seconds for entry in entries) / steps:.3g} s an answer"] if steps else []
+    cost = entries[0].cost if entries else pb.Cost()
+    declared = [f"{value:.3g} {field.name}" for field, value in cost.ListFields()]
+    return [*lines, f"declared: {', '.join(declared)}"] if declared else lines
 
 
 def _marks(marks: Iterable[pb.Mark.ValueType], coverage: float | None) -> str:

@@ -20,7 +20,10 @@ READY_PREFIX = "listening on "
 """Prefix of the line on the server's standard output that announces that it is ready."""
 
 START_TIMEOUT, STOP_TIMEOUT = 180.0, 30.0
-"""Seconds that the server may take to start and to stop."""
+"""Seconds that the server may take to start, without what it announces as slow, and to stop."""
+
+NOTICE_TIMEOUT = 1800.0
+"""Seconds that it may take in addition once it has printed a notice: half a minute's work on an idle machine."""
 
 NOTICE_PREFIX = "compiling "
 """Prefix of output lines that are shown to the waiting participant: the first start on a machine is slow."""
@@ -93,7 +96,7 @@ class EmbeddedServer:
         program = [sys.executable, "-P", "-m", "arramon_client.local.lifeline", module]
         self._command = [*program, "serve", "--listen", self.address, "--data", str(data.absolute()), *options]
         self._process: subprocess.Popen[str] | None = None
-        self._ready = threading.Event()
+        self._ready, self._noticed = threading.Event(), threading.Event()
 
     def start(self) -> None:
         """Start the process and wait until it is ready.
@@ -101,7 +104,7 @@ class EmbeddedServer:
         Raises:
             EmbeddedServerError: if it dies, or is not ready in time.
         """
-        self._ready = threading.Event()
+        self._ready, self._noticed = threading.Event(), threading.Event()
         Path(self.address.removeprefix("unix:")).unlink(missing_ok=True)  # Left behind by a process that was killed.
         with self._log.open("ab") as log:
             # In a new session, an interrupt from the keyboard reaches only the client, which then stops the server.
@@ -118,7 +121,8 @@ class EmbeddedServer:
         threading.Thread(
             target=self._watch, args=(self._process.stdout, self._ready, done), name="embedded-server", daemon=True
         ).start()
-        done.wait(START_TIMEOUT)
+        if not done.wait(START_TIMEOUT) and self._noticed.is_set():
+            done.wait(NOTICE_TIMEOUT)
         if not self._ready.is_set():
             self.stop()
             raise EmbeddedServerError(f"the embedded server did not start\n{self._last_lines()}")
@@ -149,6 +153,7 @@ class EmbeddedServer:
                 log.write(line)
                 log.flush()
                 if line.startswith(NOTICE_PREFIX):
+                    self._noticed.set()
                     self._notify(line.strip())
                 if line.startswith(READY_PREFIX):
                     ready.set()

@@ -85,7 +85,7 @@ def _emission(event: Event, number: int, count: int, walk: Walk, fit: Fit) -> Nu
         only[-1] = np.log(fit(event, walk)[-1])
         return only
     share = np.linspace(0.0, 1.0, size) if size > 1 else np.zeros(1)
-    pace = -0.5 * ((share - number / max(1, count - 1)) / PACE) ** 2
+    pace = -0.5 * ((share - (number / (count - 1) if count > 1 else 0.5)) / PACE) ** 2
     if event.direction:
         expected = DEGREES[event.direction]
         apart = np.abs((walk.turned - expected + 180.0) % 360.0 - 180.0)

@@ -11,6 +11,7 @@ from server.dataset.layout.grid import sample_points
 from server.dataset.layout.places import PATH_GAP, TARGET_GAP
 from server.dataset.layout.solids import Solids
 from server.dataset.release.landmarks.walks import Numbers
+from server.episodes.episode import Episode
 from server.sim.assets.furniture import footprint_radius
 from server.sim.section import Building
 
@@ -60,19 +61,6 @@ class Ground:
         free = (clearance > 0.0) & (tree.query(places, distance_upper_bound=WALKABLE)[0] < WALKABLE)
         return cls(heading, places[free], clearance[free], low, built)
 
-    def free_for(self, kind: str, walked: Numbers, targets: Numbers) -> Mask:
-        """Return the places (g,) where a thing of a kind blocks neither a walk nor what lies in the street.
-
-        Args:
-            kind: of the furniture.
-            walked: (n, 2), closely spaced points of the walk.
-            targets: (m, 2), objects in the street.
-        """
-        radius = footprint_radius(kind)
-        free: Mask = self.clearance > radius
-        free &= cKDTree(walked).query(self.places)[0] >= PATH_GAP + radius
-        return free & (cKDTree(targets).query(self.places)[0] >= TARGET_GAP + radius)
-
     def sees(self, origin: Numbers, places: Numbers) -> Mask:
         """Return which places (m, 2) have no building between them and an origin (2,), (m,)."""
         fractions = np.linspace(0.0, 1.0, 48)[:, None, None]
@@ -84,6 +72,50 @@ class Ground:
         return seen
 
 
+@dataclass(frozen=True, eq=False)
+class Room:
+    """What one episode leaves free of a section's ground.
+
+    Attributes:
+        ground: of the section.
+        walked: (n, 2), closely spaced points on its paths.
+        targets: (2, 2), the objects to pick up.
+        distracters: (m, 2), the other objects in its streets.
+        from_path: (g,), distance of each place of the ground from the paths, in units.
+        from_object: (g,), the same from the nearest object.
+    """
+
+    ground: Ground
+    walked: Numbers
+    targets: Numbers
+    distracters: Numbers
+    from_path: Numbers
+    from_object: Numbers
+
+    @classmethod
+    def of(cls, episode: Episode, ground: Ground) -> "Room":
+        """Return what an episode leaves free."""
+        walked = sample_points([np.array(turn.path) for turn in episode.turns], 0.2)
+        positions = [[(each.position.x, each.position.z) for each in turn.street] for turn in episode.turns]
+        targets = np.array([street[0] for street in positions])
+        distracters = np.array([place for street in positions for place in street[1:]]).reshape(-1, 2)
+        objects = np.concatenate([targets, distracters])
+        path, street = (cKDTree(points).query(ground.places)[0] for points in (walked, objects))
+        return cls(ground, walked, targets, distracters, path, street)
+
+    @property
+    def objects(self) -> Numbers:
+        """All objects in its streets, (k, 2)."""
+        return np.concatenate([self.targets, self.distracters])
+
+    def free_for(self, kind: str) -> Mask:
+        """Return the places (g,) where a thing of a kind blocks neither a path nor what lies in the street."""
+        radius = footprint_radius(kind)
+        free: Mask = self.ground.clearance > radius
+        free &= self.from_path >= PATH_GAP + radius
+        return free & (self.from_object >= TARGET_GAP + radius)
+
+
 def apart_from(places: Numbers, kind: str, standing: Sequence[tuple[float, float, str]]) -> Mask:
     """Return which places (m, 2) leave room between a thing of a kind and all others (x, z, kind), (m,)."""
     room = np.ones(len(places), dtype=bool)
@@ -91,11 +123,6 @@ def apart_from(places: Numbers, kind: str, standing: Sequence[tuple[float, float
         gap = footprint_radius(kind) + footprint_radius(other) + APART
         room &= np.hypot(places[:, 0] - x, places[:, 1] - z) >= gap
     return room
-
-
-def walked_points(paths: Sequence[Numbers]) -> Numbers:
-    """Return points along paths, each (n, 2), (m, 2), at most 0.2 units apart."""
-    return sample_points(paths, 0.2)
 
 
 def _lattice(low: Numbers, high: Numbers, spacing: float) -> Numbers:

@@ -19,6 +19,9 @@ BACKGROUND = 0.15
 OTHER_COLOUR = 0.1
 """Likelihood of each other colour of a thing whose colour is said."""
 
+ROUNDED = 12
+"""Digits kept in each round, so that machines whose last digits differ come to the same result."""
+
 ITERATIONS = 60
 """Rounds of expectation maximisation."""
 
@@ -35,6 +38,7 @@ class Peak:
         votes: expected number of mentions of it.
         colours: votes by colour, of those whose colour is said.
         looks: votes by look, likewise.
+        languages: votes by language.
     """
 
     x: float
@@ -42,6 +46,7 @@ class Peak:
     votes: float
     colours: tuple[tuple[str, float], ...]
     looks: tuple[tuple[str, float], ...]
+    languages: tuple[tuple[str, float], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +59,7 @@ class Ballot:
         weights: (m,), the share of its thing's one vote.
         colours: (m) said, "" if not said.
         looks: (m) said, likewise.
+        languages: (m) codes; may be empty.
     """
 
     cells: Numbers
@@ -61,6 +67,7 @@ class Ballot:
     weights: Numbers
     colours: Sequence[str]
     looks: Sequence[str]
+    languages: Sequence[str] = ()
 
     def part(self, chosen: Numbers) -> "Ballot":
         """Return the mentions at these indices."""
@@ -70,6 +77,7 @@ class Ballot:
             self.weights[chosen],
             [self.colours[int(each)] for each in chosen],
             [self.looks[int(each)] for each in chosen],
+            [self.languages[int(each)] for each in chosen] if self.languages else (),
         )
 
 
@@ -85,7 +93,7 @@ def responsibilities(ballot: Ballot) -> tuple[Numbers, list[str], Numbers]:
         evidence = (1.0 - BACKGROUND) * ((likely @ mixture) * fits).sum(axis=1) + background
         mixture *= likely.T @ (fits * (ballot.weights / evidence)[:, None])
         mixture *= (1.0 - BACKGROUND) / count
-        mixture /= max(float(mixture.sum()), 1e-12)
+        mixture = (mixture / max(float(mixture.sum()), 1e-12)).round(ROUNDED)
     evidence = (1.0 - BACKGROUND) * ((likely @ mixture) * fits).sum(axis=1) + background
     shares = (1.0 - BACKGROUND) * likely * (fits @ mixture.T) / evidence[:, None] * ballot.weights[:, None]
     return mixture, names, shares
@@ -111,7 +119,15 @@ def peaks_of(ballot: Ballot, least: float) -> list[Peak]:
         x, z = mass @ ballot.cells[near]
         said = shares[:, near].sum(axis=1)
         peaks.append(
-            Peak(float(x), float(z), float(sums[at]), _by_word(said, ballot.colours), _by_word(said, ballot.looks))
+            Peak(
+                float(x),
+                float(z),
+                float(sums[at]),
+                *(
+                    _by_word(said, words)
+                    for words in (ballot.colours, ballot.looks, ballot.languages or [""] * len(said))
+                ),
+            )
         )
         shares[:, near] = 0.0
         votes[near] = 0.0

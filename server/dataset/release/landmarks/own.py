@@ -12,7 +12,7 @@ import numpy as np
 from server.dataset.layout.places import PATH_GAP, TARGET_GAP
 from server.dataset.randomness import seeded
 from server.dataset.release.landmarks.alignment import align
-from server.dataset.release.landmarks.ground import Ground, apart_from
+from server.dataset.release.landmarks.ground import Ground, Room, apart_from
 from server.dataset.release.landmarks.mentions import DRAWN, METAL_BENCH, Event
 from server.dataset.release.landmarks.recovery import Map, Told, vote
 from server.dataset.release.landmarks.walks import Numbers
@@ -65,17 +65,13 @@ def wanted(told: Sequence[Told], known: Map, ground: Ground) -> list[Wanted]:
     return found
 
 
-def own_furniture(
-    episode: str, asked: Sequence[Wanted], ground: Ground, walked: Numbers, objects: Numbers, standing: Sequence[Prop]
-) -> list[Prop]:
+def own_furniture(episode: str, asked: Sequence[Wanted], room: Room, standing: Sequence[Prop]) -> list[Prop]:
     """Return the things that an episode's own texts ask for, clear of its paths and of what stands there already.
 
     Args:
         episode: its id.
         asked: by its texts.
-        ground: of its section.
-        walked: (n, 2), closely spaced points on its paths.
-        objects: (m, 2), in its streets.
+        room: what the episode leaves free.
         standing: furniture that is there already.
     """
     random = seeded(episode, "own furniture")
@@ -83,15 +79,15 @@ def own_furniture(
     placed: list[Prop] = []
     for kind in DRAWN:
         left = [each for each in asked if each.event.kind == kind]
-        free = ground.free_for(kind, walked, objects) if left else np.zeros(0, dtype=bool)
+        free = room.free_for(kind) if left else np.zeros(0, dtype=bool)
         while left:
             group = _same_colour(left)
-            indices = np.flatnonzero(free & apart_from(ground.places, kind, taken))
+            indices = np.flatnonzero(free & apart_from(room.ground.places, kind, taken))
             if not len(indices):
                 break
-            at = _best(group, indices, ground)
+            at = _best(group, indices, room.ground)
             explained = [each for each in group if each.likely[at] >= EXPLAINED] or group[:1]
-            prop = make(kind, ground.places[at], explained, ground, walked, random)
+            prop = make(kind, room.ground.places[at], explained, room, random)
             placed.append(prop)
             taken.append((prop.x, prop.z, kind))
             left = [each for each in left if not any(each is other for other in explained)]
@@ -123,26 +119,22 @@ def _best(group: Sequence[Wanted], indices: Numbers, ground: Ground) -> int:
     return int(tops[int((-best + 2.0 * seen).argmax())])
 
 
-def make(
-    kind: str, place: Numbers, mentions: Sequence[Wanted], ground: Ground, walked: Numbers, random: Random
-) -> Prop:
+def make(kind: str, place: Numbers, mentions: Sequence[Wanted], room: Room, random: Random) -> Prop:
     """Return a prop of a kind at a place, in the colour that is said, with its front to the nearest path."""
     possible = (*furniture.COLOURS.get(kind, ()), *furniture.SPOKEN_COLOURS.get(kind, ()))
     said = next((each.event.colour for each in mentions if each.event.colour in possible), "")
     drawn = random.choice(furniture.COLOURS.get(kind, ("",)))
-    return Prop(kind, *_rounded(place), front(place, ground, walked), said or drawn)
+    return Prop(kind, *_rounded(place), front(place, room.ground.heading, room.walked), said or drawn)
 
 
-def front(place: Numbers, ground: Ground, walked: Numbers) -> float:
+def front(place: Numbers, heading: float, walked: Numbers) -> float:
     """Return the heading along one of the streets' axes that is nearest to the direction of the nearest path."""
     x, z = walked[int(((walked - place) ** 2).sum(axis=1).argmin())] - place
-    turns = round((float(np.degrees(np.arctan2(x, z))) - ground.heading) / 90.0)
-    return round(wrap(ground.heading + 90.0 * turns), 3)
+    turns = round((float(np.degrees(np.arctan2(x, z))) - heading) / 90.0)
+    return round(wrap(heading + 90.0 * turns), 3)
 
 
-def moved_off(
-    props: Sequence[Prop], ground: Ground, walked: Numbers, objects: Numbers
-) -> tuple[list[Moved], list[int]]:
+def moved_off(props: Sequence[Prop], room: Room) -> tuple[list[Moved], list[int]]:
     """Return which of a section's props an episode moves off its own paths and objects, and which it leaves out.
 
     A prop stands as near to its place as it can, and is left out if that is nowhere.
@@ -154,17 +146,15 @@ def moved_off(
         if prop.kind in ON_WALLS or not radius:
             continue
         place = np.array([prop.x, prop.z])
-        near_path = np.hypot(*(walked - place).T).min() < PATH_GAP + radius
-        if not near_path and np.hypot(*(objects - place).T).min() >= TARGET_GAP + radius:
+        near_path = np.hypot(*(room.walked - place).T).min() < PATH_GAP + radius
+        if not near_path and np.hypot(*(room.objects - place).T).min() >= TARGET_GAP + radius:
             continue
         others = [each for each in standing if each[:2] != (prop.x, prop.z)]
-        free = np.flatnonzero(
-            ground.free_for(prop.kind, walked, objects) & apart_from(ground.places, prop.kind, others)
-        )
+        free = np.flatnonzero(room.free_for(prop.kind) & apart_from(room.ground.places, prop.kind, others))
         if not len(free):
             left_out.append(index)
             continue
-        to = ground.places[free[int(np.hypot(*(ground.places[free] - place).T).argmin())]]
+        to = room.ground.places[free[int(np.hypot(*(room.ground.places[free] - place).T).argmin())]]
         moved.append(Moved(index, *_rounded(to), prop.heading))
         standing = [*others, (float(to[0]), float(to[1]), prop.kind)]
     return moved, left_out

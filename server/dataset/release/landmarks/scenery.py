@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from server.dataset.layout.furnishing import SHAPE_COLOURS
+from server.dataset.layout import furnishing
 from server.dataset.layout.grid import to_street_frame, to_world_frame
 from server.dataset.layout.places import (
     AT_CORNERS,
@@ -22,7 +22,7 @@ from server.dataset.release.landmarks.recovery import Landmark
 from server.dataset.release.landmarks.walks import Numbers
 from server.sim.assets import furniture
 from server.sim.geometry import wrap
-from server.sim.labels import BANNER_COLOURS, BANNER_SHAPES
+from server.sim.labels import BANNER_SHAPES
 from server.sim.section import ON_WALLS, Building, Prop
 
 TO_CORNER = 2.0
@@ -31,8 +31,10 @@ TO_CORNER = 2.0
 TO_WALL = 6.0
 """Distance up to which a banner is moved to a wall, in units."""
 
-SPOKEN_AS = {"orange": "yellow", "gold": "yellow", "brown": "red", "silver": "white", "concrete": "white"}
+SPOKEN_AS = {"gold": "yellow", "silver": "white", "concrete": "white", "purple": "blue"}
 """The nearest of the colours that banners have, for those that people say of them."""
+
+SHAPE_COLOURS = {**furnishing.SHAPE_COLOURS, "orange": ("white",), "brown": ("red",)}
 
 
 def props_of(
@@ -68,7 +70,7 @@ def look_of(landmark: Landmark) -> tuple[str, str, str]:
     """Return a prop's colour, shape and shape's colour: the nearest to what people say."""
     if landmark.kind == "banner":
         colour = SPOKEN_AS.get(landmark.colour, landmark.colour)
-        colour = colour if colour in BANNER_COLOURS else "blue"
+        colour = colour if colour in SHAPE_COLOURS else "blue"
         shape = landmark.look if landmark.look in BANNER_SHAPES else "star"
         return colour, shape, SHAPE_COLOURS[colour][0]
     possible = (*furniture.COLOURS.get(landmark.kind, ()), *furniture.SPOKEN_COLOURS.get(landmark.kind, ()))
@@ -98,7 +100,7 @@ def _on_ground(
     if not len(free):
         return None
     spot = ground.places[free[int(np.hypot(*(ground.places[free] - place).T).argmin())]]
-    return round(float(spot[0]), 3), round(float(spot[1]), 3), front(spot, ground, walked)
+    return round(float(spot[0]), 3), round(float(spot[1]), 3), front(spot, ground.heading, walked)
 
 
 def _on_wall(

@@ -1,0 +1,89 @@
+"""A section and its episodes as people spoke of them: recovered scenery, own furniture, and what nobody spoke of."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from server.dataset.release.landmarks.agreement import by_kind, standing_of
+from server.dataset.release.landmarks.facades import paint
+from server.dataset.release.landmarks.ground import Ground, Room
+from server.dataset.release.landmarks.own import moved_off, own_furniture, wanted
+from server.dataset.release.landmarks.recovery import Landmark, Map, Told, recover, told_of
+from server.dataset.release.landmarks.scenery import props_of
+from server.dataset.release.landmarks.strays import strays_of
+from server.episodes.episode import Episode
+from server.episodes.provenance import DRAWN, TEXT, Provenance, Recovered
+from server.sim.own_furniture import OwnFurniture, furnished
+from server.sim.section import Section
+
+KNOWN = 0.8
+"""Strength of each thing of a world in the alignment of a text to that world."""
+
+
+def rebuild(section: Section, episodes: Sequence[Episode]) -> tuple[Section, list[Episode], Provenance]:
+    """Return a section with what its episodes' texts agree on, and the episodes with furniture of their own.
+
+    The same episodes, in whatever order, give the same result.
+
+    Args:
+        section: its buildings; its own furniture is replaced.
+        episodes: all of the section, with objects in their streets.
+    """
+    listed = sorted(episodes, key=lambda each: each.episode_id)
+    walked = np.concatenate([np.array(turn.path) for episode in listed for turn in episode.turns])
+    ground = Ground.of(section.heading, section.buildings, walked)
+    told = {episode.episode_id: told_of(episode) for episode in listed}
+    everything = [each for episode in listed for each in told[episode.episode_id]]
+    landmarks = recover(everything)
+    built = props_of(landmarks, section.heading, section.buildings, ground, walked)
+    buildings, facades = paint(section.buildings, everything)
+    rebuilt = replace(section, props=tuple(prop for prop, _ in built), buildings=buildings)
+    rooms = {episode.episode_id: Room.of(episode, ground) for episode in listed}
+    own = {name: own_of(name, told[name], rebuilt, room) for name, room in rooms.items()}
+    furniture = {name: _with_strays(name, own, told[name], rebuilt, room) for name, room in rooms.items()}
+    origins = {
+        name: tuple(TEXT if number < len(own[name].added) else DRAWN for number in range(len(each.added)))
+        for name, each in furniture.items()
+        if each.added
+    }
+    props = tuple(_recovered(number, landmark) for number, (_, landmark) in enumerate(built))
+    provenance = Provenance(section.id, props, facades, origins)
+    return rebuilt, [replace(each, furniture=furniture[each.episode_id]) for each in episodes], provenance
+
+
+def own_of(name: str, told: Sequence[Told], section: Section, room: Room) -> OwnFurniture:
+    """Return what an episode's texts ask for, and which of its section's props it moves out of its way."""
+    moved, left_out = moved_off(section.props, room)
+    changed = OwnFurniture((), tuple(moved), tuple(left_out))
+    standing = furnished(section, changed).props
+    asked = wanted(told, Map.of(by_kind(standing_of(standing), KNOWN)), room.ground)
+    return replace(
+        changed,
+        added=tuple(own_furniture(name, asked, room, standing)),
+    )
+
+
+def _with_strays(
+    name: str,
+    own: Mapping[str, OwnFurniture],
+    told: Sequence[Told],
+    section: Section,
+    room: Room,
+) -> OwnFurniture:
+    mine = own[name]
+    strays = strays_of(
+        name,
+        mine.added,
+        frozenset(event.kind for each in told for event in each.events),
+        {other: each.added for other, each in own.items() if other != name},
+        room,
+        furnished(section, replace(mine, added=())).props,
+    )
+    return replace(mine, added=(*mine.added, *strays))
+
+
+def _recovered(index: int, landmark: Landmark) -> Recovered:
+    languages = Counter(dict(landmark.languages))
+    return Recovered(index, landmark.votes, dict(sorted(languages.items())))

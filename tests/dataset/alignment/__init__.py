@@ -1,0 +1,1 @@
+"""The statistical second check of instructions."""

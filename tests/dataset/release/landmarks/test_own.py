@@ -1,0 +1,113 @@
+"""An episode's own furniture, and what nobody spoke of."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from server.dataset.layout.places import PATH_GAP
+from server.dataset.release.files import read_release
+from server.dataset.release.importer import add_objects, ground_of
+from server.dataset.release.landmarks.city import own_of, rebuild
+from server.dataset.release.landmarks.ground import Ground, Room
+from server.dataset.release.landmarks.mentions import Event
+from server.dataset.release.landmarks.recovery import Told, told_of
+from server.dataset.release.landmarks.strays import HEARD
+from server.dataset.release.reconstruction import reconstruct
+from server.episodes.episode import Episode, Instructions
+from server.episodes.provenance import DRAWN, TEXT, Provenance
+from server.sim.assets.furniture import footprint_radius
+from server.sim.own_furniture import furnished
+from server.sim.section import ON_WALLS, Prop, Section
+
+SAMPLE = Path(__file__).parents[4] / "examples" / "sample" / "sample.json"
+
+TEXTS = {
+    "en": (
+        Instructions("Go past the cone to the blue phone booth. Pick up the ball beside the bench.", "Place it."),
+        Instructions("Turn around at the dumpster. Pick up the mug in front of the lamp post.", "Place it."),
+    )
+}
+
+
+@pytest.fixture(scope="module")
+def episodes() -> list[Episode]:
+    _, listed = read_release(SAMPLE)
+    first = [replace(each, instructions=TEXTS) for each in listed if each.section == listed[0].section]
+    return [add_objects(episode, ground_of(first)) for episode in first]
+
+
+@pytest.fixture(scope="module")
+def section(episodes: list[Episode]) -> Section:
+    turns = [turn for episode in episodes for turn in episode.turns]
+    targets = np.array([(turn.target.position.x, turn.target.position.z) for turn in turns])
+    return reconstruct(episodes[0].section, [np.array(turn.path) for turn in turns], targets)
+
+
+@pytest.fixture(scope="module")
+def rebuilt(section: Section, episodes: list[Episode]) -> tuple[Section, list[Episode], Provenance]:
+    return rebuild(section, episodes)
+
+
+def room_of(episode: Episode, section: Section, episodes: list[Episode]) -> Room:
+    walked = np.concatenate([np.array(turn.path) for each in episodes for turn in each.turns])
+    return Room.of(episode, Ground.of(section.heading, section.buildings, walked))
+
+
+def test_the_same_episodes_give_the_same_world(
+    section: Section, episodes: list[Episode], rebuilt: tuple[Section, list[Episode], Provenance]
+) -> None:
+    again, furnished_again, provenance = rebuild(section, episodes[::-1])
+    assert (again, furnished_again[::-1], provenance) == rebuilt
+
+
+def test_nothing_stands_on_an_episodes_own_path(
+    section: Section, episodes: list[Episode], rebuilt: tuple[Section, list[Episode], Provenance]
+) -> None:
+    world, furnished_episodes, _ = rebuilt
+    for episode in furnished_episodes:
+        room = room_of(episode, section, episodes)
+        for prop in furnished(world, episode.furniture).props:
+            if prop.kind not in ON_WALLS:
+                apart = np.hypot(*(room.walked - (prop.x, prop.z)).T).min()
+                assert apart >= PATH_GAP + footprint_radius(prop.kind) - 0.01, prop
+
+
+def test_what_nobody_spoke_of_is_of_kinds_that_nobody_named_near_the_path(
+    section: Section, episodes: list[Episode], rebuilt: tuple[Section, list[Episode], Provenance]
+) -> None:
+    _, furnished_episodes, provenance = rebuilt
+    strays = 0
+    for episode in furnished_episodes:
+        named = {event.kind for each in told_of(episode) for event in each.events}
+        room = room_of(episode, section, episodes)
+        for prop, origin in zip(episode.furniture.added, provenance.own.get(episode.episode_id, ()), strict=True):
+            assert origin in (TEXT, DRAWN)
+            if origin == DRAWN:
+                strays += 1
+                near = np.hypot(*(room.walked - (prop.x, prop.z)).T).min()
+                assert prop.kind not in named or near > HEARD - 0.5
+            else:
+                assert prop.kind in named
+    assert strays
+
+
+def test_a_thing_that_both_turns_name_at_one_place_is_one_thing(section: Section, episodes: list[Episode]) -> None:
+    episode = episodes[0]
+    room = room_of(episode, section, episodes)
+    first, second = (each for each in told_of(episode) if each.language == "en")
+    at_end = replace(first, events=(Event(kind="hydrant", manner="target", relation="near", identity="1"),))
+    at_start = replace(second, walk=replace(second.walk, target=first.walk.target), events=(*at_end.events,))
+    bare = replace(section, props=())
+
+    def hydrants(told: list[Told]) -> list[Prop]:
+        return [prop for prop in own_of(episode.episode_id, told, bare, room).added if prop.kind == "hydrant"]
+
+    (one,) = hydrants([at_end, at_start])
+    assert np.hypot(*(first.walk.target - (one.x, one.z))) < 4.0
+    assert len(hydrants([at_end, replace(second, events=at_end.events)])) == 2 or _near(first, second)
+
+
+def _near(first: Told, second: Told) -> bool:
+    return bool(np.hypot(*(first.walk.target - second.walk.target)) < 4.0)
