@@ -9,7 +9,7 @@ import numpy as np
 from server.board.board import Board
 from server.board.entries import Entries
 from server.board.episode_table import join, mean_table
-from server.board.standings import BOTH, COLUMNS, HEADLINE, TOTAL, Standing
+from server.board.standings import BOTH, COLUMNS, HEADLINE, SEED, TOTAL, Entry, Standing
 from server.episodes.epochs import LIST_FORMAT, LIST_VERSION, Statement, epoch_of, read_statement
 from server.episodes.splits import Split
 from server.errors import BadInput, Conflict, NotFound, quoted
@@ -207,7 +207,7 @@ class EpochBoard:
         """Return the ranked standing of each agent that was published last."""
         ranked = [line for line in self._board.standings(split, language) if line.is_ranked]
         ordered = sorted(ranked, key=lambda line: max((one.published_at, one.run.run_id) for one in line.entries))
-        return {line.entries[0].kind: line for line in ordered}
+        return {_agent_of(line.entries[0]): line for line in ordered}
 
     def _scored(self, split: str, standings: Sequence[Standing], column: int) -> Scored:
         section_of = {name: episode.section for name, episode in self._splits[split].episodes.items()}
@@ -245,6 +245,12 @@ def epoch_with_statement(record: EpochRecord) -> Epoch:
         BadFile: if the statement in the database was altered.
     """
     return Epoch(record, read_statement(record.statement, f"statement of {record.split}"))
+
+
+def _agent_of(entry: Entry) -> tuple[object, ...]:
+    """Return what an agent keeps from one epoch to the next; its code may be named in one of them alone."""
+    arguments = tuple(pair for pair in entry.run.agent_arguments if pair[0] != SEED)
+    return (*entry.system, entry.sensors, arguments)
 
 
 def _may_be_same(older: Standing, newer: Standing) -> bool:

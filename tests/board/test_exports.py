@@ -31,7 +31,6 @@ def test_csv_columns_are_stable() -> None:
     assert CSV_COLUMNS[64:] == ("reproduced by", "reproduces")
     assert CSV_COLUMNS[58:64] == (
         "seeds", "seed deviation", "seconds a step", "declared parameters", "declared tokens", "declared price",
-        "reproduced by", "reproduces",
     )  # fmt: skip
     assert CSV_COLUMNS[52:58] == ("gap", "gap low", "gap high", "higher language", "lower language", "same outcome")
 
