@@ -11,8 +11,10 @@ from server.episodes.splits import Split
 from server.runs.play.session import Session
 from server.scoring.trajectory import TurnRecord
 from server.sim.bullet import World
-from server.sim.city import city_scene
-from server.sim.rules import Limits
+from server.sim.city import city_scene, refurnished
+from server.sim.own_furniture import furnished
+from server.sim.rules import Ground, Limits
+from server.sim.variations import Difference, VariedGround
 from tests.release import VAL_SEEN, needs_release
 
 pytestmark = needs_release
@@ -24,7 +26,7 @@ def split(tmp_path_factory: pytest.TempPathFactory) -> Split:
     return import_release([VAL_SEEN], folder)[0]
 
 
-def replay(episode: Episode, world: World) -> Session:
+def replay(episode: Episode, world: Ground) -> Session:
     session = Session(episode, world, Limits())
     for turn in episode.turns:
         for action in (*turn.actions, *turn.room_actions):
@@ -49,10 +51,12 @@ def test_all_episodes_are_imported(split: Split) -> None:
 
 @pytest.mark.parametrize("section", ["1", "2", "3", "4", "5"])
 def test_every_ground_truth_replays_exactly(split: Split, section: str) -> None:
-    with World(city_scene(split.sections[section])) as world:
+    scene = city_scene(split.sections[section])
+    with World(scene) as world:
         for episode in split.episodes.values():
             if episode.section == section:
-                session = replay(episode, world)
+                own = refurnished(scene, furnished(split.sections[section], episode.furniture))
+                session = replay(episode, VariedGround(world, Difference.between(scene, own)))
                 assert session.state.finished
                 for turn in session.record().turns:
                     assert check(turn) <= 0.001, f"episode {episode.episode_id}"
