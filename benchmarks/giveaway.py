@@ -9,7 +9,7 @@ against one that goes to any of these places; and how dense furniture is along t
 
 import argparse
 import math
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -54,9 +54,9 @@ def main() -> None:
         )
 
 
-def count(split: Split, *, own_alone: bool) -> Counter[str]:
+def count(split: Split, *, own_alone: bool) -> dict[str, float]:
     """Return the sums over all turns of a split; with what the episodes' own texts name alone if so asked."""
-    counts: Counter[str] = Counter()
+    counts: dict[str, float] = defaultdict(float)
     for section in split.sections.values():
         episodes = [episode for episode in split.episodes.values() if episode.section == section.id]
         ground = Ground.of(section.heading, section.buildings, ground_of(episodes))
@@ -69,12 +69,14 @@ def count(split: Split, *, own_alone: bool) -> Counter[str]:
     return counts
 
 
-def _count(counts: Counter[str], episode: Episode, props: Sequence[Prop], room: Room, walkable: Numbers) -> None:
+def _count(counts: dict[str, float], episode: Episode, props: Sequence[Prop], room: Room, walkable: Numbers) -> None:
     things = np.array([(prop.x, prop.z) for prop in props]).reshape(-1, 2)
     at_path = sum(np.hypot(*(room.walked - thing).T).min() <= AROUND for thing in things)
     near = int((room.from_path <= AROUND).sum())
-    counts.update({"at path": at_path, "elsewhere": len(things) - at_path})
-    counts.update({"places at path": near, "places elsewhere": len(room.from_path) - near})
+    sums = {"at path": at_path, "elsewhere": len(things) - at_path}
+    sums |= {"places at path": near, "places elsewhere": len(room.from_path) - near}
+    for name, number in sums.items():
+        counts[name] += number
     for turn in episode.turns:
         objects = np.array([(each.position.x, each.position.z) for each in turn.street])
         beside = _around(objects, things, BESIDE)

@@ -95,15 +95,15 @@ def with_texts(episode: Episode, other: Episode, language: str) -> Episode:
     return replace(episode, instructions={language: (swapped[0], swapped[1])})
 
 
-def measure(split: Split, section_id: str, language: str, number: int, until: float) -> list[Played]:
-    """Play up to `number` episodes of a section, until a time of `time.time`."""
+def measure(split: Split, section_id: str, language: str, chosen: range, until: float) -> list[Played]:
+    """Play the episodes of a section that `chosen` numbers in playing order, until a time of `time.time`."""
     members = [one for one in split.in_playing_order(language) if one.section == section_id]
     plain = [replace(one, furniture=NO_FURNITURE) for one in members]
     section = split.sections[section_id]
     cities = {"rebuilt": (City(section, members), members), "before": (City(before(section, members), ()), plain)}
     follower = make_instruction_writer().make_follower
     played = []
-    for place in range(min(number, len(members))):
+    for place in chosen[: max(0, len(members) - chosen.start)]:
         for name, (city, episodes) in cities.items():
             episode, other = episodes[place], episodes[place - 1]
             states = [
@@ -144,6 +144,7 @@ def main() -> int:
     parser.add_argument("--split", default="val_seen", help="one of its imported splits (default: %(default)s)")
     parser.add_argument("--lang", default="en", help="language of the texts (default: %(default)s)")
     parser.add_argument("--episodes", type=int, default=10**6, help="number of episodes of each section (default: all)")
+    parser.add_argument("--skip", type=int, default=0, help="leave out the first so many of each section")
     parser.add_argument("--seconds", type=float, default=math.inf, help="stop after about so long")
     parser.add_argument("--jobs", type=int, default=1, help="number of processes (default: %(default)s)")
     parser.add_argument("--output", type=Path, help="output JSON file")
@@ -151,17 +152,18 @@ def main() -> int:
 
     split = read_split(folder_of(arguments.data, arguments.split))
     sections = sorted(split.sections)
+    chosen = range(arguments.skip, arguments.skip + arguments.episodes)
     share = arguments.seconds * arguments.jobs / len(sections)
     begun = time.time()
     played: list[Played] = []
     if arguments.jobs == 1:
         for section in sections:
-            played += measure(split, section, arguments.lang, arguments.episodes, time.time() + share)
+            played += measure(split, section, arguments.lang, chosen, time.time() + share)
             print(f"section {section}: {len(played) // 4} turns so far, {time.time() - begun:.0f} s", file=sys.stderr)
     else:
         with ProcessPoolExecutor(arguments.jobs) as pool:
             tasks = [
-                pool.submit(measure, split, name, arguments.lang, arguments.episodes, begun + arguments.seconds)
+                pool.submit(measure, split, name, arguments.lang, chosen, begun + arguments.seconds)
                 for name in sections
             ]
             for task in tasks:

@@ -12,7 +12,7 @@ import numpy as np
 
 from lang.street import DEGREES
 from server.dataset.release.landmarks.mentions import Event
-from server.dataset.release.landmarks.walks import Numbers, Walk
+from server.dataset.release.landmarks.walks import Indices, Numbers, Walk
 
 BIG = 60.0
 """Turns of a walk from this size on are spoken of, in degrees."""
@@ -108,7 +108,7 @@ def _moves(before: Event, event: Event, passed: Numbers) -> Numbers:
     return np.where(places[None, :] >= places[:, None], cost, -np.inf)
 
 
-def _between(start: Numbers, end: Numbers, passed: Numbers, leaves: bool, arrives: bool) -> Numbers:
+def _between(start: Indices, end: Indices, passed: Numbers, leaves: bool, arrives: bool) -> Numbers:
     """Return the number of big turns between two places, (starts, ends), less those that the events there speak of."""
     after = passed[np.minimum(start + (NEAR if leaves else 0), len(passed) - 1)]
     before = np.where(end - NEAR - 1 >= 0, passed[np.maximum(end - NEAR - 1, 0)], 0) if arrives else passed[end]

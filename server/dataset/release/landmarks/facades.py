@@ -10,7 +10,7 @@ from server.dataset.release.landmarks.kernels import frames_of, likelihood
 from server.dataset.release.landmarks.mentions import FACADES
 from server.dataset.release.landmarks.mixture import Ballot, peaks_of
 from server.dataset.release.landmarks.recovery import CERTAIN, SIGNIFICANT, Map, Told
-from server.dataset.release.landmarks.walks import Numbers
+from server.dataset.release.landmarks.walks import Indices, Numbers
 from server.episodes.provenance import Recovered
 from server.sim import section as world
 from server.sim.section import Building
@@ -44,7 +44,8 @@ def paint(buildings: Sequence[Building], told: Sequence[Told]) -> tuple[tuple[Bu
     if not rows:
         return tuple(buildings), ()
     centres = np.array([(building.x, building.z) for building in buildings])
-    painted, recovered = list(buildings), []
+    painted = list(buildings)
+    recovered: list[Recovered] = []
     ballot = Ballot(centres, np.array(rows), np.array(weights), looks, [""] * len(looks))
     for peak in peaks_of(ballot, CERTAIN):
         index = int(np.hypot(*(centres - (peak.x, peak.z)).T).argmin())
@@ -54,7 +55,7 @@ def paint(buildings: Sequence[Building], told: Sequence[Told]) -> tuple[tuple[Bu
     return tuple(painted), tuple(recovered)
 
 
-def _outlines(buildings: Sequence[Building]) -> tuple[Numbers, Numbers]:
+def _outlines(buildings: Sequence[Building]) -> tuple[Numbers, Indices]:
     """Return points on the buildings' walls, (n, 2) of (x, z), and the index of each building's first one."""
     points, firsts, count = [], [], 0
     for building in buildings:
@@ -69,4 +70,4 @@ def _outlines(buildings: Sequence[Building]) -> tuple[Numbers, Numbers]:
         points.append(turned + np.array([building.x, building.z]))
         firsts.append(count)
         count += len(local)
-    return np.concatenate(points), np.array(firsts)
+    return np.concatenate(points), np.array(firsts, dtype=np.intp)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.spatial import cKDTree
 
-from server.dataset.release.landmarks.walks import Numbers
+from server.dataset.release.landmarks.walks import Indices, Numbers
 
 BACKGROUND = 0.15
 """Share of mentions of something that is not where it is said to be."""
@@ -69,7 +69,7 @@ class Ballot:
     looks: Sequence[str]
     languages: Sequence[str] = ()
 
-    def part(self, chosen: Numbers) -> "Ballot":
+    def part(self, chosen: Indices) -> "Ballot":
         """Return the mentions at these indices."""
         return Ballot(
             self.cells,

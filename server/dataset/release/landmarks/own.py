@@ -15,7 +15,7 @@ from server.dataset.release.landmarks.alignment import align
 from server.dataset.release.landmarks.ground import Ground, Room, apart_from
 from server.dataset.release.landmarks.mentions import DRAWN, METAL_BENCH, Event
 from server.dataset.release.landmarks.recovery import Map, Told, vote
-from server.dataset.release.landmarks.walks import Numbers
+from server.dataset.release.landmarks.walks import Indices, Numbers
 from server.sim.assets import furniture
 from server.sim.assets.furniture import footprint_radius
 from server.sim.geometry import wrap
@@ -110,7 +110,7 @@ def _same_colour(left: Sequence[Wanted]) -> list[Wanted]:
     return group
 
 
-def _best(group: Sequence[Wanted], indices: Numbers, ground: Ground) -> int:
+def _best(group: Sequence[Wanted], indices: Indices, ground: Ground) -> int:
     """Return the index of the place where a thing explains most, and is seen by those who speak of it."""
     scores = np.sum([np.log(UNLIKELY + each.likely[indices]) for each in group], axis=0)
     tops = indices[np.argsort(-scores, kind="stable")[:TRIED]]

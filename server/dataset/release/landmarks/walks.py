@@ -11,6 +11,7 @@ from server.sim.geometry import Pose
 from server.sim.rules import moved
 
 Numbers = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.intp]
 
 STRIDE = 3
 """Number of steps over which a direction is taken: paths zigzag by single turns of 30 degrees."""

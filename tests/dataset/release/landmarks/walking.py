@@ -13,7 +13,7 @@ def walk_along(*corners: tuple[float, float]) -> Walk:
         steps = round(float(np.hypot(*way)))
         places += [places[-1] + way * (step / steps) for step in range(1, steps + 1)]
     path = np.array(places)
-    size = np.arange(len(path))
+    size = range(len(path))
     start, end = _direction(path[1] - path[0]), _direction(path[-1] - path[-2])
     coming = np.array([_direction(path[at] - path[max(0, at - STRIDE)]) if at else start for at in size])
     last = len(path) - 1
