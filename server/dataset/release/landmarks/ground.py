@@ -54,11 +54,11 @@ class Ground:
         low, high = np.floor(walked.min(axis=0) - WALKABLE), np.ceil(walked.max(axis=0) + WALKABLE)
         raster = _lattice(low, high, _RASTER)
         shape = raster.shape[:2]
-        built = solids.distance(raster.reshape(-1, 2)).reshape(shape) <= 0.0
+        built: Mask = np.asarray(solids.distance(raster.reshape(-1, 2)).reshape(shape) <= 0.0)
         places = _lattice(low, high, SPACING).reshape(-1, 2)
         clearance = solids.distance(places)
         tree = cKDTree(np.unique(walked.round(1), axis=0))
-        free = (clearance > 0.0) & (tree.query(places, distance_upper_bound=WALKABLE)[0] < WALKABLE)
+        free: Mask = (clearance > 0.0) & (tree.query(places, distance_upper_bound=WALKABLE)[0] < WALKABLE)
         return cls(heading, places[free], clearance[free], low, built)
 
     def sees(self, origin: Numbers, places: Numbers) -> Mask:
