@@ -125,4 +125,4 @@ def main(folder: str, data: str, tasks: int = 1000, seed: int = 0, evaluated: in
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:3], *map(int, sys.argv[3:]))
+    main(sys.argv[1], sys.argv[2], *map(int, sys.argv[3:]))

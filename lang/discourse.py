@@ -92,7 +92,7 @@ class Discourse:
             elif item.label == "target same":
                 targets += [self.focus] if self.focus is not None and not listed else []
             elif kind in ("target", "mention") and "target" in bound:
-                if not listed and last is not None and last.also and last.label.startswith("turn"):
+                if not listed and last is not None and last.also and _is_by_side(last):
                     before += self._place_of_turn(steps)
                 named = self._with(self._target(bound), before)
                 (targets if kind == "target" else mentioned).append(named)
@@ -152,10 +152,12 @@ class Discourse:
     def assembly(self, items: Sequence[Item]) -> Assembly:
         """Return the meaning of an assembly instruction: turns, the object to place, all relations.
 
-        The object is the first that is named and is no landmark: "There is a red bowl; put the mug on it."
+        The object is the one that a clause says to place, or else the first that is named and is no landmark: "There is
+        a red bowl; the mug goes on it."
         """
         turns: list[str] = []
         named: list[Thing] = []
+        placed: list[Thing] = []
         wheres: tuple[Where, ...] = ()
         for item in items:
             bound = dict(item.bound)
@@ -169,6 +171,8 @@ class Discourse:
                 if len(named) == 1:
                     self.focus = named[0]
                 thing = self._thing(about)
+                if item.label.startswith("place") and not named:
+                    placed.append(self._with(thing, (), bare=True))
                 if not named or not thing.is_same(named[0]):
                     wheres += thing.where if not named else ()
                     named.append(self._with(thing, (), bare=True))
@@ -178,7 +182,7 @@ class Discourse:
                     self.focus = named[0] if named else None
                 wheres += self._wheres(bound["where"])
         landmarks = [thing for where in wheres for thing in where.things]
-        carried = [thing for thing in named if not any(thing.is_same(each) for each in landmarks)]
+        carried = placed or [thing for thing in named if not any(thing.is_same(each) for each in landmarks)]
         thing = next(iter(carried), Thing("") if named and landmarks else next(iter(named), Thing("")))
         meaning = map_mentions(Assembly(tuple(turns), thing, wheres), lambda each: replace(each, number=""))
         assert isinstance(meaning, Assembly)
@@ -276,3 +280,8 @@ class Discourse:
 def _on_the_spot(steps: Sequence[Step]) -> bool:
     """Return whether the last step is a turn without a place."""
     return bool(steps) and isinstance(steps[-1], Rotate) and steps[-1].thing is None
+
+
+def _is_by_side(item: Item) -> bool:
+    """Return whether an item is a turn that says only to which side, not by a verb of its own ("bear left")."""
+    return item.label.startswith("turn") and "bearing" not in dict(item.bound)

@@ -199,7 +199,8 @@ class PlayHandler:
             message.pose.CopyFrom(pose_message(visible_pose(state)))
         if event.frame is None:
             return observation_event(message, ())
-        heads, encode = self._begun.pop(event.frame, None) or self._encoding(event, event.frame)
+        has_begun = event.frame in self._begun
+        heads, encode = self._begun.pop(event.frame) if has_begun else self._encoding(event, event.frame)
         data = encode()
         return observation_event(message, list(zip(self._image_sensors, heads, data, strict=True)))
 

@@ -1,5 +1,7 @@
 """Standings of several runs that differ in their seed, and declared costs."""
 
+import csv
+import io
 import json
 import math
 
@@ -10,6 +12,7 @@ from server.board.exports import as_csv, as_json
 from server.board.standings import BOTH
 from server.errors import BadInput
 from server.runs.accounts.callers import HOST
+from server.runs.storage.records import Code
 from tests.board.made import House
 
 FIRST, SECOND, THIRD = [1.0, 1.0, 0.0, 0.0, 1.0, 1.0], [1.0, 0.0, 0.0, 0.0, 1.0, 1.0], [1.0, 1.0, 0.0, 0.0, 0.0, 1.0]
@@ -40,8 +43,9 @@ def test_runs_that_differ_in_more_than_their_seed_stand_apart(house: House) -> N
     seeded(house, "b", FIRST, "2", beam="5")
     seeded(house, "c", FIRST, "3", agent="other")
     seeded(house, "d", FIRST, "4", participant="rival")
+    house.publish(house.run("e", FIRST, arguments=(("beam", "4"), ("seed", "5")), code=Code(commit="0" * 40)))
     lines = house.board.standings("tiny", "en")
-    assert sorted(len(line.entries) for line in lines) == [1, 1, 1, 1]
+    assert sorted(len(line.entries) for line in lines) == [1, 1, 1, 1, 1]
     assert all(line.spread is None for line in lines)
 
 
@@ -109,7 +113,9 @@ def test_cost_is_kept_until_another_is_declared(house: House) -> None:
     assert house.board.entry("a").cost == Cost(None, 3, None)
     (line,) = json.loads(as_json(house.board.listing("tiny", "en")))["standings"]
     assert line["declared_cost"] == {"parameters": None, "tokens": 3, "price": None}
-    assert as_csv(house.board.listing("tiny", "en")).splitlines()[1].endswith(",1,,,,3,")
+    cells = next(csv.DictReader(io.StringIO(as_csv(house.board.listing("tiny", "en")))))
+    assert [cells[f"declared {name}"] for name in ("parameters", "tokens", "price")] == ["", "3", ""]
+    assert (cells["seeds"], cells["seed deviation"], cells["seconds a step"]) == ("1", "", "")
 
 
 def test_cost_of_several_runs_is_the_mean_of_those_declared(house: House) -> None:

@@ -237,6 +237,10 @@ class Servicer(EvaluationServicer):
         self._be_away("GetReport", context)
         return self.world.report()
 
+    def GetBreakdown(self, request: pb.GetBreakdownRequest, context: Any) -> pb.Breakdown:
+        context.abort(grpc.StatusCode.NOT_FOUND, "the fake server breaks nothing down")
+        raise AssertionError
+
     def Play(self, requests: Iterator[pb.PlayRequest], context: Any) -> Iterator[pb.PlayResponse]:
         opening = next(requests).open
         with self.world.lock:

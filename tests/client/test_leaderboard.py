@@ -86,6 +86,15 @@ class Board(LeaderboardServicer):
     def GetEntry(self, request: pb.GetEntryRequest, context: Any) -> pb.Entry:
         return pb.Entry()
 
+    def GetActions(self, request: pb.GetActionsRequest, context: Any) -> pb.Actions:
+        return pb.Actions()
+
+    def ListEpochs(self, request: pb.ListEpochsRequest, context: Any) -> pb.ListEpochsResponse:
+        return pb.ListEpochsResponse()
+
+    def CompareEpochs(self, request: pb.CompareEpochsRequest, context: Any) -> pb.CompareEpochsResponse:
+        return pb.CompareEpochsResponse()
+
 
 @contextmanager
 def serving(world: World, board: Board) -> Iterator[str]:

@@ -116,6 +116,9 @@ class Forwarder(EvaluationServicer):
     def GetReceipt(self, request: Any, context: Any) -> Any:
         return self._unary("GetReceipt", request, context)
 
+    def GetBreakdown(self, request: Any, context: Any) -> Any:
+        return self._unary("GetBreakdown", request, context)
+
     def Play(self, request_iterator: Iterator[pb.PlayRequest], context: Any) -> Iterator[pb.PlayResponse]:
         fault = self._fault
         self._streams += 1

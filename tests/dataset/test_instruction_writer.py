@@ -5,6 +5,7 @@ import pytest
 
 import lang
 from server.cli import main
+from server.dataset.demands import episode_demands
 from server.dataset.generation import Site, problems
 from server.dataset.generation.split_maker import Progress
 from server.dataset.instruction_writer import first_turn, passes
@@ -29,6 +30,7 @@ def test_generate_writes_episodes_in_every_language(tmp_path: Path, capsys: pyte
         assert set(episode.instructions) == set(lang.available())
         assert problems(episode, site.solids, site.world) == ()
         for code, texts in episode.instructions.items():
+            assert episode_demands(episode, code) == split.demands[episode.episode_id]
             for turn, text in zip(episode.turns, texts, strict=True):
                 read = lang.load(code).read(text.navigation, "navigation")
                 assert read.target.kind == turn.target.type.kind  # type: ignore[union-attr]

@@ -19,6 +19,7 @@ from server.runs.storage.records import COMPLETE, Batch, Ending
 from server.scoring.episode import METRICS
 from server.web import pages, texts
 from tests import tiny
+from tests.dataset import recovered
 from tests.played import play
 from tests.web.made import (
     HIDDEN_RUN,
@@ -467,3 +468,17 @@ def test_slow_drawing_does_not_block_other_pages(shown: WebHouse, monkeypatch: p
     finally:
         go_on.set()
         drawing.join(120)
+
+
+def test_recovered_furniture_is_marked_on_the_map_of_an_episode(web: WebHouse) -> None:
+    web.restart(own=recovered.write(web.folder))
+    run = web.play("e" * 32, "own")
+    for language, key in (("en", "recovered landmark: the texts"), ("hi", "पता लगाई गई पहचान की चीज़")):
+        page = web.site.get(f"/{language}/runs/{run}/episodes/0").text
+        assert key in page
+        assert page.count('<circle class="told"') == 1  # of the key
+        agreed, told = (page.partition(f'<g class="{name}">')[2].partition("</g>")[0] for name in ("agreed", "told"))
+        assert (agreed.count("<circle"), told.count("<circle")) == (2, 1)
+        assert "31" in agreed
+        plain = web.site.get(f"/{language}/runs/{run}/episodes/1").text
+        assert 'class="told" cx="16"' not in plain  # an episode without furniture of its own

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator, Sequence
 
 from server.dataset.paraphrases.route import Passed, RouteFacts
-from server.sim.rules import Collectible
+from server.sim.catalogue import ObjectType
 
 Tokens = tuple[str, ...]
 
@@ -23,7 +23,7 @@ _MIRRORED = {"left": "right", "right": "left"}
 _WORD = re.compile(r"[a-z_]+")
 
 
-def tokens_of(facts: RouteFacts, target: Collectible) -> Tokens:
+def tokens_of(facts: RouteFacts, target: ObjectType) -> Tokens:
     """Return the tokens of a route, in order."""
     return tuple(_tokens(facts, target))
 
@@ -38,7 +38,7 @@ def _mirrored(token: str) -> str:
     return f"{sort}:{_MIRRORED[value]}" if value in _MIRRORED else token
 
 
-def _tokens(facts: RouteFacts, target: Collectible) -> Iterator[str]:
+def _tokens(facts: RouteFacts, target: ObjectType) -> Iterator[str]:
     for leg in facts.legs:
         yield from _turn(leg.turn)
         for passed in leg.passed:

@@ -225,7 +225,7 @@ def _merge(mark: Mark, marks: list[Mark], *, replaces: bool) -> bool:
 
 def _parts_read(step: Step) -> Iterator[Mark | str]:
     if isinstance(step, Rotate):
-        yield from _turn(step.direction, step.at, step.thing and name_read(step.thing))
+        yield from _turn(step.direction, step.at, None if step.thing is None else name_read(step.thing))
     elif isinstance(step, Face):
         yield Mark((name_read(step.thing),))
     else:

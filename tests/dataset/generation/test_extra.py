@@ -1,10 +1,12 @@
 """Sections whose street plans are drawn by program, and the split that is generated in them."""
 
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from server.cli import main
 from server.dataset.generation.command import generate
 from server.dataset.generation.extra import extra_sections
 from server.dataset.generation.sizes import EXTRA, SPLITS, extra_split, select_plans
@@ -12,6 +14,9 @@ from server.dataset.generation.split_maker import Progress
 from server.dataset.plans.faults import faults_of_plan, faults_of_section
 from server.episodes.splits import folder_of, read_split
 from server.errors import BadInput
+from server.runs.play.session import Session
+from server.runs.play.worlds import Worlds
+from server.sim.rules import Limits
 from tests.dataset.generation.places import make_plain
 from tests.dataset.plans.sections import SEED, plan_of, section_of
 
@@ -59,6 +64,31 @@ def test_the_split_is_for_training_alone(tmp_path: Path) -> None:
     assert [episode.section for episode in split.episodes.values()] == ["101", "101", "102", "102"]
     papers = {name for plan in SPLITS.values() for name, _ in plan.episodes()}
     assert papers.isdisjoint(name for name, _ in extra_split(1000).episodes())
+
+
+@pytest.mark.slow
+def test_the_command_makes_episodes_with_instructions_to_learn_from(tmp_path: Path) -> None:
+    """With the real writer, gate and trial: two episodes in each of two sections, whose ground truth is perfect."""
+    command = ["generate", "--data", str(tmp_path), "--split", EXTRA, "--sections", "2", "--scale", str(4 / 1706)]
+    assert main([*command, "--jobs", "1"]) == 0
+    split = read_split(folder_of(tmp_path, EXTRA))
+
+    assert split.training
+    assert split.languages.keys() == {"en", "hi"}
+    assert [episode.section for episode in split.episodes.values()] == ["101", "101", "102", "102"]
+    with closing(Worlds({EXTRA: split})) as worlds:
+        for episode in split.episodes.values():
+            session = Session(episode, worlds.ground(EXTRA, episode), Limits())
+            list(session.replay(action for turn in episode.turns for action in (*turn.actions, *turn.room_actions)))
+            assert session.cause == "AGENT_FINISHED"
+            assert min(scores[name] for scores in session.scores().turns for name in ("nDTW", "CTC-3", "PTC")) > 0.999
+            texts = [
+                text
+                for turns in episode.instructions.values()
+                for one in turns
+                for text in (one.navigation, one.assembly)
+            ]
+            assert len(set(texts)) == 8
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """The official release, replayed in the simulator: every ground truth ends where the release says."""
 
 import math
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -9,10 +10,9 @@ from server.dataset.release.importer import import_release
 from server.episodes.episode import Episode
 from server.episodes.splits import Split
 from server.runs.play.session import Session
+from server.runs.play.worlds import Worlds
 from server.scoring.trajectory import TurnRecord
-from server.sim.bullet import World
-from server.sim.city import city_scene
-from server.sim.rules import Limits
+from server.sim.rules import Ground, Limits
 from tests.release import VAL_SEEN, needs_release
 
 pytestmark = needs_release
@@ -24,8 +24,8 @@ def split(tmp_path_factory: pytest.TempPathFactory) -> Split:
     return import_release([VAL_SEEN], folder)[0]
 
 
-def replay(episode: Episode, world: World) -> Session:
-    session = Session(episode, world, Limits())
+def replay(episode: Episode, ground: Ground) -> Session:
+    session = Session(episode, ground, Limits())
     for turn in episode.turns:
         for action in (*turn.actions, *turn.room_actions):
             session.apply(action)
@@ -49,10 +49,10 @@ def test_all_episodes_are_imported(split: Split) -> None:
 
 @pytest.mark.parametrize("section", ["1", "2", "3", "4", "5"])
 def test_every_ground_truth_replays_exactly(split: Split, section: str) -> None:
-    with World(city_scene(split.sections[section])) as world:
+    with closing(Worlds({split.name: split})) as worlds:
         for episode in split.episodes.values():
             if episode.section == section:
-                session = replay(episode, world)
+                session = replay(episode, worlds.ground(split.name, episode))
                 assert session.state.finished
                 for turn in session.record().turns:
                     assert check(turn) <= 0.001, f"episode {episode.episode_id}"

@@ -70,7 +70,8 @@ def test_empty_colour_means_the_first_colour() -> None:
 
 
 @pytest.mark.parametrize(("kind", "colour", "words"), [
-    ("fountain", "", "'fountain' is not one of"), ("cone", "pink", "a cone comes in orange, red, blue, green, white, not in 'pink'"),
+    ("fountain", "", "'fountain' is not one of"),
+    ("cone", "pink", "a cone comes in orange, red, blue, green, white, not in 'pink'"),
 ])  # fmt: skip
 def test_unknown_kinds_and_colours_are_refused(kind: str, colour: str, words: str) -> None:
     with pytest.raises(ValueError, match=words):

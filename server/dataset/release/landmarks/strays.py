@@ -51,8 +51,6 @@ def strays_of(
     random = seeded(episode, "strays")
     ground, near = room.ground, room.from_path
     around = float((near <= AROUND).mean())
-    at_path = [prop for prop in own if np.hypot(*(room.walked - (prop.x, prop.z)).T).min() <= AROUND]
-    wanted = min(MOST, round(len(at_path) * (1.0 - around) / max(around, 0.05)))
     taken = [(prop.x, prop.z, prop.kind) for prop in (*standing, *own) if prop.kind not in ON_WALLS]
     placed: list[Prop] = []
 
@@ -78,6 +76,8 @@ def strays_of(
             order = [int(each) for each in close]
             random.shuffle(order)
             any(place(prop, np.array(order, dtype=np.intp)) for prop in random.sample(pool, min(8, len(pool))) if order)
+    at_path = [np.hypot(*(room.walked - (prop.x, prop.z)).T).min() <= AROUND for prop in (*own, *placed)]
+    wanted = min(MOST, round(sum(at_path) * (1.0 - around) / max(around, 0.05)) + sum(at_path[len(own) :]))
     for prop in pool:
         if len(placed) >= wanted:
             break

@@ -1,0 +1,58 @@
+"""Variations of a scene: what differs, and what is shared."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from server.sim.cameras import Viewpoint, labels_of
+from server.sim.city import city_scene, refurnished
+from server.sim.raster.camera import RasterCamera
+from server.sim.section import Building, Prop, Section
+from server.sim.variations import SAME, Difference, VariedCamera
+
+CONES = (Prop("cone", 0.0, 3.0, 0.0, "orange"), Prop("cone", 1.0, 4.0, 0.0, "blue"))
+BARREL = Prop("barrel", -1.0, 4.0, 0.0, "gold")
+SECTION = Section("1", 0.0, (-9.0, -9.0, 9.0, 9.0), (Building(0.0, 8.0, 4.0, 1.0, 0.0, 3.0, "brick"),), CONES)
+HERE = Viewpoint(0.0, 0.0, 0.0)
+
+
+def test_difference_names_what_is_absent_and_what_is_further() -> None:
+    scene = city_scene(SECTION)
+    variation = refurnished(scene, replace(SECTION, props=(CONES[0], BARREL)))
+    difference = Difference.between(scene, variation)
+    assert [body.name for body in difference.absent] == ["cone/1"]
+    assert [body.name for body in difference.further] == ["barrel/0"]
+    none = Difference.between(scene, refurnished(scene, SECTION))
+    assert (none.absent, none.further) == (SAME.absent, SAME.further)
+
+
+def test_props_that_stand_elsewhere_are_other_bodies() -> None:
+    scene = city_scene(SECTION)
+    variation = refurnished(scene, replace(SECTION, props=(CONES[0], replace(CONES[1], x=2.0))))
+    difference = Difference.between(scene, variation)
+    assert [body.position for body in difference.absent] == [(1.0, 4.0, 0.0)]
+    assert [body.position for body in difference.further] == [(2.0, 4.0, 0.0)]
+
+
+def test_spare_props_are_known_but_not_drawn() -> None:
+    plain, spare = city_scene(SECTION), city_scene(SECTION, [BARREL])
+    assert [body.name for body in spare.bodies] == [body.name for body in plain.bodies]
+    assert set(labels_of(spare)) - set(labels_of(plain)) == {"barrel/gold"}
+    assert np.array_equal(RasterCamera(spare).render(HERE, [], 64).rgb, RasterCamera(plain).render(HERE, [], 64).rgb)
+
+
+def test_a_camera_of_a_variation_draws_it() -> None:
+    scene = city_scene(SECTION, [BARREL])
+    changed = replace(SECTION, props=(BARREL,))
+    camera = VariedCamera(RasterCamera(scene), refurnished(scene, changed))
+    expected = RasterCamera(city_scene(changed)).render(HERE, [], 64)
+    assert np.array_equal(camera.render(HERE, [], 64).rgb, expected.rgb)
+    assert camera.labels == labels_of(scene)
+
+
+def test_what_is_not_spare_cannot_be_drawn() -> None:
+    scene = city_scene(SECTION)
+    camera = RasterCamera(scene)
+    with pytest.raises(KeyError, match="barrel/gold"):
+        camera.render(HERE, [], 64, variation=refurnished(scene, replace(SECTION, props=(BARREL,))))
