@@ -68,7 +68,7 @@ class Ground:
         cells = np.floor((points - self.low) / _RASTER).astype(np.intp)
         inside = ((cells >= 0) & (cells < np.array(self.built.shape))).all(axis=2)
         row, column = np.where(inside, cells[..., 0], 0), np.where(inside, cells[..., 1], 0)
-        seen: Mask = ~(self.built[row, column] & inside).any(axis=0)
+        seen: Mask = ~np.any(self.built[row, column] & inside, axis=0)
         return seen
 
 
