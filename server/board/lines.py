@@ -15,7 +15,7 @@ def with_seeds(entries: Sequence[Entry]) -> Iterator[tuple[Entry, ...]]:
     """
     kinds: dict[object, dict[str | None, Entry]] = {}
     for entry in sorted(filter(lambda entry: entry.is_ranked, entries), key=_preference):
-        kinds.setdefault(entry.kind, {})[entry.seed] = entry
+        kinds.setdefault((entry.kind, entry.run.code), {})[entry.seed] = entry
     together = {
         entry.run.run_id: tuple(sorted(seeds.values(), key=lambda one: (len(one.seed or ""), one.seed or "")))
         for seeds in kinds.values()

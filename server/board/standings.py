@@ -128,7 +128,7 @@ class Entry:
     def kind(self) -> tuple[object, ...]:
         """What runs have in common that differ in their seed alone."""
         arguments = tuple(pair for pair in self.run.agent_arguments if pair[0] != SEED)
-        return (*self.system, self.run.language, self.run.sensors, self.run.code, arguments)
+        return (*self.system, self.run.language, self.run.sensors, arguments)
 
     @property
     def agent(self) -> str:
