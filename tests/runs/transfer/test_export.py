@@ -264,7 +264,8 @@ def test_columns_missing_from_older_exports_take_their_defaults(file: Path, othe
     start = next(n for n, line in enumerate(content) if b'"table":"leaderboard_entries"' in line)
     head = json.loads(content[start])
     place = head["columns"].index("note")
-    for number in range(start, len(content) - 1):
+    end = next(n for n in range(start + 1, len(content)) if content[n].startswith(b"{"))
+    for number in range(start, end):
         line = json.loads(content[number])
         del (line["columns"] if number == start else line)[place]
         content[number] = json.dumps(line).encode() + b"\n"
