@@ -60,7 +60,10 @@ def test_a_model_is_read_as_it_was_written(model: Alignment, tmp_path: Path) -> 
         assert again.score(text, route) == pytest.approx(model.score(text, route), abs=0.01)
 
 
-@pytest.mark.parametrize("content", [b"", b"no gzip", gzip.compress(b"{}"), gzip.compress(b"[1]")])
+BROKEN = {"empty": b"", "no gzip": b"no gzip", "no model": gzip.compress(b"{}"), "a list": gzip.compress(b"[1]")}
+
+
+@pytest.mark.parametrize("content", BROKEN.values(), ids=BROKEN)
 def test_a_broken_model_is_named(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "en.json.gz"
     path.write_bytes(content)
