@@ -76,9 +76,8 @@ def played(stub: EvaluationStub) -> pb.Report:
     with Player(stub, run.run_id, 4) as player:
         player.play(tiny.ACTIONS)
     report = stub.GetReport(pb.GetReportRequest(run_id=run.run_id), metadata=METADATA)
-    report.run.ClearField("run_id")
-    report.run.ClearField("created_at")
-    report.run.ClearField("ended_at")
+    for name in ("run_id", "created_at", "ended_at", "thinking_seconds", "timed_steps"):
+        report.run.ClearField(name)
     return report
 
 
