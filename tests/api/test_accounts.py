@@ -79,6 +79,9 @@ CALLS: dict[str, Callable[[Person, str], object] | None] = {
     "Evaluation.GetRun": lambda who, run: who.stub.GetRun(pb.GetRunRequest(run_id=run), metadata=METADATA),
     "Evaluation.CancelRun": lambda who, run: who.stub.CancelRun(pb.CancelRunRequest(run_id=run), metadata=METADATA),
     "Evaluation.GetReport": lambda who, run: who.stub.GetReport(pb.GetReportRequest(run_id=run), metadata=METADATA),
+    "Evaluation.GetBreakdown": lambda who, run: who.stub.GetBreakdown(
+        pb.GetBreakdownRequest(run_id=run), metadata=METADATA
+    ),
     "Evaluation.GetReceipt": lambda who, run: who.stub.GetReceipt(pb.GetReceiptRequest(run_id=run), metadata=METADATA),
     "Evaluation.Play": lambda who, run: list(Player(who.stub, run).call),
     "Leaderboard.Publish": lambda who, run: who.board.Publish(
@@ -130,10 +133,17 @@ def test_participants_list_their_own_runs_and_hosts_list_all(people: dict[str, P
 
 
 @pytest.mark.parametrize("method", [name for name, call in CALLS.items() if call or name.startswith("Evaluation.")])
-def test_calls_without_a_token_are_refused_except_server_info(people: dict[str, Person], method: str) -> None:
+def test_calls_without_a_token_are_refused_except_public_ones(people: dict[str, Person], method: str) -> None:
     nobody = people["nobody"]
     if method == "Evaluation.GetServerInfo":
         assert not nobody.stub.GetServerInfo(pb.GetServerInfoRequest(), metadata=METADATA).anonymous
+        return
+    if method == "Evaluation.GetBreakdown":  # of published runs it is everybody's; others are as if unknown
+        mine = create(people["ann"].stub).run_id
+        for run_id in (mine, UNKNOWN):
+            request = pb.GetBreakdownRequest(run_id=run_id)
+            told = refused(lambda request=request: nobody.stub.GetBreakdown(request, metadata=METADATA))
+            assert told == (grpc.StatusCode.NOT_FOUND, f"there is no run {run_id!r}")
         return
     without_run: dict[str, Callable[[], object]] = {
         "Evaluation.CreateRun": lambda: create(nobody.stub),

@@ -139,12 +139,13 @@ def cells_showing(segmentation: npt.NDArray[np.uint16], labels: int) -> npt.NDAr
 
 
 def channels_of(labels: Iterable[tuple[str, str, str]]) -> npt.NDArray[np.int64]:
-    """Return which channels each label lights, (labels, C) of 0 and 1."""
+    """Return which channels each label lights, (labels, C) of 0 and 1; colours without a channel light none."""
     listed = list(labels)
     lit = np.zeros((len(listed), len(CHANNEL_NAMES)), np.int64)
     for row, (kind, colour, look) in zip(lit, listed, strict=True):
         for name in _channels(kind, colour, look):
-            row[CHANNEL_NAMES.index(name)] = 1
+            if " colour:" not in name or name in CHANNEL_NAMES:
+                row[CHANNEL_NAMES.index(name)] = 1
     return lit
 
 
