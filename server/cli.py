@@ -2,10 +2,8 @@
 
 import argparse
 import os
-import signal
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Sequence
 from importlib import import_module
 
 from server import __version__
@@ -37,25 +35,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     # Set before gRPC is loaded: its own output is not in the log's format, and the error explains the same.
     os.environ.setdefault("GRPC_VERBOSITY", "NONE")
     words = sys.argv[1:] if argv is None else argv
-    with _exit_on_sigterm() if words[:1] == ["serve"] else nullcontext():
-        return _run(words)
-
-
-@contextmanager
-def _exit_on_sigterm() -> Iterator[None]:
-    """Exit with status 0 on SIGTERM during the start, when there is nothing to drain yet."""
-
-    def leave(*_: object) -> None:
-        sys.exit(0)
-
-    before = signal.signal(signal.SIGTERM, leave)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
-
-
-def _run(words: Sequence[str]) -> int:
     arguments = parser(words[0] if words else "").parse_args(words)
     try:
         arguments.configuration = load_configuration(vars(arguments), os.environ)

@@ -14,7 +14,7 @@ from typing import Any
 
 from prometheus_client import values
 
-import server.cli
+import server.__main__
 from arramon_client.local import lifeline
 from server.process import workers
 
@@ -78,7 +78,7 @@ def _work(command: Sequence[str], environment: Mapping[str, str], stdin: int, st
         # Chosen by the environment when the module was imported:
         values.ValueClass = values.get_value_class()  # type: ignore[no-untyped-call]
         threading.Thread(target=lifeline._stop_at_end_of_input, daemon=True).start()
-        status = server.cli.main(list(command[LAUNCHER:]))
+        status = server.__main__.main(list(command[LAUNCHER:]))
         sys.stdout.flush()
     except BaseException:  # noqa: BLE001 - nothing of the parent may go on here
         traceback.print_exc()

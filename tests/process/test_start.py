@@ -26,6 +26,17 @@ def ended(process: "subprocess.Popen[str]") -> tuple[int, str, list[str]]:
     return process.returncode, complaints, [line for line in said.splitlines() if line.startswith("listening")]
 
 
+def test_stopping_while_modules_load_exits_cleanly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A pipe that a module reads: who opens it to write has met the server in the middle of its imports."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    (tmp_path / "numpy.py").write_text(f"open({str(pipe)!r}).read()")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
+    process = started(tmp_path)
+    with pipe.open("w"):
+        assert ended(process) == (0, "", [])
+
+
 @pytest.mark.parametrize("workers", ["1", "2"])
 def test_stopping_while_reading_splits_exits_cleanly(tmp_path: Path, workers: str) -> None:
     """A pipe in the place of a file: who opens it to write has met the server, which then waits for what is written."""
