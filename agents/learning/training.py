@@ -125,9 +125,9 @@ class Training:
             chance = random.Random(f"{recipe.seed}/{phase}/{self.step}")  # noqa: S311 - not for secrets
             chosen = [self.demonstrations[row] for row in rows]
             texts = [draw_text(each, recipe.languages, chance) for each in chosen]
-            batch = make_batch(chosen, texts, self.policy.tokenizer, recipe.inflection).to(self.place.device)
-            module = model.of(phase)
-            values, _ = module.act(module.read(batch.tokens), batch.cells, batch.before)
+            batch = make_batch(chosen, texts, self.policy.tokenizer, recipe.share, f"{recipe.seed}/{self.step}")
+            batch, module = batch.to(self.place.device), model.of(phase)
+            values, _ = module.act(module.read(batch.tokens), batch.cells, batch.before, at=batch.at)
             losses[phase] = loss_of(values, batch)
         total = torch.stack(list(losses.values())).mean()
         self.optimizer.zero_grad()

@@ -17,9 +17,9 @@ from tests.agents.learning.made import demonstrations, place, recipe
 
 @pytest.mark.parametrize(("sees", "reads"), [(True, True), (True, False), (False, True)])
 def test_it_learns(tmp_path: Path, sees: bool, reads: bool) -> None:
-    made = Training(recipe(sees=sees, reads=reads, passes=25), place(tmp_path), demonstrations())
+    made = Training(recipe(sees=sees, reads=reads, passes=40), place(tmp_path), demonstrations())
     made.run()
-    assert len(made.losses) == made.steps == 75
+    assert len(made.losses) == made.steps == 120
     assert sum(made.losses[-5:]) < sum(made.losses[:5]) / 3
 
 
@@ -64,10 +64,10 @@ def test_longer_training_goes_on_as_if_it_had_been_meant_to(tmp_path: Path) -> N
     assert longer.losses == long.losses
 
 
-def test_inflection_weighs_changes_of_action(tmp_path: Path) -> None:
-    plain = Training(recipe(), place(tmp_path), demonstrations())
-    weighted = Training(replace(recipe(), inflection=1.0), place(tmp_path), demonstrations())
-    assert plain.update() != weighted.update()
+def test_of_steps_that_repeat_an_action_a_share_is_learned_from(tmp_path: Path) -> None:
+    every = Training(replace(recipe(), share=1.0), place(tmp_path), demonstrations())
+    some = Training(replace(recipe(), share=0.3), place(tmp_path), demonstrations())
+    assert every.update() != some.update()
 
 
 def test_the_best_weights_of_each_phase_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
