@@ -40,7 +40,7 @@ class Recipe:
     tokenizer: str = "word"
     reader: str = "lstm"
     episodes: int = 0
-    rooms: int = 800
+    rooms: int = 2000
     passes: int = 20
     batch: int = 16
     room_batch: int = 32

@@ -14,7 +14,7 @@ from agents.learning.agent import LearnedAgent
 from agents.learning.batches import draw_text, epoch, loss_of, make_batch
 from agents.learning.card import card
 from agents.learning.checkpoint import SUFFIX, Policy, read_tensors, save_policy, write_tensors
-from agents.learning.demonstrations import ROOMS, Demonstration, Source, collect, data_hash_of
+from agents.learning.demonstrations import ROOMS, Demonstration, Source, collect, data_hash_of, unseen
 from agents.learning.paper import PHASES, Config, Model
 from agents.learning.recipe import Place, Recipe
 from agents.learning.rollouts import Plan, mean, play
@@ -269,18 +269,20 @@ def train_data_hash(recipe: Recipe, place: Place) -> str:
 def demonstrations_of(recipe: Recipe, place: Place, tell: Tell = lambda _: None) -> list[Demonstration]:
     """Return the demonstrations of a recipe, drawing those that the cache does not hold.
 
+    All agents share one cache: it holds what the visual encoder says of each image, whichever agent learns from it. For
+    an agent that sees nothing the features are left out.
+
     Raises:
         UsageError: if the data folder does not have what the recipe names.
     """
-    encoder = recipe.encoder if recipe.sees else ""
-    sources = [Source(place.data, "train", recipe.languages, encoder, recipe.episodes)]
+    sources = [Source(place.data, "train", recipe.languages, recipe.encoder, recipe.episodes)]
     if recipe.rooms:
-        sources.append(Source(place.data, ROOMS, recipe.languages, encoder, recipe.rooms))
+        sources.append(Source(place.data, ROOMS, recipe.languages, recipe.encoder, recipe.rooms))
     found: list[Demonstration] = []
     for source in sources:
         before = told = time.monotonic()
         for part in collect(source, place.cache, place.processes):
-            found += part
+            found += part if recipe.sees else [unseen(each) for each in part]
             if time.monotonic() - told > 20:
                 told = time.monotonic()
                 tell(f"{source.split}: {len(found)} demonstrations after {told - before:.0f} seconds")

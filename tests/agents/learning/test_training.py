@@ -74,9 +74,9 @@ def test_the_best_weights_of_each_phase_are_kept(tmp_path: Path, monkeypatch: py
     """Of three validations, the second is best in the street, the first in the room."""
     values = {"navigation": iter([0.1, 0.3, 0.2]), "assembly": iter([0.5, 0.4, 0.4])}
 
-    def play(agent: LearnedAgent, plan: Plan) -> list[Mapping[str, float]]:
+    def play(agent: LearnedAgent, plan: Plan) -> dict[str, Mapping[str, float]]:
         value = next(values[plan.phases[0]])
-        return [{"nDTW": value, "PTC": value}]
+        return {"1": {"nDTW": value, "PTC": value}}
 
     monkeypatch.setattr(training, "play", play)
     made = Training(recipe(validate=1), place(tmp_path), demonstrations())
