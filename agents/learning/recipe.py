@@ -41,7 +41,7 @@ class Recipe:
     reader: str = "lstm"
     episodes: int = 0
     rooms: int = 2000
-    passes: int = 20
+    passes: int = 15
     batch: int = 16
     room_batch: int = 32
     learning_rate: float = 1e-3
@@ -49,8 +49,8 @@ class Recipe:
     share: float = 0.3
     seed: int = 1
     validate: str = "val_seen"
-    validate_episodes: int = 16
-    validate_steps: int = 540
+    validate_episodes: int = 20
+    validate_steps: int = 600
 
     def as_json(self) -> dict[str, Any]:
         """Return all of it as JSON values."""
