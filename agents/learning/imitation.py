@@ -1,4 +1,4 @@
-"""Training by teacher forcing: updates, checkpoints, validation by rollouts, the best weights of each phase."""
+"""Imitation of the expert by teacher forcing: updates, checkpoints, validation by rollouts, each phase's best weights."""
 
 import hashlib
 import random
@@ -31,7 +31,7 @@ class OtherRecipe(ValueError):
     """The output folder holds a checkpoint of another recipe."""
 
 
-class Training:
+class Imitation:
     """One agent in training.
 
     Args:
