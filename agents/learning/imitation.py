@@ -1,4 +1,4 @@
-"""Imitation of the expert by teacher forcing: updates, checkpoints, validation by rollouts, each phase's best weights."""
+"""Imitation of the expert by teacher forcing: updates, checkpoints, validation by rollouts, the best weights."""
 
 import hashlib
 import random
