@@ -6,7 +6,6 @@ from typing import Any
 
 from agents.learning.vision import DEFAULT
 
-
 PRECISIONS = ("float32", "bfloat16")
 
 
