@@ -31,7 +31,9 @@ LEARNED = ("language_only", "vision_only", "vl")
 AGENTS = ("random_walk", *LEARNED, "seeing_follower", "follower", "shortest_path")
 LANGUAGES = ("en", "hi")
 SPLITS = ("val_seen", "val_unseen")
-PRIVILEGED = {"shortest_path": ("--sensors", "pose,oracle")}
+SENSORS = {"shortest_path": "pose,oracle", "random_walk": "pose"}
+"""Sensors of agents that are run with others than their own; random walk uses none, and images take time."""
+
 NOT_ALONE = ("shortest_path",)
 """Agents whose placement after perfect navigation is not played: they know the ground truth."""
 
@@ -115,7 +117,8 @@ def _play_run(given: argparse.Namespace, player: Player, split: str, language: s
         command = [
             str(Path(sys.executable).with_name("arramon-client")), "--agent", f"agents.{player.agent}",
             "--lang", language, "--split", split, "--episodes", str(given.episodes), "--data", str(given.data),
-            "--output", folder, "--parallel", "16", "--quiet", *PRIVILEGED.get(player.agent, ()),
+            "--output", folder, "--parallel", "16", "--quiet",
+            *(("--sensors", SENSORS[player.agent]) if player.agent in SENSORS else ()),
             *(part for name, value in player.arguments.items() for part in ("--agent-arg", f"{name}={value}")),
         ]  # fmt: skip
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
