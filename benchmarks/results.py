@@ -34,6 +34,10 @@ SPLITS = ("val_seen", "val_unseen")
 SENSORS = {"shortest_path": "pose,oracle", "random_walk": "pose"}
 """Sensors of agents that are run with others than their own; random walk uses none, and images take time."""
 
+CHANCE = "random_walk"
+CHANCE_SEEDS = (0, 1, 2)
+"""The agent whose actions are drawn, and the seeds with which it plays."""
+
 NOT_ALONE = ("shortest_path",)
 """Agents whose placement after perfect navigation is not played: they know the ground truth."""
 
@@ -42,22 +46,25 @@ BEGIN, END = "<!-- tables: benchmarks/results.py -->", "<!-- end of tables -->"
 
 @dataclass(frozen=True)
 class Player:
-    """An agent as it plays: with which weights, if it has learned."""
+    """An agent as it plays: with which seed, and which weights if it has learned."""
 
     agent: str
     seed: int
     weights: Path | None
 
     @property
-    def arguments(self) -> dict[str, str]:
+    def arguments(self) -> dict[str, object]:
         """Arguments of the agent."""
-        return {} if self.weights is None else {"weights": str(self.weights)}
+        if self.weights is not None:
+            return {"weights": str(self.weights)}
+        return {"seed": self.seed} if self.agent == CHANCE else {}
 
     @property
     def mark(self) -> str:
         """Name of its runs: other weights have other ones."""
-        digest = "fixed" if self.weights is None else hashlib.sha256(self.weights.read_bytes()).hexdigest()[:8]
-        return f"{self.agent}-{digest}"
+        if self.weights is not None:
+            return f"{self.agent}-{hashlib.sha256(self.weights.read_bytes()).hexdigest()[:8]}"
+        return f"{self.agent}-{self.seed}"
 
 
 def main() -> None:
@@ -88,9 +95,9 @@ def main() -> None:
 
 
 def players_of(agent: str, folders: list[Path]) -> list[Player]:
-    """Return an agent once for each seed that it was trained with; the seed is in the file of weights."""
+    """Return an agent once for each of its seeds; that of a learned one is in its file of weights."""
     if agent not in LEARNED:
-        return [Player(agent, 0, None)]
+        return [Player(agent, seed, None) for seed in (CHANCE_SEEDS if agent == CHANCE else (0,))]
     files = [folder / f"{agent}{SUFFIX}" for folder in folders]
     return [Player(agent, load_policy(file).about["recipe"]["seed"], file) for file in files]
 
