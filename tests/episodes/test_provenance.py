@@ -44,7 +44,7 @@ def test_provenance_is_read_back_and_part_of_the_hash(tmp_path: Path) -> None:
 def test_origins_are_counted_apart(tmp_path: Path) -> None:
     split = write(tmp_path, PROVENANCE)
     origins = origins_of(split.provenance.values(), split.sections)
-    assert origins == Origins(agreed_props=1, agreed_facades=1, drawn_props=1, own_text=1, own_drawn=2)
+    assert origins == Origins(agreed_props=1, agreed_facades=1, drawn_props=1, own_coloured=0, own_text=1, own_drawn=2)
     assert str(origins) == (
         "1 landmarks and 1 facades recovered by agreement, 1 put where an episode's own text says, "
         "3 drawn (2 for single episodes)"

@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 from scipy import ndimage
 
+from lang.street import USUAL_COLOURS
 from server.dataset.release.landmarks.alignment import Aligned
 from server.dataset.release.landmarks.kernels import ASIDE, BACK, STEP, frames_of, in_frames, kernel
 from server.dataset.release.landmarks.mentions import FURNITURE, Event
@@ -35,11 +36,7 @@ def nearest(event: Event, place: int, walk: Walk, things: Sequence[Standing]) ->
 
     A thing fits if it is of the kind, of the colour and on the side that are said, and a banner has the shape.
     """
-    fitting = [
-        number
-        for number, (kind, _, _, colour, look) in enumerate(things)
-        if kind == event.kind and event.colour in ("", colour) and (kind != "banner" or event.look in ("", look))
-    ]
+    fitting = [number for number, thing in enumerate(things) if _fits(event, thing)]
     if not fitting:
         return -1, np.inf
     origins, directions = frames_of(event, walk)
@@ -53,6 +50,13 @@ def nearest(event: Event, place: int, walk: Walk, things: Sequence[Standing]) ->
         apart = np.where((right[0] > 0.0) == (event.side == "right"), apart, np.inf)
     best = int(apart.argmin())
     return fitting[best], float(apart[best])
+
+
+def _fits(event: Event, thing: Standing) -> bool:
+    kind, _, _, colour, look = thing
+    if kind != event.kind or (kind == "banner" and event.look not in ("", look)):
+        return False
+    return event.colour in ("", colour) or (not colour and event.colour in USUAL_COLOURS.get(kind, ()))
 
 
 def mentions_of(
