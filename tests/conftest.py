@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from server.sim.raster.camera import compile_kernels
-from tests import ROOT, recorded_migrations, tiny
+from tests import ROOT, forked_pools, recorded_migrations, tiny
 from tests.faults.clients import EPISODES, Peace, journal_url, undisturbed
 from tests.forked import Forked
 from tests.serving import Server
@@ -20,6 +20,7 @@ pytest_plugins = ["tests.postgres", "tests.proxy"]
 
 Server.fork = Forked
 recorded_migrations.install()
+forked_pools.install()
 
 
 @pytest.fixture(scope="session")
