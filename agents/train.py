@@ -37,13 +37,13 @@ def _train(recipe: Recipe, place: Place, *, ship: bool) -> None:
     import torch
 
     from agents.learning.checkpoint import WEIGHTS
-    from agents.learning.training import Training, demonstrations_of, train_data_hash
+    from agents.learning.imitation import Imitation, demonstrations_of, train_data_hash
 
     torch.set_num_threads(1)  # Two processes of one thread do more than one of two.
     if place.device == "auto":
         place = replace(place, device="cuda" if torch.cuda.is_available() else "cpu")
     demonstrations = demonstrations_of(recipe, place, _tell)
-    training = Training(recipe, place, demonstrations, _tell)
+    training = Imitation(recipe, place, demonstrations, _tell)
     training.policy.about["data_hash"] = train_data_hash(recipe, place)
     size = sum(parameter.numel() for parameter in training.policy.model.parameters())
     _tell(f"{recipe.agent}: {len(demonstrations)} demonstrations, {size:,} parameters, on {place.device}")

@@ -70,6 +70,10 @@ class Landmarks:
             for landmark in known
         ]
 
+    def marks(self) -> list[Landmark]:
+        """Return the landmarks that are told by their labels."""
+        return [landmark for known in self._by_label.values() for landmark in known]
+
     def forget(self) -> None:
         """Remove all landmarks."""
         self._by_label.clear()

@@ -24,7 +24,8 @@ class Recipe:
         batch, room_batch: navigation and assembly demonstrations in a batch.
         learning_rate: of Adam.
         clip: largest norm of the gradient.
-        inflection: weight of steps at which the expert's action changes.
+        share: of the steps at which the expert repeats its action, how many are learned from, drawn anew in each
+            pass; all are where its action changes.
         seed: of weights, order and dropout.
         validate: split on which the best weights are chosen.
         validate_episodes: of it, the first ones.
@@ -39,17 +40,17 @@ class Recipe:
     tokenizer: str = "word"
     reader: str = "lstm"
     episodes: int = 0
-    rooms: int = 800
-    passes: int = 20
+    rooms: int = 2000
+    passes: int = 15
     batch: int = 16
     room_batch: int = 32
     learning_rate: float = 1e-3
     clip: float = 5.0
-    inflection: float = 2.0
+    share: float = 0.3
     seed: int = 1
     validate: str = "val_seen"
-    validate_episodes: int = 16
-    validate_steps: int = 540
+    validate_episodes: int = 20
+    validate_steps: int = 600
 
     def as_json(self) -> dict[str, Any]:
         """Return all of it as JSON values."""
