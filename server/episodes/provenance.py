@@ -136,8 +136,8 @@ class Origins:
         """Return one line for people."""
         return (
             f"{self.agreed_props} landmarks and {self.agreed_facades} facades recovered by agreement, "
-            f"in {self.own_coloured} places in another colour that is said of them, by an episode's own text; "
-            f"{self.own_text} things put where an episode's own text says, "
+            f"{self.own_text} put where an episode's own text says, "
+            f"{self.own_coloured} landmarks in the colour that an episode's own text says, "
             f"{self.drawn_props + self.own_drawn} drawn ({self.own_drawn} for single episodes)"
         )
 
