@@ -21,7 +21,10 @@ AGREED, OWN, WALKED = (190, 70, 10), (30, 80, 200), (190, 190, 205)
 _MARKS = {AGREEMENT: (6, AGREED, 12), COLOUR: (6, AGREED, 12), TEXT: (5, OWN, 10), DRAWN: (3, PROPS, 9)}
 """By a prop's origin: radius of its dot in pixels, colour, and size of its label."""
 
-LEGEND = "orange: recovered, with the number of votes; blue: put where the episode's own text says; green: drawn"
+LEGEND = (
+    "orange: recovered, with the number of votes, or in the colour that the episode's own text says; "
+    "blue: put where the episode's own text says; green: drawn"
+)
 
 
 def ground_map(

@@ -22,7 +22,8 @@ CERTAIN = 10.0
 
 ENOUGH = 2.5
 """Votes from which on a landmark is kept if both halves of the episodes speak of it: those of 4 to 10 votes are
-confirmed at 36 to 71% (by chance 2 to 20%)."""
+confirmed at 36 to 71% (by chance 2 to 20%). Those of 2.5 to 4 are kept as texts that were held out are then true more
+often: in sections 1, 2 and 5 of val-seen in 68% of turns, not 64%. With 2.0 nothing more is gained."""
 
 HALF = 0.5
 """Votes of each half from which on it speaks of a landmark."""
