@@ -66,7 +66,7 @@ def smoke(recipe: MapRecipe) -> MapRecipe:
 
 
 class MapTraining:
-    """The policy in training.
+    """The policy in training, from its saved state if there is one.
 
     Args:
         recipe: what it follows from.
@@ -74,9 +74,14 @@ class MapTraining:
         output: folder of its walks, its saved state and its log.
         tell: gets lines of progress.
 
+    Raises:
+        ValueError: if the state is of another recipe or other data.
+
     Attributes:
         trainer: with the network.
         data_hash: of the training split.
+        told: what is learned from, in words.
+        seconds: processor time of the walks.
     """
 
     def __init__(self, recipe: MapRecipe, data: Path, output: Path, tell: Tell = lambda _: None) -> None:
@@ -87,6 +92,8 @@ class MapTraining:
         self._courses, self.data_hash = training_courses(data, recipe.languages, recipe.episodes, load_reader())
         self._tell(f"vl_map: {len(self._courses)} turns, {time.process_time() - began:.0f} s")
         first = self._part(0, self._along_paths)
+        sections = len({course.world.section.id for course in self._courses})
+        self.told = f"{len(self._courses)} turns in {sections} sections, {len(first['label']):,} decisions along paths"
         about = json.dumps(asdict(recipe) | {"decisions": len(first["label"]), "data": self.data_hash})
         samples = recipe.passes * len(first["label"])
         plan = Plan(samples, recipe.batch, recipe.learning_rate, decay=0.01, seed=recipe.seed, about=about)
