@@ -91,12 +91,12 @@ class MapTraining:
         began = time.process_time()
         self._courses, self.data_hash = training_courses(data, recipe.languages, recipe.episodes, load_reader())
         self._tell(f"vl_map: {len(self._courses)} turns, {time.process_time() - began:.0f} s")
+        self._about = json.dumps(asdict(recipe) | {"data": self.data_hash, "turns": len(self._courses)})
         first = self._part(0, self._along_paths)
         sections = len({course.world.section.id for course in self._courses})
         self.told = f"{len(self._courses)} turns in {sections} sections, {len(first['label']):,} decisions along paths"
-        about = json.dumps(asdict(recipe) | {"decisions": len(first["label"]), "data": self.data_hash})
         samples = recipe.passes * len(first["label"])
-        plan = Plan(samples, recipe.batch, recipe.learning_rate, decay=0.01, seed=recipe.seed, about=about)
+        plan = Plan(samples, recipe.batch, recipe.learning_rate, decay=0.01, seed=recipe.seed, about=self._about)
         self.trainer = Trainer(plan, self._make_task)
         self._task.add(first)
         if self.state.exists():
@@ -132,9 +132,9 @@ class MapTraining:
         path = self._output / f"vl_map.walks-{number}.safetensors"
         if not path.exists():
             began = time.process_time()
-            save_arrays(path, arrays_of(make()))
+            save_arrays(path, arrays_of(make()), self._about)
             self.seconds += time.process_time() - began
-        arrays = load_arrays(path)
+        arrays = load_arrays(path, self._about)
         self._tell(f"vl_map: {len(arrays['label'])} decisions in walks {number}, {self.seconds:.0f} s")
         return arrays
 

@@ -126,7 +126,10 @@ def training_courses(
                 raise ValueError(
                     f"the split {split.name!r} has no language {language!r}; it has {', '.join(split.languages)}"
                 )
-        chosen = split.in_playing_order(*languages)[: episodes or None]
-        chosen = [each for each in chosen if all(language in each.instructions for language in languages)]
-        courses += courses_of(split, chosen, languages, reader)
+        chosen = [
+            episode
+            for episode in split.in_playing_order(*languages)
+            if all(language in episode.instructions for language in languages)
+        ]
+        courses += courses_of(split, chosen[: episodes or None], languages, reader)
     return courses, splits[0].data_hash

@@ -10,7 +10,7 @@ from agents.learning.checkpoint import BadWeights, write_tensors  # noqa: E402
 from agents.vl_map.network import PolicyNetwork, Sizes, batch_of  # noqa: E402
 from agents.vl_map.weights import read_policy, write_policy  # noqa: E402
 from arramon_client import load_agent  # noqa: E402
-from arramon_client.agent import Agent, Episode, Observation  # noqa: E402
+from arramon_client.agent import Episode, Observation  # noqa: E402
 from arramon_client.environments.backend import Settings  # noqa: E402
 from arramon_client.environments.options import Options, open_backend  # noqa: E402
 from arramon_client.errors import AgentLoadError  # noqa: E402
@@ -64,9 +64,10 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("sensor", "language"), [("rgb", "en"), ("rgb", "hi"), ("segmentation", "en")])
 def test_an_episode(sensor: str, language: str, weights: Path, tmp_path: Path) -> None:
     tiny.write(tmp_path, "trial", 2)
-    agent: Agent = load_agent("agents.vl_map", {"weights": str(weights), "sensor": sensor})
+    agent = load_agent("agents.vl_map", {"weights": str(weights), "sensor": sensor})
+    sensors = ("rgb", "depth") if sensor == "rgb" else ("depth", "segmentation")
     backend = open_backend(Options(data=tmp_path))
-    player = backend.player(Settings(language, "trial", tuple(agent.sensors), 224, steps_per_phase=30))
+    player = backend.player(Settings(language, "trial", sensors, 224, steps_per_phase=30))
     observation: Observation | None = player.begin("1", 0)
     agent.begin(Episode("1", language, "trial", labels=player.labels))
     phases, actions = set(), []
