@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import torch
-from safetensors.numpy import load_file, save_file
+from safetensors import safe_open
+from safetensors.numpy import save_file
 from torch import Tensor
 from torch.nn import functional
 
@@ -32,17 +33,30 @@ def arrays_of(decided: Sequence[Decided]) -> Arrays:
     return arrays
 
 
-def save_arrays(path: Path, arrays: Arrays) -> None:
-    """Write arrays to a file, which appears complete or not at all."""
+def save_arrays(path: Path, arrays: Arrays, about: str) -> None:
+    """Write arrays to a file, which appears complete or not at all.
+
+    Args:
+        path: the file.
+        arrays: what is written.
+        about: what they follow from.
+    """
     new = path.with_suffix(".new")
-    save_file(arrays, new)
+    save_file(arrays, new, {"about": about})
     new.replace(path)
 
 
-def load_arrays(path: Path) -> Arrays:
-    """Return the arrays of a file."""
-    arrays: Arrays = load_file(path)
-    return arrays
+def load_arrays(path: Path, about: str) -> Arrays:
+    """Return the arrays of a file.
+
+    Raises:
+        ValueError: if they follow from something else.
+    """
+    with safe_open(path, "np") as file:
+        found = (file.metadata() or {}).get("about")
+        if found != about:
+            raise ValueError(f"{path} follows from another recipe or other data: {found}; name another folder")
+        return {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - not a mapping
 
 
 class ChoosingTask:

@@ -66,7 +66,7 @@ def smoke(recipe: MapRecipe) -> MapRecipe:
 
 
 class MapTraining:
-    """The policy in training.
+    """The policy in training, from its saved state if there is one.
 
     Args:
         recipe: what it follows from.
@@ -74,9 +74,14 @@ class MapTraining:
         output: folder of its walks, its saved state and its log.
         tell: gets lines of progress.
 
+    Raises:
+        ValueError: if the state is of another recipe or other data.
+
     Attributes:
         trainer: with the network.
         data_hash: of the training split.
+        told: what is learned from, in words.
+        seconds: processor time of the walks.
     """
 
     def __init__(self, recipe: MapRecipe, data: Path, output: Path, tell: Tell = lambda _: None) -> None:
@@ -86,10 +91,12 @@ class MapTraining:
         began = time.process_time()
         self._courses, self.data_hash = training_courses(data, recipe.languages, recipe.episodes, load_reader())
         self._tell(f"vl_map: {len(self._courses)} turns, {time.process_time() - began:.0f} s")
+        self._about = json.dumps(asdict(recipe) | {"data": self.data_hash, "turns": len(self._courses)})
         first = self._part(0, self._along_paths)
-        about = json.dumps(asdict(recipe) | {"decisions": len(first["label"]), "data": self.data_hash})
+        sections = len({course.world.section.id for course in self._courses})
+        self.told = f"{len(self._courses)} turns in {sections} sections, {len(first['label']):,} decisions along paths"
         samples = recipe.passes * len(first["label"])
-        plan = Plan(samples, recipe.batch, recipe.learning_rate, decay=0.01, seed=recipe.seed, about=about)
+        plan = Plan(samples, recipe.batch, recipe.learning_rate, decay=0.01, seed=recipe.seed, about=self._about)
         self.trainer = Trainer(plan, self._make_task)
         self._task.add(first)
         if self.state.exists():
@@ -125,9 +132,9 @@ class MapTraining:
         path = self._output / f"vl_map.walks-{number}.safetensors"
         if not path.exists():
             began = time.process_time()
-            save_arrays(path, arrays_of(make()))
+            save_arrays(path, arrays_of(make()), self._about)
             self.seconds += time.process_time() - began
-        arrays = load_arrays(path)
+        arrays = load_arrays(path, self._about)
         self._tell(f"vl_map: {len(arrays['label'])} decisions in walks {number}, {self.seconds:.0f} s")
         return arrays
 

@@ -259,19 +259,22 @@ def _trace(moment: Moment) -> Floats:
 
 _ANGLES = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
 _BETWEEN = np.array([-1.0, 0.0, 1.0]) * (2.0 * math.pi / DIRECTIONS / 3.0)
+_PARTS = 3
+_FINE = np.arange(1, len(RADII) * _PARTS + 1) * (float(RADII[0]) / _PARTS)
+"""Distances at which cells are looked up: the last of each three is one of RADII, and stands for them."""
 
 
 def _ground(moment: Moment) -> Bytes:
-    """Return the ground in each direction, (DIRECTIONS, radii, GROUND_CHANNELS), each with what is beside it."""
+    """Return the ground in each direction, (DIRECTIONS, radii, GROUND_CHANNELS), each with what is around it."""
     x, z, heading = moment.pose
     angles = (heading + _ANGLES)[:, None, None] + _BETWEEN[None, :, None]
-    rows = ((x + np.sin(angles) * RADII) / CELL + SIDE / 2).astype(np.int64).clip(0, SIDE - 1)
-    columns = ((z + np.cos(angles) * RADII) / CELL + SIDE / 2).astype(np.int64).clip(0, SIDE - 1)
-    cells = rows * SIDE + columns
+    rows = ((x + np.sin(angles) * _FINE) / CELL + SIDE / 2).astype(np.int64).clip(0, SIDE - 1)
+    columns = ((z + np.cos(angles) * _FINE) / CELL + SIDE / 2).astype(np.int64).clip(0, SIDE - 1)
+    cells = (rows * SIDE + columns).reshape(DIRECTIONS, len(_BETWEEN), len(RADII), _PARTS)
     layers = moment.ground.free, moment.ground.blocked, moment.ground.wall
-    looked = [np.frombuffer(layer, np.uint8)[cells] for layer in layers]
+    free, blocked, wall = (np.frombuffer(layer, np.uint8)[cells] for layer in layers)
     # Free ground is seen with gaps, between the rays; a place is blocked by what is in its middle alone.
-    return np.stack([looked[0].max(1), looked[1][:, 1], looked[2].max(1)], -1)
+    return np.stack([free.max((1, 3)), blocked[:, 1].max(2), wall.max((1, 3))], -1)
 
 
 _SWAPPED = {

@@ -15,7 +15,7 @@ from agents.learning.simulated.world import Things, World
 from lang.meaning import Navigation
 from server.episodes.episode import Episode
 from server.episodes.splits import Split, folder_of, folders_of, read_split
-from server.errors import BadInput
+from server.errors import ArraMonError
 from server.sim.own_furniture import furnished
 from server.sim.rules import Action, Collectible
 
@@ -112,18 +112,24 @@ def training_courses(
         reader: of instructions.
 
     Raises:
-        ArraMonError: if there is no such split, or it does not have a language.
+        ValueError: if there is no such split, or it does not have a language.
     """
-    there = {folder.name for folder in folders_of(data)}
-    splits = [read_split(folder_of(data, name)) for name in ("train", *sorted({EXTRA} & there))]
+    try:
+        there = {folder.name for folder in folders_of(data)}
+        splits = [read_split(folder_of(data, name)) for name in ("train", *sorted({EXTRA} & there))]
+    except ArraMonError as error:
+        raise ValueError(str(error)) from error
     courses: list[Course] = []
     for split in splits:
         for language in languages:
             if language not in split.languages:
-                raise BadInput(
+                raise ValueError(
                     f"the split {split.name!r} has no language {language!r}; it has {', '.join(split.languages)}"
                 )
-        chosen = split.in_playing_order(*languages)[: episodes or None]
-        chosen = [each for each in chosen if all(language in each.instructions for language in languages)]
-        courses += courses_of(split, chosen, languages, reader)
+        chosen = [
+            episode
+            for episode in split.in_playing_order(*languages)
+            if all(language in episode.instructions for language in languages)
+        ]
+        courses += courses_of(split, chosen[: episodes or None], languages, reader)
     return courses, splits[0].data_hash

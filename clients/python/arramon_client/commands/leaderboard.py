@@ -29,8 +29,8 @@ SHOWN = {1: "better", 0: "no difference", -1: "worse"}
 SORTS = {metric.removesuffix("@CTC-3"): metric for _, metric in COLUMNS}
 """Values of `--sort`, and the metric that each one selects."""
 
-WIDTH = 110
-"""Minimum width of the table in characters."""
+WIDTH, WIDE = 110, 130
+"""Minimum width of a table in characters: of most, and of reproductions."""
 
 
 @dataclass
@@ -186,7 +186,7 @@ def _compare(server: Server, options: argparse.Namespace) -> None:
 def _show_reproductions(server: Server, run_id: str) -> None:
     stub = leaderboard_pb2_grpc.LeaderboardStub(server.channel)
     console = Console()
-    console.width = max(console.width, WIDTH)
+    console.width = max(console.width, WIDE)
     console.print(reproductions(call(stub.GetEntry, pb.GetEntryRequest(run_id=run_id), server.address)))
 
 
