@@ -11,7 +11,7 @@ from torch import Tensor
 
 from agents.learning.checkpoint import Policy, as_input
 from agents.learning.paper import ACTIONS, START, State, Text
-from agents.learning.vision import GRID, quantise, resize
+from agents.learning.vision import GRID, FrameMemory
 from arramon_client.agent import Episode, Observation
 
 
@@ -40,6 +40,7 @@ class LearnedAgent:
         self.name = name
         self.sensors = ("rgb", "depth")
         self._policy, self._seed, self._temperature = policy, seed, temperature
+        self._frames = None if policy.encoder is None else FrameMemory(policy.encoder)
         self._memories: dict[str, _Memory] = {}
 
     def begin(self, episode: Episode) -> None:
@@ -61,12 +62,11 @@ class LearnedAgent:
 
     def _see(self, observations: Sequence[Observation]) -> Tensor:
         """Return the features of the images, (B, 7, 7, C)."""
-        encoder = self._policy.encoder
-        if encoder is None:
+        if self._frames is None:
             return torch.zeros(len(observations), GRID, GRID, 0)
         rgb = np.stack([_sensed(observation, "rgb") for observation in observations])
         depth = np.stack([_sensed(observation, "depth") for observation in observations])
-        return as_input(quantise(encoder.encode(*resize(rgb, depth, encoder.image_size))))
+        return as_input(self._frames.features(rgb, depth))
 
     def _ask(self, phase: str, observations: Sequence[Observation], features: Tensor) -> Tensor:
         """Return the values of all actions in one phase, (B, 4), and keep the model's states."""

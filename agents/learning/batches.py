@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 import torch
 from torch import Tensor
 
@@ -22,27 +23,29 @@ POOL = 16
 
 @dataclass(frozen=True)
 class Batch:
-    """Demonstrations of one phase. B of them, the longest with S steps and T tokens.
+    """Demonstrations of one phase, and the steps of them that are learned from.
+
+    B demonstrations, the longest with S steps and T tokens; of one of them at most L steps are learned from.
 
     Attributes:
         phase: of all.
         tokens: (B, T), 0 at the end for padding.
-        cells: (B, S, 7, 7, C) in [0, 1].
         before: action before each step, (B, S).
-        actions: right action, (B, S); NO_ACTION after the end.
-        weights: of each step in the loss, (B, S); 0 after the end.
+        at: numbers of the steps that are learned from, (B, L), rising; 0 after the last.
+        cells: features of the images at these, (B, L, 7, 7, C) in [0, 1].
+        actions: right action at these, (B, L); NO_ACTION after the last.
     """
 
     phase: str
     tokens: Tensor
-    cells: Tensor
     before: Tensor
+    at: Tensor
+    cells: Tensor
     actions: Tensor
-    weights: Tensor
 
     def to(self, device: str) -> "Batch":
         """Return the batch on a device."""
-        tensors = (self.tokens, self.cells, self.before, self.actions, self.weights)
+        tensors = (self.tokens, self.before, self.at, self.cells, self.actions)
         return Batch(self.phase, *(tensor.to(device) for tensor in tensors))
 
 
@@ -60,7 +63,11 @@ def epoch(demonstrations: Sequence[Demonstration], phase: str, size: int, seed: 
 
 
 def make_batch(
-    demonstrations: Sequence[Demonstration], texts: Sequence[str], tokenizer: Tokenizer, inflection: float = 1.0
+    demonstrations: Sequence[Demonstration],
+    texts: Sequence[str],
+    tokenizer: Tokenizer,
+    share: float = 1.0,
+    seed: int | str = 0,
 ) -> Batch:
     """Return demonstrations of one phase as tensors.
 
@@ -68,44 +75,55 @@ def make_batch(
         demonstrations: of one phase.
         texts: the instruction of each, in the language in which it is read.
         tokenizer: of the instructions.
-        inflection: weight of steps at which the expert's action is another than before; 1 for others.
+        share: of the steps that repeat the action before them, how many are learned from; of the others all are.
+        seed: of the draw of these steps.
     """
     encoded = [tokenizer.encode(text) for text in texts]
     count, steps = len(demonstrations), max(len(each.actions) for each in demonstrations)
     tokens = np.zeros((count, max(map(len, encoded))), np.int64)
-    cells = np.zeros((count, steps, *demonstrations[0].features.shape[1:]), np.uint8)
     before = np.full((count, steps), START, np.int64)
-    actions = np.full((count, steps), NO_ACTION, np.int64)
-    weights = np.zeros((count, steps), np.float32)
     for row, (each, numbers) in enumerate(zip(demonstrations, encoded, strict=True)):
-        length = len(each.actions)
         tokens[row, : len(numbers)] = numbers
-        cells[row, :length] = each.features
-        actions[row, :length] = each.actions
-        before[row, 1:length] = each.actions[:-1]
-        weights[row, :length] = np.where(before[row, :length] == each.actions, 1.0, inflection)
+        before[row, 1 : len(each.actions)] = each.actions[:-1]
+    chance = random.Random(seed)  # noqa: S311 - not for secrets
+    learned = [learned_steps(each.actions, share, chance) for each in demonstrations]
+    most = max(map(len, learned))
+    at = np.zeros((count, most), np.int64)
+    cells = np.zeros((count, most, *demonstrations[0].features.shape[1:]), np.uint8)
+    actions = np.full((count, most), NO_ACTION, np.int64)
+    for row, (each, chosen) in enumerate(zip(demonstrations, learned, strict=True)):
+        at[row, : len(chosen)] = chosen
+        cells[row, : len(chosen)] = each.features[chosen]
+        actions[row, : len(chosen)] = each.actions[chosen]
     return Batch(
         demonstrations[0].phase,
         torch.from_numpy(tokens),
-        as_input(cells),
         torch.from_numpy(before),
+        torch.from_numpy(at),
+        as_input(cells),
         torch.from_numpy(actions),
-        torch.from_numpy(weights),
     )
+
+
+def learned_steps(actions: Sequence[int] | npt.NDArray[np.uint8], share: float, chance: random.Random) -> list[int]:
+    """Return the numbers of the steps that are learned from: where the action changes, and a share of the others."""
+    return [
+        step
+        for step, action in enumerate(actions)
+        if step == 0 or action != actions[step - 1] or share >= 1.0 or chance.random() < share
+    ]
 
 
 def loss_of(values: Tensor, batch: Batch) -> Tensor:
-    """Return the mean cross entropy of the right actions, weighted by step.
+    """Return the mean cross entropy of the right actions.
 
     Args:
-        values: of all actions, (B, S, 5).
+        values: of all actions at the steps that are learned from, (B, L, 5).
         batch: with the right ones.
     """
-    losses = torch.nn.functional.cross_entropy(
-        values.flatten(0, 1), batch.actions.flatten().clamp(min=0), reduction="none"
+    return torch.nn.functional.cross_entropy(
+        values.flatten(0, 1), batch.actions.flatten(), ignore_index=NO_ACTION, reduction="mean"
     )
-    weights = batch.weights.flatten()
-    return (losses * weights).sum() / weights.sum()
 
 
 def draw_text(demonstration: Demonstration, languages: Sequence[str], chance: random.Random) -> str:

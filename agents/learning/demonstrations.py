@@ -9,7 +9,7 @@ import json
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from multiprocessing import get_context
 from pathlib import Path
@@ -57,7 +57,7 @@ class Source:
         data: the data folder.
         split: name of the split, or ROOMS.
         languages: of the instructions; each episode has the first, and the others as far as there are texts.
-        encoder: name of the visual encoder; empty for an agent that sees nothing: then nothing is drawn, and C is 0.
+        encoder: name of the visual encoder; empty: nothing is drawn, and C is 0.
         episodes: so many, the first ones in playing order; 0 for all. Of ROOMS, the seeds from `first` on.
         first: the first seed of ROOMS.
     """
@@ -111,6 +111,11 @@ def read_demonstrations(path: Path) -> list[Demonstration]:
         found.append(Demonstration(item["episode_id"], item["turn"], item["phase"], item["texts"], actions, features))
         at += steps + size
     return found
+
+
+def unseen(demonstration: Demonstration) -> Demonstration:
+    """Return a demonstration without features, (S, 7, 7, 0)."""
+    return replace(demonstration, features=np.zeros((len(demonstration.actions), GRID, GRID, 0), np.uint8))
 
 
 def write_demonstrations(path: Path, demonstrations: Sequence[Demonstration]) -> None:

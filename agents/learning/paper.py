@@ -8,6 +8,7 @@ of the image goes both ways. With the original's sizes (774 words, 2,048 feature
 In the comments B is the batch, S steps, T words, K = 49 cells, C features of a cell, H = 128.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -89,7 +90,9 @@ class Module(nn.Module):
         words = self.reader(tokens) if self.config.reads else tokens.new_zeros(*tokens.shape, 0).float()
         return Text(words, padding)
 
-    def act(self, text: Text, cells: Tensor, before: Tensor, state: State | None = None) -> tuple[Tensor, State]:
+    def act(
+        self, text: Text, cells: Tensor, before: Tensor, state: State | None = None, at: Tensor | None = None
+    ) -> tuple[Tensor, State]:
         """Return the values of all actions at each of S steps in a row, (B, S, 5), and the state after them.
 
         Args:
@@ -97,15 +100,19 @@ class Module(nn.Module):
             cells: features of the images, (B, S, 7, 7, C), in [0, 1].
             before: the action before each step, (B, S); START at the first.
             state: after the step before these; None at the beginning.
+            at: numbers of the steps at which alone values are returned and images given, so that these have fewer
+                steps than `before`, (B, fewer).
         """
         past, state = self.history(self.dropout(self.act_embedding(before)), state)  # (B, S, H)
+        if at is not None:
+            past = past.gather(1, at[:, :, None].expand(-1, -1, past.shape[2]))  # (B, fewer, H)
         parts = [past]
         if self.config.sees:
             seen = self.look(self._placed(cells))  # (B, S, K, H)
             if self.config.reads:
                 parts += self._seen_and_read(past, seen, text)  # twice (B, S, H)
             else:
-                parts.append(_attended(past, seen))  # (B, S, H)
+                parts.append(_attended(past, (seen,)))  # (B, S, H)
         elif self.config.reads:
             parts.append(self._read(past, text))  # (B, S, H)
         return self.output(self.dropout(torch.cat(parts, -1))), state
@@ -132,26 +139,15 @@ class Module(nn.Module):
         what was fused. Nothing but sums lies between, so W can be moved past the attention, with equal results: the
         past goes through W once, instead of every cell and word at every step.
         """
-        words, padding = text.words, text.padding[:, None, None]  # (B, T, H), (B, 1, 1, T)
+        words, padding = text.words, text.padding[:, None]  # (B, T, H), (B, 1, T)
         alike = torch.einsum("bskh,bth->bskt", seen, words * self.similarity.weight[0]) + self.similarity.bias
-        of_cell = _softmax(alike, padding)  # (B, S, K, T): words that matter to each cell
-        of_word = alike.softmax(2)  # (B, S, K, T): cells that matter to each word
-
-        read_in = torch.einsum("bskt,bth->bskh", of_cell, words)  # (B, S, K, H)
-        product = seen * read_in  # (B, S, K, H)
-        own, other, both = (past @ self.fuse_cells.weight).chunk(3, -1)  # (B, S, H) each
-        scores = _dot(seen, own) + _dot(read_in, other) + _dot(product, both)  # (B, S, K)
-        weights = scores.softmax(-1)[:, :, None]  # (B, S, 1, K)
-        looked = torch.cat([weights @ seen, weights @ read_in, weights @ product], -1)[:, :, 0]  # (B, S, 3H)
-
-        own, other, both = (past @ self.fuse_words.weight).chunk(3, -1)  # (B, S, H) each
-        crossed = torch.einsum("bskh,bth->bskt", seen * both[:, :, None], words) + _dot(seen, other)[..., None]
-        scores = torch.einsum("bsh,bth->bst", own, words) + (of_word * crossed).sum(2)  # (B, S, T)
-        weights = _softmax(scores, padding[:, 0])  # (B, S, T)
-        mixed = of_word * weights[:, :, None]  # (B, S, K, T)
-        seen_by = (torch.einsum("bskt,bth->bskh", mixed, words) * seen).sum(2)  # (B, S, H)
-        heard = torch.cat([weights @ words, (mixed.sum(3)[:, :, None] @ seen)[:, :, 0], seen_by], -1)  # (B, S, 3H)
-        return [self.fuse_cells(looked), self.fuse_words(heard)]
+        read_in = torch.einsum("bskt,bth->bskh", _softmax(alike, padding[:, None]), words)  # by each cell, (B, S, K, H)
+        seen_in = alike.softmax(2).transpose(2, 3) @ seen  # by each word, (B, S, T, H)
+        words = words[:, None].expand_as(seen_in)  # (B, S, T, H)
+        return [
+            self.fuse_cells(_attended(past @ self.fuse_cells.weight, (seen, read_in, seen * read_in))),
+            self.fuse_words(_attended(past @ self.fuse_words.weight, (words, seen_in, words * seen_in), padding)),
+        ]
 
 
 class Model(nn.Module):
@@ -174,12 +170,18 @@ def _softmax(scores: Tensor, padding: Tensor) -> Tensor:
     return functional.softmax(scores.masked_fill(padding, -1e9), -1)
 
 
-def _attended(past: Tensor, seen: Tensor) -> Tensor:
-    """Return the cells (B, S, K, H) to which the past (B, S, H) attends, (B, S, H)."""
-    weights = _dot(seen, past).softmax(-1)[:, :, None]  # (B, S, 1, K)
-    return (weights @ seen)[:, :, 0]
+def _attended(past: Tensor, parts: Sequence[Tensor], padding: Tensor | None = None) -> Tensor:
+    """Return those of N things to which the past attends.
 
+    Args:
+        past: a value for each number of a thing, (B, S, P H).
+        parts: P times H numbers of each thing, (B, S, N, H).
+        padding: things that are none, (B, 1, N).
 
-def _dot(cells: Tensor, by_step: Tensor) -> Tensor:
-    """Return the products of (B, S, K, H) and (B, S, H), (B, S, K)."""
-    return (cells @ by_step[..., None])[..., 0]
+    Returns:
+        (B, S, P H).
+    """
+    by_part = past.chunk(len(parts), -1)
+    scores = torch.stack([(part @ each[..., None])[..., 0] for part, each in zip(parts, by_part, strict=True)]).sum(0)
+    weights = (scores.softmax(-1) if padding is None else _softmax(scores, padding))[:, :, None]  # (B, S, 1, N)
+    return torch.cat([(weights @ part)[:, :, 0] for part in parts], -1)

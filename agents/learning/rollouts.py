@@ -1,6 +1,6 @@
 """Rollouts: an agent plays episodes in this process, by the rules of every run, and is scored."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,16 +33,17 @@ class Plan:
     phases: tuple[str, ...] = PHASES
 
 
-def play(agent: Agent, plan: Plan) -> list[Mapping[str, float]]:
-    """Return the scores of each episode, both turns' mean, in playing order.
+def play(agent: Agent, plan: Plan) -> dict[str, Mapping[str, float]]:
+    """Return the scores of each episode by id, both turns' mean, in playing order.
 
     Raises:
         UsageError: if the data folder does not have the split or a language.
     """
     backend = open_backend(Options(data=plan.data))
+    sensors = getattr(agent, "sensors", ("rgb", "depth"))
 
     def open_player(language: str) -> Player:
-        return backend.player(Settings(language, plan.split, ("rgb", "depth"), plan.image_size, phases=plan.phases))
+        return backend.player(Settings(language, plan.split, sensors, plan.image_size, phases=plan.phases))
 
     told = [open_player(language).split.episode_ids or () for language in plan.languages]
     ids = [each for each in told[0] if all(each in others for others in told[1:])][: plan.episodes or None]
@@ -56,10 +57,10 @@ def play(agent: Agent, plan: Plan) -> list[Mapping[str, float]]:
             language = languages[number]
             player = idle[language].pop() if idle[language] else open_player(language)
             observation = player.begin(ids[number], 0)
-            agent.begin(Episode(ids[number], language, plan.split))
+            agent.begin(Episode(ids[number], language, plan.split, labels=player.labels))
             open_[number] = player, observation
         if not open_:
-            return [scores[number] for number in range(len(ids))]
+            return {each: scores[number] for number, each in enumerate(ids)}
         numbers = list(open_)
         actions = agent.act([open_[number][1] for number in numbers])
         for number, action in zip(numbers, actions, strict=True):
@@ -75,9 +76,9 @@ def play(agent: Agent, plan: Plan) -> list[Mapping[str, float]]:
             del open_[number]
 
 
-def mean(scores: Sequence[Mapping[str, float]], metric: str) -> float:
+def mean(scores: Mapping[str, Mapping[str, float]], metric: str) -> float:
     """Return the mean of a metric over episodes."""
-    return sum(each[metric] for each in scores) / max(len(scores), 1)
+    return sum(each[metric] for each in scores.values()) / max(len(scores), 1)
 
 
 def _next(numbers: Iterator[int], count: int) -> Iterator[int]:

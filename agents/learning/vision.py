@@ -1,7 +1,9 @@
 """Visual encoders behind one interface: from RGB and depth to a 7-by-7 grid of features."""
 
+import hashlib
 import importlib
 import importlib.util
+from collections import OrderedDict
 from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol, cast
@@ -84,3 +86,43 @@ def resize(
         return rgb, depth
     nearest = (np.arange(size) * 2 + 1) * given // (2 * size)
     return rgb[:, nearest][:, :, nearest], depth[:, nearest][:, :, nearest]
+
+
+class FrameMemory:
+    """Features of images, which computes those of equal images once: an agent that is stuck sees one image again.
+
+    Args:
+        encoder: computes them.
+        frames: number of images that are remembered, the last ones; 4 kB each with the encoder "eyes".
+    """
+
+    def __init__(self, encoder: VisualEncoder, frames: int = 1024) -> None:
+        self._encoder, self._frames = encoder, frames
+        self._known: OrderedDict[bytes, npt.NDArray[np.uint8]] = OrderedDict()
+
+    def features(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
+        """Return the quantised features of a batch of images, (B, 7, 7, C).
+
+        Args:
+            rgb: (B, H, H, 3) uint8, of any side length.
+            depth: (B, H, H) float32, in metres; 0 where there is nothing.
+        """
+        rgb, depth = resize(rgb, depth, self._encoder.image_size)
+        marks = [_mark(*images) for images in zip(rgb, depth, strict=True)]
+        new = {mark: number for number, mark in enumerate(marks) if mark not in self._known}
+        if new:
+            chosen = list(new.values())
+            self._known.update(zip(new, quantise(self._encoder.encode(rgb[chosen], depth[chosen])), strict=True))
+        found = np.stack([self._known[mark] for mark in marks])
+        for mark in marks:
+            self._known.move_to_end(mark)
+        while len(self._known) > self._frames:
+            self._known.popitem(last=False)
+        return found
+
+
+def _mark(rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> bytes:
+    """Return a digest of one image."""
+    digest = hashlib.blake2b(np.ascontiguousarray(rgb).data, digest_size=16)
+    digest.update(np.ascontiguousarray(depth).data)
+    return digest.digest()

@@ -1,9 +1,6 @@
 """Reproductions of runs by other participants: conditions, counts, differences, exports and receipts."""
 
 import json
-from collections.abc import Iterator
-from contextlib import closing
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,13 +23,11 @@ SCORES = (1.0, 0.0, 1.0, 0.5, 1.0, 0.0)
 
 
 @pytest.fixture
-def house(tmp_path: Path, database_url: str) -> Iterator[House]:
+def house(house: House) -> House:
     """A house with a published run of ann."""
-    made = House(tmp_path, database_url)
-    made.participant("ann", "bob", "cid")
-    with closing(made.database):
-        made.publish(run(made, "anns", "ann", SCORES))
-        yield made
+    house.participant("ann", "bob", "cid")
+    house.publish(run(house, "anns", "ann", SCORES))
+    return house
 
 
 def run(house: House, run_id: str, account: str | None, scores: Any = 1.0, **more: Any) -> str:

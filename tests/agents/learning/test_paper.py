@@ -48,6 +48,17 @@ def test_step_by_step_is_as_all_at_once(sees: bool, reads: bool) -> None:
     torch.testing.assert_close(torch.cat(alone, 1), together)
 
 
+@pytest.mark.parametrize(("sees", "reads"), [(True, True), (True, False), (False, True)])
+def test_values_at_some_steps_are_those_of_all(sees: bool, reads: bool) -> None:
+    made = module(sees=sees, reads=reads)
+    tokens, cells, before = inputs()
+    text = made.read(tokens)
+    at = torch.tensor([[0, 2, 4], [1, 3, 4]])
+    rows = torch.arange(2)[:, None]
+    some, _ = made.act(text, cells[rows, at], before, at=at)
+    torch.testing.assert_close(some, made.act(text, cells, before)[0][rows, at])
+
+
 @pytest.mark.parametrize("reader", READERS)
 def test_padding_changes_nothing(reader: str) -> None:
     made = module(reader)

@@ -1,9 +1,10 @@
 """Visual encoders: the shape, range and repeatability that every one of them keeps to."""
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
-from agents.learning.vision import GRID, encoder_names, open_encoder, quantise, resize
+from agents.learning.vision import GRID, FrameMemory, encoder_names, open_encoder, quantise, resize
 from agents.learning.vision_pooled import COLOURS, PooledEncoder
 
 
@@ -53,3 +54,29 @@ def test_features_are_rounded_to_bytes() -> None:
 def test_an_unknown_encoder_is_named() -> None:
     with pytest.raises(ValueError, match="there is no visual encoder 'resnet'; there are "):
         open_encoder("resnet")
+
+
+class CountingEncoder(PooledEncoder):
+    """Counts the images that it encodes."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.images = 0
+
+    def encode(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        self.images += len(rgb)
+        return super().encode(rgb, depth)
+
+
+def test_equal_images_are_encoded_once_while_they_are_remembered() -> None:
+    random = np.random.default_rng(2)
+    rgb = random.integers(0, 256, (4, 112, 112, 3), np.uint8)
+    depth = random.uniform(0, 20, (4, 112, 112)).astype(np.float32)
+    depth[1], rgb[1] = depth[0], rgb[0]
+    depth[2] = depth[3]  # Not the image 3: the colours differ.
+    encoder = CountingEncoder()
+    memory = FrameMemory(encoder, frames=2)
+    expected = quantise(PooledEncoder().encode(rgb, depth))
+    for images, computed in [([0, 1], 1), ([2, 0, 2], 2), ([0], 2), ([3], 3), ([0, 3], 3), ([2], 4)]:
+        np.testing.assert_array_equal(memory.features(rgb[images], depth[images]), expected[images])
+        assert encoder.images == computed, images

@@ -1,4 +1,4 @@
-"""Training by teacher forcing: updates, checkpoints, validation by rollouts, the best weights of each phase."""
+"""Imitation of the expert by teacher forcing: updates, checkpoints, validation by rollouts, the best weights."""
 
 import hashlib
 import random
@@ -14,7 +14,7 @@ from agents.learning.agent import LearnedAgent
 from agents.learning.batches import draw_text, epoch, loss_of, make_batch
 from agents.learning.card import card
 from agents.learning.checkpoint import SUFFIX, Policy, read_tensors, save_policy, write_tensors
-from agents.learning.demonstrations import ROOMS, Demonstration, Source, collect, data_hash_of
+from agents.learning.demonstrations import ROOMS, Demonstration, Source, collect, data_hash_of, unseen
 from agents.learning.paper import PHASES, Config, Model
 from agents.learning.recipe import Place, Recipe
 from agents.learning.rollouts import Plan, mean, play
@@ -31,7 +31,7 @@ class OtherRecipe(ValueError):
     """The output folder holds a checkpoint of another recipe."""
 
 
-class Training:
+class Imitation:
     """One agent in training.
 
     Args:
@@ -125,10 +125,11 @@ class Training:
             chance = random.Random(f"{recipe.seed}/{phase}/{self.step}")  # noqa: S311 - not for secrets
             chosen = [self.demonstrations[row] for row in rows]
             texts = [draw_text(each, recipe.languages, chance) for each in chosen]
-            batch = make_batch(chosen, texts, self.policy.tokenizer, recipe.inflection).to(self.place.device)
-            module = model.of(phase)
-            values, _ = module.act(module.read(batch.tokens), batch.cells, batch.before)
-            losses[phase] = loss_of(values, batch)
+            batch = make_batch(chosen, texts, self.policy.tokenizer, recipe.share, f"{recipe.seed}/{self.step}")
+            batch, module = batch.to(self.place.device), model.of(phase)
+            with torch.autocast(self.place.device, torch.bfloat16, enabled=recipe.precision == "bfloat16"):
+                values, _ = module.act(module.read(batch.tokens), batch.cells, batch.before, at=batch.at)
+            losses[phase] = loss_of(values.float(), batch)
         total = torch.stack(list(losses.values())).mean()
         self.optimizer.zero_grad()
         total.backward()  # type: ignore[no-untyped-call]
@@ -269,18 +270,20 @@ def train_data_hash(recipe: Recipe, place: Place) -> str:
 def demonstrations_of(recipe: Recipe, place: Place, tell: Tell = lambda _: None) -> list[Demonstration]:
     """Return the demonstrations of a recipe, drawing those that the cache does not hold.
 
+    All agents share one cache: it holds what the visual encoder says of each image, whichever agent learns from it. For
+    an agent that sees nothing the features are left out.
+
     Raises:
         UsageError: if the data folder does not have what the recipe names.
     """
-    encoder = recipe.encoder if recipe.sees else ""
-    sources = [Source(place.data, "train", recipe.languages, encoder, recipe.episodes)]
+    sources = [Source(place.data, "train", recipe.languages, recipe.encoder, recipe.episodes)]
     if recipe.rooms:
-        sources.append(Source(place.data, ROOMS, recipe.languages, encoder, recipe.rooms))
+        sources.append(Source(place.data, ROOMS, recipe.languages, recipe.encoder, recipe.rooms))
     found: list[Demonstration] = []
     for source in sources:
         before = told = time.monotonic()
         for part in collect(source, place.cache, place.processes):
-            found += part
+            found += part if recipe.sees else [unseen(each) for each in part]
             if time.monotonic() - told > 20:
                 told = time.monotonic()
                 tell(f"{source.split}: {len(found)} demonstrations after {told - before:.0f} seconds")

@@ -1,0 +1,207 @@
+"""Tables of agents in Markdown, from the scores of their episodes: those that `results.py` writes."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.special import stdtrit
+
+from server.scoring.seeds import seed_spread
+
+COLUMNS = ("nDTW", "CTC-0", "CTC-3", "CTC-5", "CTC-7", "rPOD@CTC-3", "PTC@CTC-3")
+BY_TURN = ("nDTW", "CTC-3", "rPOD@CTC-3", "PTC@CTC-3")
+ALONE = "PTC alone"
+"""Placement after navigation by the ground truth."""
+
+JUDGED = ("nDTW", "CTC-3", ALONE)
+"""Metrics of the tables of differences and of seeds."""
+
+COMPARED = (
+    ("vl", "vision_only"),
+    ("vl", "language_only"),
+    ("vision_only", "random_walk"),
+    ("language_only", "random_walk"),
+    ("vl", "random_walk"),
+)
+"""Pairs of agents whose difference is shown."""
+
+CONFIDENCE = 0.95
+
+PAPER = {
+    "val_seen": {
+        "R/W": (0.045, 0.000, 0.030, 0.054, 0.092, 0.005, 0.001),
+        "L/O": (0.110, 0.000, 0.044, 0.095, 0.147, 0.023, 0.017),
+        "V/O": (0.055, 0.000, 0.043, 0.062, 0.087, 0.008, 0.001),
+        "V/L": (0.135, 0.000, 0.098, 0.149, 0.200, 0.058, 0.044),
+        "human workers": (0.671, 1.000, 1.000, 1.000, 1.000, 0.879, 0.861),
+    },
+    "val_unseen": {
+        "R/W": (0.045, 0.000, 0.024, 0.043, 0.075, 0.005, 0.001),
+        "L/O": (0.105, 0.000, 0.029, 0.068, 0.126, 0.017, 0.013),
+        "V/O": (0.043, 0.000, 0.031, 0.057, 0.085, 0.007, 0.002),
+        "V/L": (0.109, 0.000, 0.062, 0.108, 0.153, 0.036, 0.028),
+        "human workers": (0.670, 1.000, 1.000, 1.000, 1.000, 0.869, 0.856),
+    },
+}
+"""The paper's table 2: other data, English by people, in the original simulator."""
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Run:
+    """One agent with one seed on one split in one language.
+
+    Attributes:
+        turns: scores of each episode by id, those of both turns in order.
+        alone: placement after navigation by the ground truth, of each episode by id, both turns' mean; empty if it was
+            not played.
+    """
+
+    agent: str
+    seed: int
+    split: str
+    language: str
+    turns: Mapping[str, Sequence[Mapping[str, float]]]
+    alone: Mapping[str, float]
+
+    @classmethod
+    def of_results(cls, agent: str, seed: int, split: str, language: str, results: Mapping[str, Any]) -> "Run":
+        """Return a run from the client's results; "alone" in them is the placement after perfect navigation."""
+        turns = {each["episode_id"]: list(each["turns"].values()) for each in results["episodes"]}
+        return cls(agent, seed, split, language, turns, results.get("alone", {}))
+
+    def of(self, metric: str, turn: int | None = None) -> dict[str, float]:
+        """Return a metric of each episode by id: of one turn, or both turns' mean."""
+        if metric == ALONE:
+            return dict(self.alone)
+        chosen = slice(None) if turn is None else slice(turn - 1, turn)
+        return {name: float(np.mean([each[metric] for each in turns[chosen]])) for name, turns in self.turns.items()}
+
+
+@dataclass(frozen=True)
+class Group:
+    """All seeds of one agent on one split in one language."""
+
+    agent: str
+    language: str
+    runs: Sequence[Run]
+
+    def scores(self, metric: str, turn: int | None = None) -> tuple[list[str], Floats]:
+        """Return the episodes that all seeds have played, sorted, and their scores, (seeds, episodes)."""
+        found = [run.of(metric, turn) for run in self.runs]
+        common = sorted(set(found[0]).intersection(*found[1:]))
+        return common, np.array([[each[name] for name in common] for each in found], np.float64)
+
+    def mean(self, metric: str, turn: int | None = None) -> float | None:
+        """Return the mean over seeds and episodes; None where nothing was played."""
+        names, scores = self.scores(metric, turn)
+        return float(scores.mean()) if names else None
+
+
+def section(split: str, runs: Sequence[Run]) -> str:
+    """Return a split's tables in Markdown; agents and languages in the order of their runs."""
+    found: dict[tuple[str, str], list[Run]] = {}
+    for run in runs:
+        if run.split == split:
+            found.setdefault((run.agent, run.language), []).append(run)
+    groups = [Group(agent, language, each) for (agent, language), each in found.items()]
+    return "\n\n".join(
+        [
+            f"## {split}",
+            main_table(groups, PAPER.get(split, {})),
+            "By turn:",
+            turn_table(groups),
+            "Differences, paired by episode:",
+            difference_table(groups),
+            "Seeds:",
+            seed_table(groups),
+        ]
+    )
+
+
+def main_table(groups: Sequence[Group], paper: Mapping[str, Sequence[float]]) -> str:
+    """Return the means of all metrics, over seeds and episodes, and the paper's rows below them."""
+    rows = []
+    for group in groups:
+        episodes = len(group.scores(COLUMNS[0])[0])
+        means = [_number(group.mean(metric)) for metric in (*COLUMNS, ALONE)]
+        rows.append((f"`{group.agent}`", group.language, str(len(group.runs)), str(episodes), *means))
+    for name, values in paper.items():
+        rows.append((f"*the paper's {name}: other data*", "*en*", "", "", *map(_number, values), ""))
+    return _table(("agent", "language", "seeds", "episodes", *COLUMNS, ALONE), rows)
+
+
+def turn_table(groups: Sequence[Group]) -> str:
+    """Return the means of each turn."""
+    columns = [(metric, turn) for metric in BY_TURN for turn in (1, 2)]
+    header = [f"{metric}, turn {turn}" for metric, turn in columns]
+    rows = [
+        (f"`{group.agent}`", group.language, *(_number(group.mean(metric, turn)) for metric, turn in columns))
+        for group in groups
+    ]
+    return _table(("agent", "language", *header), rows)
+
+
+def difference_table(groups: Sequence[Group]) -> str:
+    """Return the differences of agents, each the mean of its seeds, with intervals over episodes."""
+    by_key = {(group.agent, group.language): group for group in groups}
+    rows = []
+    for better, worse in COMPARED:
+        for language in dict.fromkeys(group.language for group in groups):
+            pair = by_key.get((better, language)), by_key.get((worse, language))
+            if pair[0] and pair[1]:
+                shown = [_difference(pair[0], pair[1], metric) for metric in JUDGED]
+                rows.append((f"`{better}` - `{worse}`", language, *shown))
+    return _table(("difference", "language", *JUDGED), rows)
+
+
+def seed_table(groups: Sequence[Group]) -> str:
+    """Return how much the means of seeds differ, and how much episodes do."""
+    rows = []
+    for group in groups:
+        for metric in JUDGED:
+            names, scores = group.scores(metric)
+            if len(group.runs) > 1 and len(names) > 1:
+                spread = seed_spread(scores)
+                deviations = (spread.deviation, spread.episodes_deviation, spread.rest_deviation)
+                each = ", ".join(_number(float(value)) for value in scores.mean(1))
+                rows.append((f"`{group.agent}`", group.language, metric, each, *map(_number, deviations)))
+    header = ("agent", "language", "metric", "mean of each seed", "between seeds", "between episodes", "rest")
+    return _table(header, rows)
+
+
+def paired_difference(better: Floats, worse: Floats, confidence: float = CONFIDENCE) -> tuple[float, float, float]:
+    """Return the mean difference of paired scores, (episodes,), and Student's interval for it."""
+    differences = better - worse
+    count = len(differences)
+    half = float(stdtrit(count - 1, 0.5 + confidence / 2.0) * differences.std(ddof=1) / count**0.5)
+    mean = float(differences.mean())
+    return mean, mean - half, mean + half
+
+
+def _difference(better: Group, worse: Group, metric: str) -> str:
+    names, scores = better.scores(metric)
+    others, below = worse.scores(metric)
+    common = sorted(set(names) & set(others))
+    if len(common) < 2:
+        return ""
+    first, second = (
+        dict(zip(each, values.mean(0), strict=True)) for each, values in ((names, scores), (others, below))
+    )
+    mean, low, high = paired_difference(
+        np.array([first[name] for name in common]), np.array([second[name] for name in common])
+    )
+    shown = f"{mean:+.3f} ({low:+.3f} to {high:+.3f})"
+    return f"**{shown}**" if low > 0 else shown
+
+
+def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = [header, ["---"] * len(header), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.3f}"
