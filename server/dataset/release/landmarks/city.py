@@ -30,7 +30,7 @@ def rebuild(section: Section, episodes: Sequence[Episode]) -> tuple[Section, lis
     The same episodes, in whatever order, give the same result.
 
     Args:
-        section: its buildings; its own furniture is replaced.
+        section: its buildings; furniture that it may have is replaced.
         episodes: all of the section, with objects in their streets.
     """
     listed = sorted(episodes, key=lambda each: each.episode_id)
