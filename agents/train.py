@@ -10,6 +10,14 @@ from agents.learning.extra import PLAYING, require
 from agents.learning.recipe import RECIPES, Place, Recipe, smoke
 from arramon_client.errors import ArramonClientError
 
+MAP = "vl_map"
+"""The agent whose policy is trained in simulated walks, with a recipe of its own kind."""
+
+AGENTS = (*RECIPES, MAP)
+
+MAP_OPTIONS = ("walks", "rounds", "round_walks", "first")
+"""Options of that agent alone."""
+
 NEEDED = (*PLAYING, "sentencepiece", "tensorboardX", "gymnasium")
 
 
@@ -19,14 +27,17 @@ def main(arguments: list[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     if not given.agent and not given.all:
         parser.error("name an agent with --agent, or take all with --all")
-    names = list(RECIPES) if given.all else given.agent.split(",")
-    unknown = [name for name in names if name not in RECIPES]
+    names = list(AGENTS) if given.all else given.agent.split(",")
+    unknown = [name for name in names if name not in AGENTS]
     if unknown:
-        parser.error(f"there is no recipe {unknown[0]!r}; there are {', '.join(RECIPES)}")
+        parser.error(f"there is no recipe {unknown[0]!r}; there are {', '.join(AGENTS)}")
     try:
         require(NEEDED, "training")
         for name in names:
-            _train(_recipe(RECIPES[name], given), _place(given), ship=given.ship)
+            if name == MAP:
+                _train_map(given)
+            else:
+                _train(_recipe(RECIPES[name], given), _place(given), ship=given.ship)
     except (ArramonClientError, ValueError) as error:
         _tell(f"error: {error}")
         return 1
@@ -54,9 +65,43 @@ def _train(recipe: Recipe, place: Place, *, ship: bool) -> None:
             shutil.copyfile(path, WEIGHTS / path.name)
 
 
+def _train_map(given: argparse.Namespace) -> None:
+    from agents.learning.checkpoint import WEIGHTS
+    from agents.learning.map_training import MapRecipe
+    from agents.learning.map_training import smoke as smoke_map
+    from agents.learning.train_map import Validation, train_map
+
+    own = [each.name for each in fields(MapRecipe)]
+    given_all = {each.name: getattr(given, each.name, None) for each in (*fields(Recipe), *fields(MapRecipe))}
+    chosen = {
+        name: value for name, value in given_all.items() if value is not None and name not in ("agent", "languages")
+    }
+    validation = Validation(
+        **{
+            name: chosen.pop(option)
+            for name, option in (("split", "validate"), ("episodes", "validate_episodes"))
+            if option in chosen
+        }
+    )
+    other = [name for name in chosen if name not in own]
+    if other and not given.all:
+        raise ValueError(f"{MAP} has no option {_flag(other[0])}")
+    recipe = MapRecipe()
+    if given.smoke:
+        recipe, validation = smoke_map(recipe), replace(validation, episodes=1)
+    if given.lang:
+        recipe = replace(recipe, languages=tuple(given.lang.split(",")))
+    recipe = replace(recipe, **{name: value for name, value in chosen.items() if name in own})
+    weights = train_map(recipe, validation, given.data, given.output, _tell)
+    _tell(f"{MAP}: in {weights}")
+    if given.ship:
+        for path in (weights, weights.with_suffix(".md")):
+            shutil.copyfile(path, WEIGHTS / path.name)
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m agents.train", description="Train agents by imitation.")
-    parser.add_argument("--agent", help=f"agents to train, separated by commas: {', '.join(RECIPES)}")
+    parser.add_argument("--agent", help=f"agents to train, separated by commas: {', '.join(AGENTS)}")
     parser.add_argument("--all", action="store_true", help="train all of them")
     parser.add_argument("--ship", action="store_true", help="copy weights and card to those that come along")
     parser.add_argument("--smoke", action="store_true", help="take seconds: a few episodes, a few updates")
@@ -66,6 +111,10 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--processes", type=int, default=1, help="that draw demonstrations (default: %(default)s)")
     parser.add_argument("--device", default="auto", help="cpu, cuda, or auto: a GPU where there is one (default)")
     parser.add_argument("--checkpoint-steps", type=int, default=100, help="updates between checkpoints (%(default)s)")
+    for name in MAP_OPTIONS:
+        parser.add_argument(
+            _flag(name), type=float if name in ("first", "round_walks") else int, help=f"of {MAP} alone"
+        )
     parser.add_argument("--lang", help="languages, separated by commas (default: en,hi)")
     for each in fields(Recipe):
         if each.name not in ("agent", "languages", "sees", "reads"):

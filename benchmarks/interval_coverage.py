@@ -6,7 +6,8 @@ each other), rPOD-like (mostly 0, sometimes 1 or a part), and nDTW-like (continu
 - intervals: how often a nominal 95% interval holds the mean of the sections played, and the mean of all sections that
   could have been played; beside it the percentile bootstrap of whole sections, which earlier releases had;
 - pairs: how often a difference between two runs is claimed, by its true size, with the interval's coverage;
-- boards: 40 runs of known truth, how often any false claim is made on a board, and the share of true ones found.
+- boards: 40 runs of known truth, how often any false claim is made on a board, and the share of true differences that
+  is found; beside it the share that normal distributions with the true means and variances predict.
 
 `--only` selects tables, `--repeats` sets the number of simulated data sets of each line (default 4000; the standard
 error of a coverage is then 0.3%), and `--output` also writes all numbers as JSON.
@@ -20,6 +21,7 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from scipy.special import ndtr, ndtri
 
 from server.scoring.intervals import episode_moments, mean_bounds, section_bounds
 from server.scoring.paired import difference_bounds, holm, permutation_tests
@@ -36,6 +38,10 @@ ALIKE = 0.003
 """Variance between sections' means, as a share of the largest: a deviation of 0.027 at a mean of 0.5."""
 
 LEVEL = 0.05
+
+MANY = 100_000
+"""Episodes from which the true means and variances of differences are taken."""
+
 BATCH = 100
 
 
@@ -163,6 +169,8 @@ def _boards(repeats: int) -> Iterator[dict[str, object]]:
         for name, truth in truths.items():
             draw = np.random.default_rng(len(name))
             gaps = (truth[:, None] - truth)[upper]
+            differ = np.abs(gaps) > 1e-9
+            predicted = _predicted(kind, truth, episodes) if differ.any() else None
             wrong = true = found = 0
             for _ in range(number):
                 runs = _runs(draw, kind, truth, episodes)
@@ -170,12 +178,32 @@ def _boards(repeats: int) -> Iterator[dict[str, object]]:
                 seen = np.sign((runs.mean(axis=1)[:, None] - runs.mean(axis=1))[upper])
                 false = claimed & (seen != np.sign(np.round(gaps, 9)))
                 wrong += bool(false.any())
-                true += int((np.abs(gaps) > 1e-9).sum())
+                true += int(differ.sum())
                 found += int((claimed & ~false).sum())
             yield {
                 "score": kind, "truth": name, "boards with a false claim": wrong / number,
-                "differences found": found / true if true else None,
+                "differences found": found / true if true else None, "predicted": predicted,
             }  # fmt: skip
+
+
+def _predicted(kind: str, truth: Floats, episodes: int) -> float:
+    """Return the share of true differences that Holm's procedure finds if means are normally distributed.
+
+    It tests each hypothesis that is left at the level over their number, which depends on how many it has rejected: the
+    share is where both agree.
+    """
+    upper = np.triu_indices(len(truth), 1)
+    runs = _runs(np.random.default_rng(0), kind, truth, MANY)
+    means, moments = runs.mean(axis=1), np.cov(runs)
+    alone = np.diag(moments)
+    errors = np.sqrt((alone[:, None] + alone - 2.0 * moments)[upper] / episodes)
+    differ = np.abs((truth[:, None] - truth)[upper]) > 1e-9
+    sizes = (np.abs((means[:, None] - means)[upper]) / errors)[differ]
+    number, found = len(upper[0]), 0.0
+    for _ in range(200):
+        bound = ndtri(1.0 - LEVEL / (number - found) / 2.0)
+        found = float(ndtr(sizes - bound).sum())
+    return found / len(sizes)
 
 
 def _runs(draw: np.random.Generator, kind: str, means: Floats, episodes: int) -> Floats:

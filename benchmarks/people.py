@@ -4,7 +4,8 @@ Plays episodes of an imported split with their own navigation texts and with tho
 in the city that was recovered from the texts and in the same streets with furniture drawn without them. The room's
 texts are always the episode's own. Prints nDTW, CTC-3 and PTC of the turns, by whether all street furniture that the
 text names is there in that city (`server.dataset.world_check`), with standard errors. The texts of an imported split
-helped to build its city: these are no held-out scores.
+helped to build its city: these are no held-out scores. `--played FILE` keeps each episode when it has been played; the
+same command goes on from there.
 """
 
 import argparse
@@ -13,9 +14,9 @@ import math
 import sys
 import time
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -43,6 +44,7 @@ CITIES, TEXTS = ("rebuilt", "before"), ("own text", "another's text")
 class Played:
     """The scores of one turn, and how much of the furniture that its own text names is there."""
 
+    episode: str
     city: str
     text: str
     there: str
@@ -95,15 +97,23 @@ def with_texts(episode: Episode, other: Episode, language: str) -> Episode:
     return replace(episode, instructions={language: (swapped[0], swapped[1])})
 
 
-def measure(split: Split, section_id: str, language: str, chosen: range, until: float) -> list[Played]:
-    """Play the episodes of a section that `chosen` numbers in playing order, until a time of `time.time`."""
+def measure(
+    split: Split, section_id: str, language: str, chosen: range, until: float, known: Set[str], kept: Path | None
+) -> list[Played]:
+    """Play the episodes of a section that `chosen` numbers in playing order, until a time of `time.time`.
+
+    Episodes that are known are left out. Each that is played is added to the file at `kept`, one line an episode.
+    """
     members = [one for one in split.in_playing_order(language) if one.section == section_id]
     plain = [replace(one, furniture=NO_FURNITURE) for one in members]
     section = split.sections[section_id]
     cities = {"rebuilt": (City(section, members), members), "before": (City(before(section, members), ()), plain)}
     follower = make_instruction_writer().make_follower
-    played = []
+    played: list[Played] = []
     for place in chosen[: max(0, len(members) - chosen.start)]:
+        if members[place].episode_id in known:
+            continue
+        first = len(played)
         for name, (city, episodes) in cities.items():
             episode, other = episodes[place], episodes[place - 1]
             states = [
@@ -112,10 +122,21 @@ def measure(split: Split, section_id: str, language: str, chosen: range, until: 
             ]
             for text, one in (("own text", episode), ("another's text", with_texts(episode, other, language))):
                 scores = play(follower(), one, language, city.world(episode)).turns
-                played += [Played(name, text, state, turn) for state, turn in zip(states, scores, strict=True)]
+                played += [
+                    Played(episode.episode_id, name, text, state, turn)
+                    for state, turn in zip(states, scores, strict=True)
+                ]
+        if kept:
+            with kept.open("a") as file:
+                file.write(json.dumps([asdict(one) for one in played[first:]]) + "\n")
         if time.time() > until:
             break
     return played
+
+
+def read_played(file: Path) -> list[Played]:
+    """Return what an earlier command has played."""
+    return [Played(**one) for line in file.read_text().splitlines() for one in json.loads(line)]
 
 
 def rows(played: Sequence[Played]) -> Iterator[tuple[str, str, str, list[Mapping[str, float]]]]:
@@ -147,6 +168,9 @@ def main() -> int:
     parser.add_argument("--skip", type=int, default=0, help="leave out the first so many of each section")
     parser.add_argument("--seconds", type=float, default=math.inf, help="stop after about so long")
     parser.add_argument("--jobs", type=int, default=1, help="number of processes (default: %(default)s)")
+    parser.add_argument(
+        "--played", type=Path, metavar="FILE", help="file of what was played, of this split and language"
+    )
     parser.add_argument("--output", type=Path, help="output JSON file")
     arguments = parser.parse_args()
 
@@ -155,15 +179,17 @@ def main() -> int:
     chosen = range(arguments.skip, arguments.skip + arguments.episodes)
     share = arguments.seconds * arguments.jobs / len(sections)
     begun = time.time()
-    played: list[Played] = []
+    kept: Path | None = arguments.played
+    played = read_played(kept) if kept and kept.exists() else []
+    known = {one.episode for one in played}
     if arguments.jobs == 1:
         for section in sections:
-            played += measure(split, section, arguments.lang, chosen, time.time() + share)
+            played += measure(split, section, arguments.lang, chosen, time.time() + share, known, kept)
             print(f"section {section}: {len(played) // 4} turns so far, {time.time() - begun:.0f} s", file=sys.stderr)
     else:
         with ProcessPoolExecutor(arguments.jobs) as pool:
             tasks = [
-                pool.submit(measure, split, name, arguments.lang, chosen, begun + arguments.seconds)
+                pool.submit(measure, split, name, arguments.lang, chosen, begun + arguments.seconds, known, kept)
                 for name in sections
             ]
             for task in tasks:

@@ -1,5 +1,6 @@
 """Shared fixtures: a PostgreSQL server, a proxy, an undisturbed run, and servers that start quickly."""
 
+import gc
 import json
 import os
 import signal
@@ -9,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from server.sim.raster.camera import compile_kernels
-from tests import ROOT, tiny
+from tests import ROOT, forked_pools, recorded_migrations, tiny
 from tests.faults.clients import EPISODES, Peace, journal_url, undisturbed
 from tests.forked import Forked
 from tests.serving import Server
@@ -18,6 +19,8 @@ from tests.shared import shared_folder
 pytest_plugins = ["tests.postgres", "tests.proxy"]
 
 Server.fork = Forked
+recorded_migrations.install()
+forked_pools.install()
 
 
 @pytest.fixture(scope="session")
@@ -71,6 +74,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     slow = {item.path for item in items if item.get_closest_marker("slow")}
     places = {ROOT / "tests" / name: place for place, name in enumerate(LONGEST)}
     items.sort(key=lambda item: (places.get(item.path, len(LONGEST)), item.path not in slow))
+
+
+def pytest_collection_finish() -> None:
+    """What modules and the collection hold is there to the end: no garbage collection is to look through it."""
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

@@ -20,8 +20,8 @@ from tests import forked_workers
 Main = Callable[[list[str]], int]
 """Runs a command with these arguments; returns its exit status."""
 
-_CONTEXT = multiprocessing.get_context("forkserver")
-_CONTEXT.set_forkserver_preload(["tests.loaded"])
+CONTEXT = multiprocessing.get_context("forkserver")
+CONTEXT.set_forkserver_preload(["tests.loaded"])
 
 
 class Forked:
@@ -44,7 +44,7 @@ class Forked:
         command: Main = server.__main__.main,
     ) -> None:
         given = (command, list(arguments), dict(os.environ), stdout, stderr)
-        self._process = _CONTEXT.Process(target=_run, args=given, daemon=True)
+        self._process = CONTEXT.Process(target=_run, args=given, daemon=True)
         self._process.start()
         assert self._process.pid is not None
         self.pid = self._process.pid

@@ -1,8 +1,18 @@
 """Imports and compiles all that a server and a client need, so that they can be forked from this process."""
 
+import gc
+
 import agents.random_walk  # noqa: F401
 import arramon_client.cli  # noqa: F401
-import server.commands.serve  # noqa: F401 - with all that it imports
+import server.cli
+import server.commands.serve
+import server.process.logs  # noqa: F401
 from server.sim.raster.camera import compile_kernels
+from tests import recorded_migrations
 
 compile_kernels()
+recorded_migrations.install()
+recorded_migrations.record()
+# The forks do not look through what they share with this process, which would copy it, for what could be freed.
+gc.collect()
+gc.freeze()

@@ -16,10 +16,14 @@ from typing import Any
 import psycopg
 import pytest
 
+from server.runs.storage.database import Database
 from tests.programs import free_port, program, start, stop
 
 SETTINGS = {"listen_addresses": "127.0.0.1", "unix_socket_directories": "", "fsync": "off", "shared_buffers": "32MB"}
 """Without fsync: what these tests break are processes, not the machine."""
+
+TEMPLATE = "journal_template"
+"""Name of the database that new ones are copied from."""
 
 
 class Cluster:
@@ -39,15 +43,31 @@ class Cluster:
         command += ["--auth=scram-sha-256", "--encoding=UTF8", "--no-locale", "--no-sync"]
         subprocess.run(command, check=True, user=self._user, capture_output=True, cwd=folder)
         self.port = free_port()
+        self._has_template = False
         self.start()
 
     def url(self, database: str) -> str:
         return f"postgresql://arramon:{self._password}@127.0.0.1:{self.port}/{database}"
 
     def create(self) -> str:
-        """The URL of a new, empty database."""
+        """The URL of a new database with the tables of a journal, and nothing in them: a copy of one made once."""
+        if not self._has_template:
+            self.run(f"CREATE DATABASE {TEMPLATE}")
+            Database(self.url(TEMPLATE)).close()
+            self._has_template = True
+        url = self._create(f"TEMPLATE {TEMPLATE}")
+        with psycopg.connect(url, autocommit=True) as connection:  # a new journal's clock starts at the present
+            connection.execute("UPDATE service_clock SET seconds = extract(epoch FROM clock_timestamp())")
+            connection.execute("UPDATE service_clock SET seen = seconds")
+        return url
+
+    def create_empty(self) -> str:
+        """The URL of a new database without tables."""
+        return self._create()
+
+    def _create(self, options: str = "") -> str:
         name = f"test_{uuid.uuid4().hex[:12]}"
-        self.run(f"CREATE DATABASE {name}")
+        self.run(f"CREATE DATABASE {name} {options}")
         return self.url(name)
 
     def run(self, statement: str, **values: object) -> list[tuple[Any, ...]]:
@@ -117,13 +137,13 @@ def cluster() -> Iterator[Cluster]:
 
 @pytest.fixture
 def postgres_url(cluster: Cluster) -> str:
-    """A new, empty database in it."""
+    """A new database in it, with an empty journal's tables."""
     return cluster.create()
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])
 def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
-    """A new, empty database of each kind."""
+    """A database of each kind for a new journal."""
     if request.param == "sqlite":
         return f"sqlite:///{tmp_path / 'journal.db'}"
     url: str = request.getfixturevalue("postgres_url")

@@ -1,6 +1,6 @@
 """The follower agent: reads each instruction, and passes it to the navigator or to the room follower."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import lang
@@ -10,6 +10,9 @@ from agents.follower.room import RoomFollower
 from arramon_client.agent import Action, Episode, Observation
 from lang.meaning import Assembly, Navigation, Thing
 
+Walk = Callable[[int], Action]
+"""Returns the next action of a navigation phase, given the steps left; called after the body has perceived."""
+
 
 @dataclass
 class _Memory:
@@ -18,7 +21,7 @@ class _Memory:
     episode: Episode
     body: Body
     phase: tuple[int, str] = (0, "")
-    navigator: Navigator | None = field(default=None)
+    walk: Walk | None = field(default=None)
     room: RoomFollower | None = field(default=None)
 
 
@@ -49,6 +52,11 @@ class Agent:
         """Return what perceives the streets of an episode."""
         return Body(episode.labels)
 
+    def make_walk(self, body: Body, meaning: Navigation, turn: int) -> Walk:  # noqa: ARG002
+        """Return what plays a navigation phase of turn 1 or 2."""
+        navigator = Navigator(body, meaning)
+        return lambda _: navigator.act()
+
     def make_room(self, meaning: Assembly, episode: Episode) -> RoomFollower:
         """Return what plays an assembly phase."""
         return RoomFollower(meaning, episode.labels)
@@ -61,21 +69,21 @@ class Agent:
         if (observation.turn, observation.phase) != memory.phase:
             memory.phase = observation.turn, observation.phase
             self._begin_phase(observation, memory)
-        if memory.navigator is not None:
+        if memory.walk is not None:
             memory.body.perceive(observation)
-            action = memory.navigator.act()
+            action = memory.walk(observation.steps_left)
             memory.body.record_action(action)
             return action
         assert memory.room is not None
         return Action(memory.room.act(observation))
 
     def _begin_phase(self, observation: Observation, memory: _Memory) -> None:
-        memory.navigator = memory.room = None
+        memory.walk = memory.room = None
         memory.body.record_action(None)
         meaning = self.read(memory.episode.language, observation.instruction, observation.phase)
         if isinstance(meaning, Navigation):
             memory.body.landmarks.forget()
-            memory.navigator = Navigator(memory.body, meaning)
+            memory.walk = self.make_walk(memory.body, meaning, observation.turn)
         else:
             memory.room = self.make_room(meaning, memory.episode)
 

@@ -2,13 +2,25 @@
 
 import math
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from agents.follower.map_landmarks import Landmark, Landmarks, fits
 from agents.follower.perceive import Sighting
 from agents.learning.eyes.names import NamedThing
-from agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURS, KINDS, LOOKS, SURFACES
+from agents.learning.eyes.vocabulary import (
+    COLLECTIBLES,
+    COLOURS,
+    KINDS,
+    LOOKS,
+    NONE,
+    SURFACES,
+    codes_of,
+    look_slices,
+)
 from agents.learning.sight import label_of
 from arramon_client.agent import Label
 from lang.meaning import Thing
@@ -25,6 +37,38 @@ FULL, MOST = 150.0, 4.0
 """Pixels of a view that counts once, and how often a view counts at most."""
 
 _NAMED = np.array([kind not in SURFACES for kind in KINDS])
+
+_GROUPS = tuple(look_slices().values())
+
+Floats = npt.NDArray[np.float32]
+
+
+class Belief(NamedTuple):
+    """A landmark, and what it may be.
+
+    Attributes:
+        mark: where it is, and its most likely names; the same object for the same landmark.
+        kinds, colours: probabilities by place in `vocabulary.KINDS` and `COLOURS`.
+        looks: by place in `vocabulary.LOOKS`; they add up to 1 in each group.
+    """
+
+    mark: Landmark
+    kinds: Floats
+    colours: Floats
+    looks: Floats
+
+
+@lru_cache(maxsize=512)
+def certain(label: Label) -> tuple[Floats, Floats, Floats]:
+    """Return kinds, colours and looks of a label that is known: 1 for its own, 0 for all others."""
+    codes = codes_of(label.kind, label.colour, label.look)
+    rows = []
+    for code, names in zip(codes, (KINDS, COLOURS, LOOKS), strict=True):
+        row = np.zeros(len(names), np.float32)
+        if code != NONE:
+            row[code] = 1.0
+        rows.append(row)
+    return rows[0], rows[1], rows[2]
 
 
 class _Place:
@@ -46,6 +90,12 @@ class _Place:
         self.mark.label = label_of(*self._sums)
         if distance < 0.9 * self.mark.nearest:
             self.mark.x, self.mark.z, self.mark.nearest = x, z, distance
+
+    def belief(self) -> Belief:
+        """Return the thing with what it may be."""
+        kinds, colours, looks = self._sums
+        groups = [_softmax(looks[places]) for places in _GROUPS]
+        return Belief(self.mark, _softmax(kinds), _softmax(colours), np.concatenate(groups))
 
 
 class SeenLandmarks(Landmarks):
@@ -83,6 +133,10 @@ class SeenLandmarks(Landmarks):
         """Return the landmarks whose most likely names match a thing's attributes, as far as they are given."""
         return super().fitting(thing) + [place.mark for place in self._places if fits(thing, place.mark.label)]
 
+    def beliefs(self) -> list[Belief]:
+        """Return every landmark with what it may be."""
+        return [*certain_beliefs(self), *(place.belief() for place in self._places)]
+
     def forget(self) -> None:
         """Remove all landmarks."""
         super().forget()
@@ -100,3 +154,14 @@ class SeenLandmarks(Landmarks):
         place = _Place(x, z)
         place.add(named, x, z, distance)
         self._places.append(place)
+
+
+def certain_beliefs(landmarks: Landmarks) -> list[Belief]:
+    """Return every landmark that is known by a label, as if the label were certain."""
+    return [Belief(mark, *certain(mark.label)) for mark in landmarks.marks()]
+
+
+def _softmax(sums: npt.NDArray[np.float64]) -> Floats:
+    raised = np.exp(sums - sums.max())
+    shares: Floats = (raised / raised.sum()).astype(np.float32)
+    return shares

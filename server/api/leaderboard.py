@@ -173,7 +173,6 @@ def reproduction_message(reproduction: Reproduction) -> pb.Reproduction:
 def epoch_message(epoch: Epoch) -> pb.Epoch:
     """Return the message for an epoch of a hidden split."""
     record = epoch.record
-    times = {name: getattr(record, name) for name in ("opened_at", "closed_at", "revealed_at")}
     return pb.Epoch(
         split=record.split,
         state=pb.EpochState.Value(f"EPOCH_STATE_{record.state.name}"),
@@ -181,7 +180,7 @@ def epoch_message(epoch: Epoch) -> pb.Epoch:
         commitment=record.commitment,
         secret=record.secret or "",
         command=epoch.command,
-        **{name: time.isoformat(timespec="seconds") for name, time in times.items() if time},
+        **epoch.times,
     )
 
 

@@ -88,6 +88,7 @@ class PlayHandler:
             history=open_.history,
             adopt=open_.adopt,
             prepare=self._prepare,
+            canvas=self._encoder.canvas,
             deliver=self._deliver,
             close=self._outbox.put_nowait,
             backlog=lambda: self._waiting,

@@ -12,11 +12,13 @@ from collections.abc import Iterable
 from typing import Self
 
 import numpy as np
+import numpy.typing as npt
 
 from arramon.v1.evaluation_pb2 import Opened
 from arramon.v1.types_pb2 import ENCODING_RAW, ENCODING_SHARED, SharedMemory
 from server.api.encoding import Images, MessageEncoder, little_endian
 from server.api.wire import Data
+from server.sim.cameras import Frame
 
 IMAGE_SENSORS = {"rgb": 3, "depth": 2, "segmentation": 2}
 """Bytes per pixel of the images that sensors give."""
@@ -44,7 +46,12 @@ class SharedMemoryEncoder:
 
     def __init__(self, episodes: int, sensors: Iterable[str], size: int) -> None:
         self._episodes = episodes
-        self._each = size * size * sum(IMAGE_SENSORS.get(sensor, 0) for sensor in sensors)
+        given = set(sensors)
+        self._sensors = tuple(sensor for sensor in IMAGE_SENSORS if sensor in given)
+        self._size = size
+        self._each = size * size * sum(IMAGE_SENSORS[sensor] for sensor in self._sensors)
+        self._labels = np.empty((size, size), np.uint16)  # Drawn with every frame, but not shared.
+        self._canvases: dict[str, Frame] = {}
         self._in_messages = MessageEncoder(ENCODING_RAW)
         self._memory: SharedImages | None = None
 
@@ -58,12 +65,28 @@ class SharedMemoryEncoder:
         if self._memory is not None:
             self._memory.close()
             self._memory = None
+            self._canvases.clear()
 
     def announce(self, opened: Opened) -> None:
         """Write to a stream's first message where the memory is."""
         opened.encoding = self.encoding
         if self._memory is not None:
             opened.shared.CopyFrom(self._memory.message)
+
+    def canvas(self, episode_id: str) -> Frame | None:
+        """Return an episode's images in shared memory; None if there is no room, or they cannot be drawn there."""
+        if episode_id in self._canvases:
+            return self._canvases[episode_id]
+        if self._memory is None or self._size % 2 or self._sensors[:2] != ("rgb", "depth"):
+            return None
+        room = self._memory.room(episode_id)
+        if room is None:
+            return None
+        pixels = self._size * self._size
+        rgb = room[: 3 * pixels].reshape(self._size, self._size, 3)
+        depth = room[3 * pixels : 5 * pixels].view(np.uint16).reshape(self._size, self._size)
+        self._canvases[episode_id] = Frame(rgb, depth, self._labels)
+        return self._canvases[episode_id]
 
     def encode(self, episode_id: str, images: Images, *, latest: bool) -> list[Data]:
         """Write the images of one observation: the latest one over those of the episode's last one."""
@@ -74,6 +97,7 @@ class SharedMemoryEncoder:
 
     def forget(self, episode_id: str) -> None:
         """Free the room of an episode that has ended."""
+        self._canvases.pop(episode_id, None)
         if self._memory is not None:
             self._memory.forget(episode_id)
 
@@ -104,20 +128,30 @@ class SharedImages:
         """Close the file. The memory is freed when neither this object nor the client maps it any more."""
         os.close(self._file)
 
+    def room(self, episode_id: str) -> npt.NDArray[np.uint8] | None:
+        """Return the bytes for an episode's images, aligned to cache lines; None if there is no room."""
+        if episode_id not in self._places:
+            if not self._free:
+                return None
+            self._places[episode_id] = self._free.pop()
+        place = self._places[episode_id]
+        return self._bytes[place : place + self._each]
+
     def write(self, episode_id: str, images: Images) -> bool:
         """Write an observation's images over those of the episode's last one, and their place into empty messages.
 
         Returns:
             False, without having written anything, if there is no room for another episode.
         """
-        if episode_id not in self._places:
-            if not self._free:
-                return False
-            self._places[episode_id] = self._free.pop()
-        place = self._places[episode_id]
+        room = self.room(episode_id)
+        if room is None:
+            return False
+        place = first = self._places[episode_id]
         for pixels, image in images:
             flat = little_endian(pixels).reshape(-1).view(np.uint8)
-            self._bytes[place : place + flat.size] = flat
+            here = room[place - first : place - first + flat.size]
+            if not np.may_share_memory(here, flat):  # What was drawn here need not be copied.
+                here[:] = flat
             image.height, image.width = pixels.shape[:2]
             image.encoding, image.place = ENCODING_SHARED, place
             place += flat.size

@@ -22,6 +22,7 @@ _LENGTH_DELIMITED = 2
 _EVENTS = pb.PlayResponse.EVENTS_FIELD_NUMBER
 _OBSERVATION = pb.Event.OBSERVATION_FIELD_NUMBER
 _DATA = Image.DATA_FIELD_NUMBER
+_NUMBERS = {name: field.number for name, field in pb.Observation.DESCRIPTOR.fields_by_name.items()}
 
 
 def response_of(events: Sequence[Parts]) -> bytes:
@@ -36,12 +37,15 @@ def observation_event(message: pb.Observation, images: Sequence[tuple[str, Image
         message: the observation without images.
         images: for each the name of its field, the image without its data, and the data.
     """
-    parts: Parts = [message.SerializeToString()]
+    with_data = []
     for name, image, data in images:
-        content: Parts = [image.SerializeToString()]
         if len(data):
-            content += _field(_DATA, [data])
-        parts += _field(pb.Observation.DESCRIPTOR.fields_by_name[name].number, content)
+            with_data.append((_NUMBERS[name], [image.SerializeToString(), *_field(_DATA, [data])]))
+        else:
+            getattr(message, name).CopyFrom(image)
+    parts: Parts = [message.SerializeToString()]
+    for number, content in with_data:
+        parts += _field(number, content)
     return _field(_OBSERVATION, parts)
 
 

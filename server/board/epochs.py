@@ -19,6 +19,8 @@ from server.scoring.aggregate import Interval
 from server.scoring.episode import METRICS
 from server.scoring.leakage import Scored, changes
 
+_TIMES = ("opened_at", "closed_at", "revealed_at")
+
 
 @dataclass(frozen=True, slots=True)
 class Epoch:
@@ -38,6 +40,12 @@ class Epoch:
         found = epoch_of(self.statement.split)
         assert found is not None  # `read_statement` has checked it
         return found[1]
+
+    @property
+    def times(self) -> dict[str, str]:
+        """The times at which it was opened, closed and revealed, as far as it was, in ISO 8601 and UTC, by name."""
+        times = {name: getattr(self.record, name) for name in _TIMES}
+        return {name: time.isoformat(timespec="seconds") for name, time in times.items() if time is not None}
 
     @property
     def command(self) -> str:
@@ -120,10 +128,9 @@ class EpochBoard:
             language: code of the instructions' language.
             metric: one of COLUMNS.
         """
-        epochs = self.all()
-        for newer, older in pairwise(epochs):
+        known = self._board.languages()
+        for newer, older in pairwise(self.all()):
             names = older.statement.split, newer.statement.split
-            known = self._board.languages()
             if older.statement.base != newer.statement.base or any(language not in known.get(one, ()) for one in names):
                 continue
             if (found := self._compare(*names, language, metric)).agents:
@@ -226,13 +233,12 @@ def as_file(epochs: Sequence[Epoch]) -> dict[str, object]:
 def as_data(epoch: Epoch) -> dict[str, object]:
     """Return an epoch as plain data."""
     record = epoch.record
-    times = {name: getattr(record, name) for name in ("opened_at", "closed_at", "revealed_at")}
     return {
         "split": record.split,
         "state": record.state.value,
         "statement": record.statement.decode(),
         "commitment": record.commitment.hex(),
-        **{name: time.isoformat(timespec="seconds") if time else None for name, time in times.items()},
+        **{name: epoch.times.get(name) for name in _TIMES},
         "secret": record.secret,
         "command": epoch.command or None,
     }

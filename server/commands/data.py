@@ -21,6 +21,7 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
     import_.add_argument("--split", help="name of the split (default: from the file's name)")
     import_.add_argument("--lang", help="language of the instructions (default: from their script)")
     import_.add_argument("--hidden", action="store_true", help="keep targets, goals and paths on the server")
+    import_.add_argument("--jobs", type=int, default=0, help="number of processes (default: one for each core)")
     import_.set_defaults(command=_import)
 
     generate = commands.add_parser("generate", parents=[common], help="generate the data set, or a part of it")
@@ -76,7 +77,12 @@ def _demands(arguments: argparse.Namespace) -> None:
 
 def _import(arguments: argparse.Namespace) -> None:
     for split in import_release(
-        arguments.files, arguments.data, split=arguments.split, language=arguments.lang, hidden=arguments.hidden
+        arguments.files,
+        arguments.data,
+        split=arguments.split,
+        language=arguments.lang,
+        hidden=arguments.hidden,
+        jobs=arguments.jobs,
     ):
         print(describe(split))
 

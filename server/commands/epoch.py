@@ -21,6 +21,7 @@ from server.episodes.epochs import (
     epoch_of,
     read_statement,
 )
+from server.episodes.files import read_object
 from server.episodes.splits import Split, folder_of
 from server.errors import BadFile, BadInput, Conflict
 from server.runs.storage.epochs import Epochs
@@ -230,13 +231,8 @@ def _generate(data: Path, name: str, secret: str, *, scale: float, jobs: int, tr
 
 def _find(path: Path, split: str) -> dict[str, Any]:
     """Return what a host's list says of an epoch."""
-    try:
-        content = json.loads(path.read_bytes())
-    except OSError as error:
-        raise BadFile(path, f"cannot be read: {error.strerror}") from error
-    except ValueError as error:
-        raise BadFile(path, "is not JSON, or was truncated") from error
-    if not isinstance(content, dict) or (content.get("format"), content.get("version")) != (LIST_FORMAT, LIST_VERSION):
+    content = read_object(path)
+    if (content.get("format"), content.get("version")) != (LIST_FORMAT, LIST_VERSION):
         raise BadFile(path, f"is not a list of epochs: expected the format {LIST_FORMAT!r}, version {LIST_VERSION}")
     epochs = content.get("epochs")
     found = [one for one in epochs if isinstance(one, dict)] if isinstance(epochs, list) else []

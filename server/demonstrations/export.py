@@ -18,10 +18,9 @@ from server.demonstrations.request import Export, Request, check_request
 from server.demonstrations.sources import Sources
 from server.episodes.splits import Split, folder_of, folders_of, no_splits, read_split
 from server.errors import BadInput, Conflict, NotFound, StorageError
+from server.parallel import processes_of
 from server.sim.cameras import CAMERAS
 from server.sim.raster.camera import compile_kernels
-
-MAX_JOBS = 256
 
 CAMERA = "ARRAMON_CAMERA"
 """Environment variable that names the camera, as for the environments."""
@@ -123,8 +122,7 @@ def export_demonstrations(
         StorageError: if the folder cannot be written; what is finished stays.
         ArraMonError: if a demonstration does not fit its episode.
     """
-    if not 0 <= jobs <= MAX_JOBS:
-        raise BadInput(f"the number of jobs is {jobs}; expected 1 to {MAX_JOBS}, or 0 for one per core")
+    processes = processes_of(jobs)
     format_ = load_format(request.format)
     parts = make_parts(split, request, sources.chosen)
     if not parts:
@@ -142,7 +140,7 @@ def export_demonstrations(
         if folder.begin(export.settings()):
             return export
         with folder.alone():
-            _work(export, folder, parts, jobs or len(os.sched_getaffinity(0)), tell)
+            _work(export, folder, parts, processes, tell)
             done = folder.finished_parts()
             format_.finish(export, split, folder, [done[part.number]["content"] for part in parts])
             folder.write_record(record_of(export, episodes_by_language(parts)))

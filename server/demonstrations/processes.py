@@ -1,16 +1,11 @@
-"""Work on all cores: results come as they are ready, and no process outlives its parent."""
+"""Work on all cores: results come as they are ready, and no part is left half-written."""
 
-import multiprocessing
-import os
-import signal
-import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
-from multiprocessing.connection import wait
+from concurrent.futures import as_completed
 from typing import TypeVar
 
 from server.errors import ArraMonError
+from server.parallel import process_pool
 
 _Job = TypeVar("_Job")
 _Result = TypeVar("_Result")
@@ -33,29 +28,10 @@ def run_all(work: Callable[[_Job], _Result], jobs: Sequence[_Job], processes: in
     if processes == 1:
         yield from map(work, jobs)
         return
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(processes, mp_context=context, initializer=_end_with_parent)
-    has_failed = False
-    try:
-        for future in as_completed([pool.submit(work, job) for job in jobs]):
-            yield future.result()
-    except BrokenProcessPool as error:
-        raise ArraMonError("a process that renders demonstrations died, possibly out of memory") from error
-    except (ArraMonError, OSError):
-        has_failed = True
-        raise
-    finally:
-        pool.shutdown(wait=has_failed, cancel_futures=True)
-
-
-def _end_with_parent() -> None:
-    """End this process with its parent, however that ends; leave keyboard interrupts to it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-
-    def watch() -> None:
-        wait([parent.sentinel])
-        os._exit(1)
-
-    threading.Thread(target=watch, name="end-with-parent", daemon=True).start()
+    with process_pool(processes, "renders demonstrations") as pool:
+        try:
+            for future in as_completed([pool.submit(work, job) for job in jobs]):
+                yield future.result()
+        except (ArraMonError, OSError):
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise

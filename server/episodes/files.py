@@ -143,6 +143,21 @@ def read_bytes(path: Path) -> bytes:
         raise BadFile(path, f"cannot be read: {error.strerror}") from error
 
 
+def read_object(path: Path) -> dict[str, Any]:
+    """Return the JSON object that a file holds.
+
+    Raises:
+        BadFile: if it cannot be read or is no JSON object.
+    """
+    try:
+        content = json.loads(read_bytes(path))
+    except ValueError as error:
+        raise BadFile(path, "is not JSON, or was truncated") from error
+    if not isinstance(content, dict):
+        raise BadFile(path, "is not a JSON object")
+    return content
+
+
 def parse(adapter: TypeAdapter[_T], data: bytes, path: Path, *, line: int | None = None) -> _T:
     """Parse JSON and validate it against a type.
 

@@ -31,6 +31,9 @@ OTHER_COLUMNS = ("agent", "published", GAP)
 
 ASCENDING, DESCENDING = "asc", "desc"
 
+_UPWARDS = ("agent", GAP)
+"""Columns that are sorted ascending at first."""
+
 _LEAST = re.compile(r"(0?\.[0-9]{1,6}|[01](\.0*)?)?", re.ASCII)
 
 _CHOICES: Mapping[str, tuple[str, ...]] = {
@@ -54,7 +57,7 @@ class Choice:
         sensors: one of SENSORS.
         coverage: one of COVERAGES.
         sort: one of METRICS or OTHER_COLUMNS.
-        order: ascending or descending.
+        order: ascending or descending; in an address without it, that of `first_order`.
         page: from 1.
         least: least score of what is listed by the gap between languages, as a decimal number; empty for all.
         cost: one of COSTS, which scores are plotted against.
@@ -80,16 +83,20 @@ class Choice:
         """Return the query of a changed choice, without the fields that have their defaults."""
         changed = {"page": 1, **changes}
         other = replace(self, **changed)  # type: ignore[arg-type]
-        defaults = Choice(other.split, other.language)
+        defaults = Choice(other.split, other.language, order=first_order(other.sort))
         named = {field.name: getattr(other, field.name) for field in fields(other)}
         shown = {k: v for k, v in named.items() if k in ("split", "language") or v != getattr(defaults, k)}
         return "?" + urlencode(shown)
 
     def sorting(self, column: str) -> str:
         """Return the query that sorts by a column, in reverse if it is the current one."""
-        default_order = ASCENDING if column in ("agent", GAP) else DESCENDING
         reversed_order = ASCENDING if self.order == DESCENDING else DESCENDING
-        return self.link(sort=column, order=reversed_order if column == self.sort else default_order)
+        return self.link(sort=column, order=reversed_order if column == self.sort else first_order(column))
+
+    @property
+    def is_reversed(self) -> bool:
+        """Whether the order is not the first one of its column."""
+        return self.order != first_order(self.sort)
 
     def fits(self, standing: Standing) -> bool:
         """Return whether a standing passes the filters."""
@@ -121,6 +128,11 @@ class Choice:
         return sorted(ordered, key=lambda one: not one.is_ranked)
 
 
+def first_order(column: str) -> str:
+    """Return the order in which a column is sorted at first: the smallest gap, the first name, the best score."""
+    return ASCENDING if column in _UPWARDS else DESCENDING
+
+
 def read_choice(query: Mapping[str, str], languages: Mapping[str, tuple[str, ...]], defaults: Choice) -> Choice:
     """Return the choice that an address encodes.
 
@@ -143,6 +155,7 @@ def read_choice(query: Mapping[str, str], languages: Mapping[str, tuple[str, ...
     for name, value in chosen.items():
         if name != "split" and value not in choices[name]:
             raise NotFound(f"there is no {name} {value!r}")
+    chosen.setdefault("order", first_order(chosen.get("sort", defaults.sort)))
     page = query.get("page", "1")
     if not (page.isascii() and page.isdecimal() and int(page[:6]) > 0):
         raise NotFound(f"there is no page {page!r}")

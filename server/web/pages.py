@@ -14,7 +14,7 @@ from server.board.epochs import EpochBoard, as_file
 from server.board.exports import as_csv, as_json
 from server.episodes.splits import Split
 from server.errors import Conflict, NotFound, Unavailable
-from server.runs.accounts.callers import UNAUTHENTICATED
+from server.runs.accounts.callers import READER
 from server.runs.results.receipts import Receipts
 from server.runs.storage.journal import Journal
 from server.web.comparison_page import ComparisonPage
@@ -182,7 +182,7 @@ class Pages:
             if entry.seal is None:
                 raise NotFound("this run has no receipt")
             run_id = entry.run.run_id
-            receipt = self._receipts.of(UNAUTHENTICATED, run_id)
+            receipt = self._receipts.of(READER, run_id)
             content = {
                 "format": RECEIPT_FORMAT,
                 "version": RECEIPT_VERSION,

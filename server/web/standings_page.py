@@ -15,7 +15,7 @@ from server.runs.storage.records import CANCELLED
 from server.web.cost_part import COSTS, cost_part
 from server.web.curves import FRAME
 from server.web.epochs_page import state_of
-from server.web.filters import COVERAGES, GAP, METRICS, SENSORS, TURNS, Choice
+from server.web.filters import COVERAGES, GAP, METRICS, SENSORS, TURNS, Choice, first_order
 from server.web.texts import Texts
 
 PAGE_SIZE = 100
@@ -99,7 +99,7 @@ class StandingsPage:
             "epoch": self._epoch(t, choice.split),
             "commands": COMMANDS.format(split=choice.split, language=language),
             "everything": choice.link(sensors="all", coverage="all"),
-            "files": choice.link(turns="total", sensors="all", coverage="all", order="desc"),
+            "files": choice.link(turns="total", sensors="all", coverage="all", order=first_order(choice.sort)),
             "all_marks": [*(mark.value for mark in Mark), "cancelled", "reference"],
             "coverage": lambda one: _coverage(t, one),
             "published": _published,

@@ -67,6 +67,28 @@ def test_shared_image_is_readable_until_its_episode_overwrites_it() -> None:
     assert np.array_equal(decoder.rgb(shown["a"][2].rgb), shown["a"][0])
 
 
+def test_an_image_that_was_drawn_in_shared_memory_is_not_copied() -> None:
+    with SharedMemoryEncoder(1, ("depth", "rgb"), 4) as encoder:
+        decoder, message = decoder_of(opened(encoder)), pb.Observation()
+        canvas = encoder.canvas("a")
+        assert canvas is not None
+        canvas.rgb[...], canvas.depth[...] = RANDOM.integers(0, 256, (4, 4, 3)), 1234
+        encoder.encode("a", [(canvas.rgb, message.rgb), (canvas.depth, message.depth)], latest=True)
+        assert np.array_equal(decoder.rgb(message.rgb), canvas.rgb)
+        canvas.depth[...] = 5678  # seen through the message as there is only one copy
+        assert np.allclose(decoder.depth(message.depth), 5.678)
+        assert encoder.canvas("a") is canvas
+        assert encoder.canvas("b") is None  # no room
+        encoder.forget("a")
+        assert encoder.canvas("b") is not None
+
+
+@pytest.mark.parametrize(("sensors", "size"), [(("rgb",), 4), (("depth",), 4), ((), 4), (("rgb", "depth"), 5)])
+def test_nothing_is_drawn_in_shared_memory_that_cannot_be(sensors: tuple[str, ...], size: int) -> None:
+    with SharedMemoryEncoder(1, sensors, size) as encoder:
+        assert encoder.canvas("a") is None
+
+
 def test_decoded_images_survive_later_writes() -> None:
     with SharedMemoryEncoder(1, ("rgb",), 4) as encoder:
         message = pb.Observation()

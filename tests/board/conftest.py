@@ -10,7 +10,8 @@ from tests.board.made import House
 
 
 @pytest.fixture
-def house(tmp_path: Path) -> Iterator[House]:
-    made = House(tmp_path)
+def house(tmp_path: Path, database_url: str) -> Iterator[House]:
+    """A house with each kind of database."""
+    made = House(tmp_path, database_url)
     with closing(made.database):
         yield made

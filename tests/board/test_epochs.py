@@ -1,7 +1,6 @@
 """Epochs on the leaderboard: states, runs on closed ones, actions, receipts, and the old epoch against the new."""
 
 import json
-from collections.abc import Iterator
 from contextlib import closing
 from functools import partial
 from pathlib import Path
@@ -20,11 +19,10 @@ from tests.board.made import House, secret_of
 
 
 @pytest.fixture
-def house(tmp_path: Path, database_url: str) -> Iterator[House]:
-    made = House(tmp_path, database_url)
-    made.participant("ann", "bob", "cid")
-    with closing(made.database):
-        yield made
+def house(house: House) -> House:
+    """A house with three participants."""
+    house.participant("ann", "bob", "cid")
+    return house
 
 
 def may_begin(house: House, split: str, data_hash: str = "") -> None:

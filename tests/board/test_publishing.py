@@ -1,6 +1,5 @@
 """Conditions of publication and withdrawal, with every kind of database."""
 
-from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
@@ -13,13 +12,6 @@ from server.runs.storage import tables
 from tests.board.made import House
 
 ANN, BOB = Caller(Role.PARTICIPANT, "ann"), Caller(Role.PARTICIPANT, "bob")
-
-
-@pytest.fixture
-def house(tmp_path: Path, database_url: str) -> Iterator[House]:
-    made = House(tmp_path, database_url)
-    with closing(made.database):
-        yield made
 
 
 @pytest.fixture

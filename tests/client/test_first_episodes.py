@@ -118,13 +118,13 @@ def test_missing_requested_split_is_reported_not_generated(data: Path, tmp_path:
 def test_the_first_command_generates_episodes_and_plays_them(
     data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """With two episodes instead of twelve, each of which takes seconds."""
-    monkeypatch.setattr(first_episodes, "SCALE", 2 / SPLITS[first_episodes.SPLIT].size)
+    """With one episode instead of twelve, each of which takes seconds."""
+    monkeypatch.setattr(first_episodes, "SCALE", 1 / SPLITS[first_episodes.SPLIT].size)
     asked = ["--agent", "agents.stop", "--lang", "hi", "--data", str(data), "--output", str(tmp_path / "results")]
     assert cli.main(asked) == 0
     said = capfd.readouterr()
     assert said.err.startswith(f"no episodes in {data} yet: generating a small part of val_unseen (only once)\n")
-    assert "2 of 2 episodes" in said.err
-    assert "on val_unseen, hi, 2 episodes" in said.out
+    assert "1 of 1 episodes" in said.err
+    assert "on val_unseen, hi, 1 episodes" in said.out
     assert cli.main([*asked, "--episodes", "1"]) == 0
     assert capfd.readouterr().err.startswith("run ")

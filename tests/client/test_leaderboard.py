@@ -175,7 +175,7 @@ def test_costs_and_seeds_are_shown(board: Board, address: str, capsys: pytest.Ca
 @pytest.mark.parametrize("typed", ["-1", "much", "nan", "1e19"])
 def test_amounts_are_numbers(address: str, capsys: pytest.CaptureFixture[str], typed: str) -> None:
     assert main(["publish", "r1", "--server", address, f"--price={typed}"]) == 2
-    assert f"'{typed}' is no amount; expected a number from 0 to 1e18" in capsys.readouterr().err
+    assert f"'{typed}' is no amount; expected a number from 0 to 1e+18" in capsys.readouterr().err
 
 
 def test_declared_cost_is_sent(board: Board, address: str) -> None:

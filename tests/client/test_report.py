@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import ExitStack, closing
 
 import grpc
 import numpy as np
@@ -11,6 +11,7 @@ import pytest
 from arramon.v1 import evaluation_pb2 as pb
 from arramon_client.cli import main
 from arramon_client.commands.report import plot
+from server.runs.accounts.callers import HOST, Role
 from server.scoring.disclosure import LEAST
 from tests import demanding
 from tests.api.people import Person, token_of
@@ -18,7 +19,7 @@ from tests.api.test_runs import refused
 from tests.board.made import House
 from tests.serving import METADATA, Server
 
-OPEN, SECRET, PRIVATE, PLAIN = (letter * 32 for letter in "abcd")
+OPEN, SECRET, PRIVATE, PLAIN, WITHDRAWN, NOBODYS, NOBODYS_WITHDRAWN = (letter * 32 for letter in "abcdef0")
 
 
 @pytest.fixture(scope="module")
@@ -34,8 +35,13 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
         house.run(PLAIN, 0.5)
         house.participant("bob")
         house.run(PRIVATE, 1.0, split="guarded", account="bob", participant="bob")
-        for run_id in (OPEN, SECRET, PLAIN):
+        house.run(WITHDRAWN, 1.0, split="guarded", account="bob", participant="bob")
+        for run_id in (NOBODYS, NOBODYS_WITHDRAWN):
+            house.run(run_id, 1.0, split="open")
+        for run_id in (OPEN, SECRET, PLAIN, WITHDRAWN, NOBODYS_WITHDRAWN):
             house.publish(run_id)
+        for run_id in (WITHDRAWN, NOBODYS_WITHDRAWN):
+            house.publishing.withdraw(HOST, run_id)
     server = Server(data, "127.0.0.1:0", "--no-anonymous")
     yield server
     assert server.stop() == 0
@@ -92,12 +98,38 @@ def test_missing_groups_are_explained(server: Server, capsys: pytest.CaptureFixt
     assert "a host can run `arramon-server demands`" in capsys.readouterr().out
 
 
-def test_published_runs_are_open_to_everyone_and_others_to_their_participant(server: Server) -> None:
-    with Person(server.address) as nobody, Person(server.address, token_of(server.data, "ann")) as ann:
-        for person in (nobody, ann):
-            request = pb.GetBreakdownRequest(run_id=SECRET)
-            assert person.stub.GetBreakdown(request, metadata=METADATA).groups
-            code, message = refused(
-                lambda stub=person.stub: stub.GetBreakdown(pb.GetBreakdownRequest(run_id=PRIVATE), metadata=METADATA)
-            )
-            assert (code, message) == (grpc.StatusCode.NOT_FOUND, f"there is no run {PRIVATE!r}")
+@pytest.fixture(scope="module")
+def people(server: Server) -> Iterator[dict[str, Person]]:
+    """Callers with a token, and one without, of the server that requires one; and one of a server that does not."""
+    tokens = {name: token_of(server.data, name) for name in ("ann", "bob")}
+    tokens |= {"chair": token_of(server.data, "chair", Role.HOST), "nobody": ""}
+    anonymous = Server(server.data, "127.0.0.1:0", "--trust-proxy", "--anonymous")
+    with ExitStack() as stack:
+        found = {name: stack.enter_context(Person(server.address, token)) for name, token in tokens.items()}
+        yield found | {"anybody": stack.enter_context(Person(anonymous.address))}
+    assert anonymous.stop() == 0
+
+
+READERS = {
+    "published": (SECRET, {"ann", "bob", "chair", "nobody", "anybody"}),
+    "somebody's": (PRIVATE, {"bob", "chair"}),
+    "withdrawn": (WITHDRAWN, {"bob", "chair"}),
+    "without an owner": (NOBODYS, {"chair", "anybody"}),
+    "without an owner, withdrawn": (NOBODYS_WITHDRAWN, {"chair", "anybody"}),
+}
+
+
+@pytest.mark.parametrize("kind", READERS)
+@pytest.mark.parametrize("who", ["ann", "bob", "chair", "nobody", "anybody"])
+def test_published_runs_are_open_to_everyone_and_others_to_those_who_may_see_them(
+    people: dict[str, Person], kind: str, who: str
+) -> None:
+    (run_id, readers), stub = READERS[kind], people[who].stub
+    request = pb.GetBreakdownRequest(run_id=run_id)
+    if who in readers:
+        assert stub.GetBreakdown(request, metadata=METADATA).groups
+        return
+    assert refused(lambda: stub.GetBreakdown(request, metadata=METADATA)) == (
+        grpc.StatusCode.NOT_FOUND,
+        f"there is no run {run_id!r}",
+    )

@@ -152,7 +152,8 @@ def test_verification_finds_what_does_not_belong_together(host: Host) -> None:
     ("content", "said"),
     [
         ("nonsense", "is not JSON, or was truncated"),
-        ("[]", "is not a list of epochs"),
+        ("[]", "is not a JSON object"),
+        ("{}", "is not a list of epochs"),
         ('{"format": "arramon-epochs", "version": 2, "epochs": []}', "is not a list of epochs"),
         ('{"format": "arramon-epochs", "version": 1, "epochs": []}', f"there is no epoch '{NAME}' in"),
         ('{"format": "arramon-epochs", "version": 1, "epochs": [{"split": "test_unseen_e1"}]}', "expected a text"),

@@ -60,7 +60,7 @@ def strayed(made: LocalPlayer, phase: str, seeds: range) -> Iterator[int]:
 @pytest.mark.parametrize("expert", ["reference", "shortest"])
 @pytest.mark.parametrize("phase", ["navigation", "assembly"])
 @pytest.mark.parametrize(
-    "seeds", [pytest.param(range(40), id="some"), pytest.param(range(40, 200), id="more", marks=pytest.mark.slow)]
+    "seeds", [pytest.param(range(40), id="some"), pytest.param(range(40, 90), id="more", marks=pytest.mark.slow)]
 )
 def test_from_states_off_the_path_it_succeeds_and_does_not_oscillate(
     data: Path, expert: str, phase: str, seeds: range

@@ -81,7 +81,7 @@ def played(stub: EvaluationStub) -> pb.Report:
     return report
 
 
-@pytest.fixture
+@pytest.fixture(scope="package")
 def undisturbed(server: Server) -> pb.Report:
     """What a run along the ground truth is worth where nobody attacks."""
     with grpc.insecure_channel(server.address) as channel:

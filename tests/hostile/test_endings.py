@@ -15,8 +15,8 @@ from tests.api.player import create
 from tests.hostile.endings import WAYS, end
 from tests.serving import METADATA, Server
 
-STREAMS = 40
-"""That are ended in each way: two hundred at each level."""
+STREAMS = 20
+"""That are ended in each way: a hundred at each level."""
 
 
 @pytest.mark.parametrize("level", ["debug", "info", "warning", "error"])

@@ -96,20 +96,20 @@ def held_open(messages: list[bytes], done: threading.Event) -> Iterator[bytes]:
 
 def test_server_survives_random_bytes(attack: Attack) -> None:
     with attack.attacker() as attacker:
-        for _ in range(60):
+        for _ in range(30):
             for method in REQUESTS:
                 attacker.unary(method, attacker.bytes_())
             attacker.play([attacker.bytes_()])
-        assert attacker.statuses[grpc.StatusCode.INVALID_ARGUMENT] > 60
+        assert attacker.statuses[grpc.StatusCode.INVALID_ARGUMENT] > 30
 
 
 def test_server_survives_odd_field_values(attack: Attack) -> None:
     with attack.attacker() as attacker:
-        for _ in range(40):
+        for _ in range(25):
             for method, message in REQUESTS.items():
                 attacker.unary(method, attacker.filled(message()).SerializeToString())
         assert attacker.statuses[grpc.StatusCode.INVALID_ARGUMENT] > 0
-        assert attacker.statuses[grpc.StatusCode.NOT_FOUND] > 20
+        assert attacker.statuses[grpc.StatusCode.NOT_FOUND] > 12
 
 
 def test_server_survives_mutated_messages(attack: Attack) -> None:
@@ -174,7 +174,7 @@ def test_oversized_messages_are_refused(attack: Attack, server: Server) -> None:
 def test_every_action_of_a_flood_is_answered(attack: Attack) -> None:
     """Each message is answered with 4,096 problems; the server reads no faster than it answers."""
     with attack.attacker() as attacker:
-        flood = [play_message([pb.Act()] * MAX_ACTS)] * 10
+        flood = [play_message([pb.Act()] * MAX_ACTS)] * 5
 
         def answered(run_id: str) -> int:
             done = threading.Event()
@@ -196,8 +196,8 @@ def test_every_action_of_a_flood_is_answered(attack: Attack) -> None:
 def test_every_call_of_a_flood_is_answered(attack: Attack) -> None:
     with attack.attacker() as attacker:
         with ThreadPoolExecutor(16) as pool:
-            list(pool.map(lambda _: attacker.unary("GetServerInfo", b""), range(2000)))
-        assert attacker.statuses[grpc.StatusCode.OK] == 2000
+            list(pool.map(lambda _: attacker.unary("GetServerInfo", b""), range(1000)))
+        assert attacker.statuses[grpc.StatusCode.OK] == 1000
 
 
 def test_clients_that_do_not_read_do_not_disturb_others(attack: Attack) -> None:
@@ -206,7 +206,7 @@ def test_clients_that_do_not_read_do_not_disturb_others(attack: Attack) -> None:
         again = play_message([pb.Act(episode_id=str(i), step=0, action=types_pb2.ACTION_LEFT) for i in range(6)])
         done = threading.Event()
         streams = []
-        attacker.streams_unread = 24
+        attacker.streams_unread = 12
         for _ in range(attacker.streams_unread):
             opening = play_message(
                 run_id=new_run(attacker, ("rgb", "depth")), max_episodes=6, encoding="ENCODING_RAW", image_size=224
@@ -218,14 +218,14 @@ def test_clients_that_do_not_read_do_not_disturb_others(attack: Attack) -> None:
             stream.cancel()
 
 
-def test_two_thousand_streams_do_not_disturb_others(attack: Attack, server: Server) -> None:
-    """Two thousand at once, most of which never say what they want."""
+def test_a_thousand_streams_do_not_disturb_others(attack: Attack, server: Server) -> None:
+    """A thousand at once, most of which never say what they want."""
     with attack.attacker() as attacker:
         run_id = new_run(attacker)
         done = threading.Event()
         others = [Attacker(server.address, seed) for seed in range(10)]
         try:
-            streams = [each.stream(held_open([], done), timeout=240) for each in others for _ in range(190)]
+            streams = [each.stream(held_open([], done), timeout=240) for each in others for _ in range(90)]
             for number in range(100):
                 opening = play_message(run_id=run_id, max_episodes=1, player=f"p{number}")
                 streams.append(attacker.stream(held_open([opening], done), timeout=240))

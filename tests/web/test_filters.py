@@ -1,6 +1,7 @@
 """A reader's choices: query parameters, sorting and filters."""
 
 from dataclasses import replace
+from urllib.parse import parse_qsl
 
 import pytest
 
@@ -63,7 +64,7 @@ def test_links_omit_default_parameters() -> None:
 def test_column_links_sort_best_first_then_reversed() -> None:
     choice = Choice("open", "hi")
     assert choice.sorting("ndtw") == "?split=open&language=hi&sort=ndtw"
-    assert choice.sorting("agent") == "?split=open&language=hi&sort=agent&order=asc"
+    assert choice.sorting("agent") == "?split=open&language=hi&sort=agent"
     assert choice.sorting("ptc") == "?split=open&language=hi&order=asc"
     assert Choice("open", "hi", order="asc").sorting("ptc") == "?split=open&language=hi"
 
@@ -130,7 +131,18 @@ def test_the_smallest_gap_at_a_least_score() -> None:
     assert [line.agent for line in choice.sorted(standings)] == ["idle", "narrow", "wide", "none"]
     least = replace(choice, least="0.5")
     assert [line.agent for line in standings if least.fits(line)] == ["wide", "none", "narrow"]
-    assert Choice("open", "both").sorting("gap").endswith("sort=gap&order=asc")
+    assert Choice("open", "both").sorting("gap").endswith("&sort=gap")
+
+
+@pytest.mark.parametrize(
+    ("query", "order"),
+    [({}, "desc"), ({"sort": "gap"}, "asc"), ({"sort": "agent"}, "asc"), ({"sort": "gap", "order": "desc"}, "desc")],
+)
+def test_each_column_has_an_order_of_its_own_at_first(query: dict[str, str], order: str) -> None:
+    choice = read_choice(query, {"open": ("en", "hi")}, Choice("open", "en"))
+    assert choice.order == order
+    assert choice.is_reversed == ("order" in query) == ("order=" in choice.link())
+    assert read_choice(dict(parse_qsl(choice.link()[1:])), {"open": ("en", "hi")}, Choice("open", "en")) == choice
 
 
 @pytest.mark.parametrize(("text", "allowed"), [("", True), ("0.2", True), (".25", True), ("1", True), ("0", True),

@@ -1,6 +1,5 @@
 """Generation of splits in the data folder, for `arramon-server generate`."""
 
-import os
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -15,12 +14,12 @@ from server.dataset.plans import Plan, build_section, read_plan
 from server.episodes.epochs import epoch_of
 from server.episodes.splits import ROOMS, Split
 from server.errors import BadInput
+from server.parallel import processes_of
 from server.sim.section import Section
 
 NO_TRIAL = "not tried by the follower"
 """Mark in the `source` of a split whose instructions no agent has tried."""
 
-MAX_JOBS = 256
 
 Tell = Callable[[Progress], None]
 """Receives the progress of a split, in the thread that generates."""
@@ -66,7 +65,7 @@ def generate(
         Conflict: if another process generates one of the splits in this data folder.
         ArraMonError: if an episode cannot be made.
     """
-    number = _number_of(jobs)
+    number = processes_of(jobs)
     for plan in plans:
         plan.count(scale)  # Checks the scale before anything is made.
     _check_secret(plans, secret)
@@ -101,14 +100,8 @@ def generate_rooms(data: Path, count: int, *, seed: int = 0, jobs: int = 0, tell
         batches=lambda missing: room_batches(seed, missing),
         training=True,
     )
-    with batch_runner(_number_of(jobs)) as run:
+    with batch_runner(processes_of(jobs)) as run:
         return make_split(data, order, run, tell)
-
-
-def _number_of(jobs: int) -> int:
-    if not 0 <= jobs <= MAX_JOBS:
-        raise BadInput(f"the number of jobs is {jobs}; expected 1 to {MAX_JOBS}, or 0 for one per core")
-    return jobs or len(os.sched_getaffinity(0))
 
 
 def _check_secret(plans: Sequence[SplitPlan], secret: str) -> None:

@@ -1,16 +1,9 @@
 """Parallel generation of a split's episodes: the result and its order do not depend on the number of processes."""
 
-import multiprocessing
-import os
-import signal
-import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
-from multiprocessing.connection import wait
 from typing import Protocol
 
 from server.dataset.generation.check import problems
@@ -18,6 +11,7 @@ from server.dataset.generation.site import Site, Writer
 from server.dataset.plans.plan import Plan
 from server.episodes.episode import Episode
 from server.errors import ArraMonError
+from server.parallel import process_pool
 from server.sim.section import Section
 
 ATTEMPTS = 100
@@ -91,19 +85,8 @@ def batch_runner(jobs: int) -> Iterator[RunBatches]:
     if jobs == 1:
         yield lambda batches: map(_generate, batches)
         return
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, mp_context=context, initializer=_end_with_parent) as pool:
-
-        def run(batches: Sequence[Batch]) -> Iterator[list[GeneratedEpisode]]:
-            try:
-                yield from pool.map(_generate, batches)
-            except BrokenProcessPool as error:
-                raise ArraMonError("a process that generates episodes died, possibly out of memory") from error
-
-        try:
-            yield run
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
+    with process_pool(jobs, "generates episodes") as pool:
+        yield lambda batches: pool.map(_generate, batches)
 
 
 def make_batches(
@@ -148,19 +131,3 @@ def _site(section: Section, plan: Plan) -> Site:
 @lru_cache(maxsize=1)
 def _writer(make: MakeWriter) -> Writer:
     return make()
-
-
-def _end_with_parent() -> None:
-    """Exit this process when its parent ends for any reason: otherwise a pool's processes would wait forever.
-
-    Keyboard interrupts are ignored here and handled by the parent.
-    """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-
-    def watch() -> None:
-        wait([parent.sentinel])
-        os._exit(1)
-
-    threading.Thread(target=watch, name="end-with-parent", daemon=True).start()

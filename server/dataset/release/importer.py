@@ -1,7 +1,7 @@
 """Import of official release files as splits of the data folder: languages merged, objects and sections added."""
 
 import logging
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import reduce
 from pathlib import Path
@@ -13,11 +13,12 @@ from lang.meaning import Assembly
 from server.dataset.release.extras import Points, Reference, arrange_decoys, draw_distracters, read_references
 from server.dataset.release.files import read_release
 from server.dataset.release.landmarks.city import rebuild
-from server.dataset.release.reconstruction import reconstruct
+from server.dataset.release.reconstruction import build_up
 from server.episodes.episode import Episode, with_languages
-from server.episodes.provenance import origins_of
+from server.episodes.provenance import Provenance, origins_of
 from server.episodes.splits import Split, folder_of, read_split, write_split
 from server.errors import BadFile, BadInput
+from server.parallel import process_pool, processes_of
 from server.sim.own_furniture import OwnFurniture
 from server.sim.room import Placement
 from server.sim.rules import Collectible, PlacedObject, moved
@@ -25,11 +26,23 @@ from server.sim.section import Section
 
 SOURCE = "imported from the official release's format"
 
+EPISODES_A_PROCESS = 40
+"""Episodes that are worth a process of their own, which takes about two seconds to start."""
+
+Rebuilt = tuple[Section, Sequence[Episode], Provenance]
+"""A section with its furniture, its episodes with theirs, and where both come from."""
+
 _log = logging.getLogger(__name__)
 
 
 def import_release(
-    files: Sequence[Path], data: Path, *, split: str | None = None, language: str | None = None, hidden: bool = False
+    files: Sequence[Path],
+    data: Path,
+    *,
+    split: str | None = None,
+    language: str | None = None,
+    hidden: bool = False,
+    jobs: int = 0,
 ) -> list[Split]:
     """Import release files into the data folder.
 
@@ -42,17 +55,19 @@ def import_release(
         split: name of the split; None to derive it from each file's name (`val_seen.json`, `val_seen_hindi.json`).
         language: code of the language of all files; None to detect it from each file's texts.
         hidden: whether targets, goals and paths must never leave the server.
+        jobs: number of processes; 0 for one per core, one where there is little to do. The result is the same.
 
     Returns:
         The splits that were written.
 
     Raises:
         BadFile: if a file is invalid, or contradicts another of the same split.
-        BadInput: if the language is unknown, or a split of that name exists that was not imported.
+        BadInput: if the language is unknown, a split of that name was not imported, or `jobs` is out of range.
         StorageError: if the data folder cannot be written.
     """
     if language is not None and language not in lang.available():
         raise BadInput(f"there is no language {language!r}; there are {', '.join(lang.available())}")
+    processes = processes_of(jobs)
     gathered: dict[str, dict[str, Episode]] = {}
     for file in files:
         name = split or split_name(file)
@@ -60,7 +75,7 @@ def import_release(
             gathered[name] = _existing_episodes(data, name)
         spoken, episodes = read_release(file, language)
         _merge(gathered[name], episodes, spoken, file)
-    return [_write(data, name, episodes.values(), hidden) for name, episodes in gathered.items()]
+    return [_write(data, name, episodes.values(), hidden, processes) for name, episodes in gathered.items()]
 
 
 def split_name(file: Path) -> str:
@@ -100,16 +115,13 @@ def _merge(episodes: dict[str, Episode], more: Iterable[Episode], language: str,
         episodes[episode.episode_id] = with_languages(known, episode.instructions)
 
 
-def _write(data: Path, name: str, episodes: Iterable[Episode], hidden: bool) -> Split:
+def _write(data: Path, name: str, episodes: Collection[Episode], hidden: bool, processes: int) -> Split:
     by_section: dict[str, list[Episode]] = {}
     for episode in sorted(episodes, key=lambda episode: int(episode.episode_id)):
         by_section.setdefault(episode.section, []).append(episode)
-    grounds = {section: ground_of(members) for section, members in by_section.items()}
     episodes_written: list[Episode] = []
     sections, provenance = [], []
-    for section, members in by_section.items():
-        peopled = [add_objects(episode, grounds[section]) for episode in members]
-        rebuilt, furnished, origins = rebuild(_section(section, peopled), peopled)
+    for rebuilt, furnished, origins in _rebuild_all(by_section, min(processes, len(episodes) // EPISODES_A_PROCESS)):
         episodes_written += furnished
         sections.append(rebuilt)
         provenance.append(origins)
@@ -120,10 +132,25 @@ def _write(data: Path, name: str, episodes: Iterable[Episode], hidden: bool) -> 
     )
 
 
+def _rebuild_all(by_section: Mapping[str, Sequence[Episode]], processes: int) -> Iterator[Rebuilt]:
+    """Yield the sections in their order, rebuilt on several cores."""
+    if processes < 2 or len(by_section) < 2:
+        yield from map(_rebuild, by_section, by_section.values())
+        return
+    with process_pool(min(processes, len(by_section)), "rebuilds sections") as pool:
+        yield from pool.map(_rebuild, by_section, by_section.values())
+
+
+def _rebuild(section: str, episodes: Sequence[Episode]) -> Rebuilt:
+    ground = ground_of(episodes)
+    peopled = [add_objects(episode, ground) for episode in episodes]
+    return rebuild(_section(section, peopled), peopled)
+
+
 def _section(section: str, episodes: Sequence[Episode]) -> Section:
     turns = [turn for episode in episodes for turn in episode.turns]
     targets = np.array([(turn.target.position.x, turn.target.position.z) for turn in turns])
-    return reconstruct(section, [np.array(turn.path) for turn in turns], targets)
+    return build_up(section, [np.array(turn.path) for turn in turns], targets)
 
 
 def ground_of(episodes: Sequence[Episode]) -> Points:

@@ -23,15 +23,17 @@ class Caller:
         account: participant to whom the token belongs; None for an anonymous caller.
         may_list: whether the caller may list runs. The server cannot tell anonymous callers apart, so on a public
             server none of them may: only those who know the id of an anonymous run can access it.
+        may_play: whether the caller may have runs; if not, it reads only what is published.
     """
 
     role: Role
     account: str | None = None
     may_list: bool = True
+    may_play: bool = True
 
     def may_see(self, run: Run) -> bool:
         """Return whether the caller may see a run: hosts see all, participants their own, others the anonymous ones."""
-        return self.role is Role.HOST or run.account == self.account
+        return self.role is Role.HOST or (self.may_play and run.account == self.account)
 
 
 ANONYMOUS = Caller(Role.ANONYMOUS)
@@ -39,6 +41,9 @@ ANONYMOUS = Caller(Role.ANONYMOUS)
 
 UNAUTHENTICATED = Caller(Role.ANONYMOUS, may_list=False)
 """Anonymous caller on a public server, who may not list runs, publish or withdraw."""
+
+READER = Caller(Role.ANONYMOUS, may_list=False, may_play=False)
+"""Anonymous caller on a server where playing needs a token."""
 
 HOST = Caller(Role.HOST)
 """The host at its own command line."""

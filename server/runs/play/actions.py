@@ -8,7 +8,7 @@ from server.errors import LONGEST_QUOTE, quoted
 from server.runs.play.events import EpisodeEnded, Event, Observed, PhaseOver, Problem
 from server.runs.play.faults import EpisodeFault, contained
 from server.runs.play.session import Session, ending
-from server.runs.play.stream import Act, Stream
+from server.runs.play.stream import MAX_TOGETHER, Act, Stream
 from server.runs.play.timekeeper import Timekeeper
 from server.runs.storage import causes
 from server.runs.storage.journal import Journal
@@ -42,19 +42,29 @@ class ActionHandler:
         self._time = time
 
     def handle(self, stream: Stream, batch: Batch) -> Answers:
-        """Apply the oldest batch of actions of a stream, as of the time at which it arrived."""
-        asked = stream.take()
-        answers = self.check_clocks(stream, asked.at, batch)
-        for act in asked.acts:
-            _collect(answers, partial(self._apply, stream, act, asked.at, batch))
+        """Apply the messages of a stream that wait, oldest first, each as of the time at which it arrived.
+
+        All of them share one commit and their observations are drawn together, so that a client that answers in many
+        small messages costs no more for it. The first one is applied whatever its length.
+        """
+        answers, acts = Answers(), 0
+        while stream.asked and (not acts or acts + len(stream.asked[0].acts) <= MAX_TOGETHER):
+            asked = stream.take()
+            acts += len(asked.acts) or 1
+            self._check_clocks(stream, asked.at, batch, answers)
+            for act in asked.acts:
+                _collect(answers, partial(self._apply, stream, act, asked.at, batch))
         return answers
 
     def check_clocks(self, stream: Stream, at: float, batch: Batch) -> Answers:
         """Charge a stream for overdue steps at a time, and end its episodes that are out of time."""
         answers = Answers()
+        self._check_clocks(stream, at, batch, answers)
+        return answers
+
+    def _check_clocks(self, stream: Stream, at: float, batch: Batch, answers: Answers) -> None:
         for session in [stream.sessions[episode_id] for episode_id in self._time.check(stream, at, batch)]:
             _collect(answers, partial(self._run_out, stream, session, batch))
-        return answers
 
     def _apply(self, stream: Stream, act: Act, at: float, batch: Batch) -> list[Event]:
         """Apply one action that arrived at a time, after the checks that the protocol asks for."""

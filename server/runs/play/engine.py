@@ -1,7 +1,7 @@
 """The engine plays all episodes of one process. It owns the worlds and the open episodes.
 
-One round of its loop (`Engine.run`): take one message from every stream that sent one and apply it, commit all of it to
-the journal at once, and only then deliver what follows. Drawing and delivery go stream by stream, a few milliseconds
+One round of its loop (`Engine.run`): take what every stream has sent and apply it, commit all of it to the journal at
+once, and only then deliver what follows. Drawing and delivery go stream by stream, a few milliseconds
 each, so that no stream starves another. The loop shares the event loop with gRPC, which moves bytes in between.
 """
 
@@ -22,7 +22,7 @@ from server.runs.play.events import EpisodeEnded, RunEnded
 from server.runs.play.faults import Faults
 from server.runs.play.forfeits import Forfeits
 from server.runs.play.loader import SessionLoader
-from server.runs.play.stream import Act, ActionBatch, Stream
+from server.runs.play.stream import GATHER_SECONDS, Act, ActionBatch, Stream
 from server.runs.play.timekeeper import Timekeeper
 from server.runs.play.upkeep import SWEEP_SECONDS, Upkeep
 from server.runs.play.worlds import Worlds
@@ -128,8 +128,11 @@ class Engine:
 
     def ask(self, stream: Stream, acts: Iterable[Act]) -> None:
         """Queue the actions of one message."""
-        stream.asked.append(ActionBatch(self._time.now(), tuple(acts)))
-        self.wake()
+        stream.ask(ActionBatch(self._time.now(), tuple(acts)))
+        if stream.is_ready:
+            self.wake()
+        else:
+            asyncio.get_running_loop().call_later(1.01 * GATHER_SECONDS, self.wake)
 
     def leave(self, stream: Stream) -> None:
         """Remove a closed stream. Its episodes stay open: for its own player first, after a while for others."""
@@ -194,11 +197,11 @@ class Engine:
         self.wake()
 
     def _is_busy(self) -> bool:
-        return any(stream.is_asking or stream.can_open or is_deliverable(stream) for stream in self._streams)
+        return any(stream.is_ready or stream.can_open or is_deliverable(stream) for stream in self._streams)
 
     def _apply(self) -> None:
-        """Apply one message of every stream that sent one, commit all of it, and queue what follows for delivery."""
-        asking = [stream for stream in self._streams if stream.is_asking and stream.run.run_id not in self._cancelling]
+        """Apply what every stream has sent, commit all of it, and queue what follows for delivery."""
+        asking = [stream for stream in self._streams if stream.is_ready and stream.run.run_id not in self._cancelling]
         batch, now = Batch(), self._time.now()
         holders = _holders(asking)
         answers: dict[Stream, Answers] = {}

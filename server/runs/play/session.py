@@ -8,7 +8,7 @@ from server.runs.play.thinking import Thinking
 from server.runs.storage.causes import AGENT_FINISHED, SERVER_FAULT, STEP_LIMIT
 from server.runs.storage.records import Claim, Ending, Run
 from server.scoring.episode import METRICS, EpisodeScores, score_episode
-from server.scoring.trajectory import EpisodeRecord, TurnRecord
+from server.scoring.trajectory import EpisodeRecord, Point2, TurnRecord
 from server.sim import rules
 from server.sim.geometry import EYE_HEIGHT
 from server.sim.rules import Action, Event, Ground, Limits, Moved, Phase, PhaseEnded, PickedUp, Placed, State
@@ -129,12 +129,14 @@ class Recorder:
 
     episode: Episode
     _turns: list[TurnRecord] = field(init=False)
+    """Both turns, without the paths."""
+    _paths: tuple[list[Point2], list[Point2]] = field(init=False)
     forced: bool = field(default=False, init=False)
     """Whether the step limit or a clock has ended any phase."""
 
     def __post_init__(self) -> None:
         self._turns = [TurnRecord(turn.path, turn.target.position, turn.target_cell) for turn in self.episode.turns]
-        self._visit(0, self.episode.start.x, self.episode.start.z)
+        self._paths = [(self.episode.start.x, self.episode.start.z)], []
 
     def record(self, after: State, events: tuple[Event, ...]) -> None:
         """Record the events of a step, or of the end of time, and the state after it."""
@@ -143,7 +145,7 @@ class Recorder:
         for event in events:
             match event:
                 case Moved() if after.phase is Phase.NAVIGATION:
-                    self._visit(after.turn - 1, after.pose.x, after.pose.z)
+                    self._paths[after.turn - 1].append((after.pose.x, after.pose.z))
                 case PickedUp():
                     picked = event
                 case Placed():
@@ -154,10 +156,8 @@ class Recorder:
 
     def result(self) -> EpisodeRecord:
         """Return the record so far; phases that have not ended count as not played."""
-        return EpisodeRecord(self.episode.episode_id, self.episode.section, (self._turns[0], self._turns[1]))
-
-    def _visit(self, turn: int, x: float, z: float) -> None:
-        self._turns[turn] = replace(self._turns[turn], path=(*self._turns[turn].path, (x, z)))
+        first, second = (replace(turn, path=tuple(path)) for turn, path in zip(self._turns, self._paths, strict=True))
+        return EpisodeRecord(self.episode.episode_id, self.episode.section, (first, second))
 
     def _end(
         self, turn: int, phase: Phase, forced: bool, after: State, picked: PickedUp | None, placed: Placed | None
@@ -174,4 +174,4 @@ class Recorder:
         elif placed is not None:
             self._turns[turn] = replace(record, placed_cell=placed.placement, placement_forced=forced)
             if turn + 1 < len(self._turns):
-                self._visit(turn + 1, after.pose.x, after.pose.z)
+                self._paths[turn + 1].append((after.pose.x, after.pose.z))

@@ -1,6 +1,7 @@
 """One client's stream as the engine sees it: its open episodes, the actions that arrived, the events to deliver."""
 
 import asyncio
+import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -11,12 +12,19 @@ from server.runs.play.clocks import StreamClock
 from server.runs.play.events import Event, Observed, RunEnded
 from server.runs.play.session import Session
 from server.runs.storage.records import OPEN, Claim, Run
+from server.sim.cameras import Frame
 
 IMAGES = frozenset(("rgb", "depth", "segmentation"))
 """Sensors for which a frame must be drawn."""
 
 MAX_ASKED = 16
 """Queued messages of actions above which no further message is read from the stream."""
+
+MAX_TOGETHER = 16
+"""Limit of the observations of one message, and of the actions for which a stream waits."""
+
+GATHER_SECONDS = 0.002
+"""Longest time for which an action waits for others of its stream."""
 
 MAX_BACKLOG = 2 << 20
 """Unsent bytes above which nothing more is drawn for a stream: about eight raw observations."""
@@ -73,11 +81,13 @@ class Stream:
         history: whether the agent needs each open episode from its first observation on.
         adopt: whether to take over at once what other players left open.
         prepare: is called with each observation that has a frame, before the next one is drawn.
+        canvas: returns what the latest observation of an episode is drawn into; None for a new frame.
         deliver: hands events to the transport.
         close: ends the stream, with an error or without.
         backlog: returns the number of delivered bytes that have not left the server.
         clock: of its episodes; None if the run has no clocks.
-        asked: messages of actions that arrived, oldest first.
+        asked: messages of actions that arrived, oldest first; `ask` adds to them.
+        due: time by `time.monotonic` at which they are applied even if few have arrived.
         told: events to deliver; their frames are not drawn yet.
         sessions: open episodes by id.
         assigned: episodes still to be opened, by id, in order.
@@ -97,8 +107,10 @@ class Stream:
     deliver: Callable[[Sequence[Event]], None]
     close: Callable[[ArraMonError | None], None]
     backlog: Callable[[], int]
+    canvas: Callable[[str], Frame | None] = lambda _: None
     clock: StreamClock | None = None
     asked: deque[ActionBatch] = field(default_factory=deque)
+    due: float = 0.0
     told: deque[Event] = field(default_factory=deque)
     sessions: dict[str, Session] = field(default_factory=dict)
     assigned: dict[str, Assigned] = field(default_factory=dict)
@@ -111,6 +123,26 @@ class Stream:
     def is_asking(self) -> bool:
         """Whether actions wait, and there is room for their events: a client that does not read gets no answers."""
         return bool(self.asked) and len(self.told) < MAX_TOLD
+
+    @property
+    def portion(self) -> int:
+        """Actions applied together if they are there: half of the open episodes, as the agent has the other half."""
+        return min(MAX_TOGETHER, -(-len(self.sessions) // 2))
+
+    @property
+    def together(self) -> int:
+        """Observations delivered together: half of the open episodes, unless these are few."""
+        return max(self.portion, MAX_TOGETHER // 2)
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether the actions that wait are applied now: a portion of them has arrived, or their time is up.
+
+        Otherwise messages would only ever become smaller, and each costs a commit, a read and a write of its own.
+        """
+        if not self.is_asking:
+            return False
+        return sum(len(batch.acts) for batch in self.asked) >= self.portion or time.monotonic() >= self.due
 
     @property
     def lags(self) -> bool:
@@ -157,6 +189,12 @@ class Stream:
         self.asked.clear()
         self.clock = None
         self.told.append(event)
+
+    def ask(self, batch: ActionBatch) -> None:
+        """Queue a message of actions."""
+        if not self.asked:
+            self.due = time.monotonic() + GATHER_SECONDS
+        self.asked.append(batch)
 
     def take(self) -> ActionBatch:
         """Remove and return the oldest message of actions."""

@@ -10,6 +10,7 @@ from typing import Any
 from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 
+from server.episodes.files import read_object
 from server.episodes.splits import Split
 from server.errors import BadFile
 from server.runs.play.worlds import Worlds
@@ -70,7 +71,7 @@ def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) ->
 
 def _read_receipt(path: Path) -> tuple[dict[str, Any], str]:
     """Return the content of a receipt whose signature is valid, and the key that signed it, in hexadecimal."""
-    file = _read(path)
+    file = read_object(path)
     if (file.get("format"), file.get("version")) != (FILE_FORMAT, FILE_VERSION):
         raise BadFile(path, f"is not a receipt: expected the format {FILE_FORMAT!r}, version {FILE_VERSION}")
     try:
@@ -113,7 +114,7 @@ def _run_of(content: Mapping[str, Any]) -> tuple[Run, Progress, list[Ending]]:
 
 
 def _read_actions(path: Path, run_id: str) -> Actions:
-    content = _read(path)
+    content = read_object(path)
     run, actions = content.get("run"), content.get("actions")
     if not isinstance(run, dict) or not isinstance(actions, dict):
         raise BadFile(path, "has no actions: expected a download from the leaderboard, or a client's results file")
@@ -123,15 +124,3 @@ def _read_actions(path: Path, run_id: str) -> Actions:
         if not isinstance(digits, str) or not _DIGITS.issuperset(digits):
             raise BadFile(path, "is no text of the digits 0 to 3", field=f"actions.{name}")
     return {name: tuple(map(int, digits)) for name, digits in actions.items()}
-
-
-def _read(path: Path) -> dict[str, Any]:
-    try:
-        content = json.loads(path.read_bytes())
-    except OSError as error:
-        raise BadFile(path, f"cannot be read: {error.strerror}") from error
-    except ValueError as error:
-        raise BadFile(path, "is not JSON, or was truncated") from error
-    if not isinstance(content, dict):
-        raise BadFile(path, "is not a JSON object")
-    return content

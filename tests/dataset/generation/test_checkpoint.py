@@ -5,10 +5,10 @@ import pytest
 
 from server.dataset.generation.checkpoint import Checkpoint, origin_of
 from server.dataset.generation.work import GeneratedEpisode
-from server.environments.rooms import draw_room
 from server.errors import Conflict
+from tests import tiny
 
-MADE = [GeneratedEpisode(draw_room(seed, "hi"), seed + 1) for seed in range(3)]
+MADE = [GeneratedEpisode(tiny.episode(str(number)), number + 1) for number in range(3)]
 
 
 def kept(path: Path, origin: str = "here") -> list[GeneratedEpisode]:

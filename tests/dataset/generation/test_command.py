@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from server.dataset.generation import work
 from server.dataset.generation.command import generate
 from server.dataset.generation.secret import host_secret
 from server.dataset.generation.sizes import SPLITS
@@ -29,11 +30,11 @@ def files_of(data: Path) -> dict[str, bytes]:
 
 
 def test_number_of_jobs_does_not_change_the_output(tmp_path: Path) -> None:
-    make(tmp_path / "one", "val_unseen", count=8)
-    make(tmp_path / "two", "val_unseen", count=8, jobs=2)
+    make(tmp_path / "one", "val_unseen", count=7)
+    make(tmp_path / "two", "val_unseen", count=7, jobs=2)
 
     assert files_of(tmp_path / "one") == files_of(tmp_path / "two")
-    assert len(read_split(folder_of(tmp_path / "one", "val_unseen")).episodes) == 8
+    assert len(read_split(folder_of(tmp_path / "one", "val_unseen")).episodes) == 7
 
 
 def test_another_seed_changes_episodes_and_furniture(tmp_path: Path) -> None:
@@ -54,11 +55,11 @@ def test_drafts_refused_by_the_writer_are_redrawn_and_counted(tmp_path: Path) ->
 
 def test_hidden_split_depends_only_on_the_hosts_secret(tmp_path: Path) -> None:
     """The public seed gives neither its episodes nor its section, and changes nothing; only its owner reads it."""
-    (hidden,), _ = make(tmp_path / "host", "test_unseen", seed=1)
-    (again,), _ = make(tmp_path / "host", "test_unseen", seed=2)
-    (other,), _ = make(tmp_path / "other", "test_unseen", seed=1)
+    (hidden,), _ = make(tmp_path / "host", "test_unseen", count=2, seed=1)
+    (again,), _ = make(tmp_path / "host", "test_unseen", count=2, seed=2)
+    (other,), _ = make(tmp_path / "other", "test_unseen", count=2, seed=1)
     sections = {"7": (read_plan("7"), build_section(read_plan("7"), "1"))}
-    (batch,) = make_batches("1", "test_unseen", SPLITS["test_unseen"].episodes(4 / 1205), sections, make_plain)
+    (batch,) = make_batches("1", "test_unseen", SPLITS["test_unseen"].episodes(2 / 1205), sections, make_plain)
     public = {made.episode.episode_id: made.episode for made in batch.generate()}
 
     assert hidden.hidden
@@ -81,12 +82,13 @@ def test_the_secret_is_in_no_other_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_failed_generation_keeps_the_existing_split(tmp_path: Path, jobs: int) -> None:
+def test_failed_generation_keeps_the_existing_split(tmp_path: Path, jobs: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(work, "ATTEMPTS", 10)  # in this process
     make(tmp_path, "val_unseen", count=1)
     before = files_of(tmp_path)
 
     with pytest.raises(ArraMonError, match=r"no valid episode 55000 of split val_unseen found in \d+ attempts"):
-        make(tmp_path, "val_unseen", count=3, jobs=jobs, writer=make_never)
+        make(tmp_path, "val_unseen", count=2, jobs=jobs, writer=make_never)
 
     assert files_of(tmp_path) == before
 
@@ -128,18 +130,18 @@ def test_interrupted_split_is_finished_with_what_it_has(tmp_path: Path) -> None:
     def cut(data: Path) -> None:
         with pytest.raises(Interrupted):
             generate(
-                data, [SPLITS["val_unseen"]], scale=13 / 1155, seed=1, jobs=1, make_writer=make_fussy, tell=interrupt
+                data, [SPLITS["val_unseen"]], scale=8 / 1155, seed=1, jobs=1, make_writer=make_fussy, tell=interrupt
             )
 
     cut(tmp_path / "cut")
     cut(tmp_path / "other")
-    (split,), told = make(tmp_path / "cut", "val_unseen", count=13, writer=make_fussy)
-    (whole,), undisturbed = make(tmp_path / "whole", "val_unseen", count=13, writer=make_fussy)
-    _, other = make(tmp_path / "other", "val_unseen", count=13, seed=2, writer=make_fussy)
+    (split,), told = make(tmp_path / "cut", "val_unseen", count=8, writer=make_fussy)
+    (whole,), undisturbed = make(tmp_path / "whole", "val_unseen", count=8, writer=make_fussy)
+    _, other = make(tmp_path / "other", "val_unseen", count=8, seed=2, writer=make_fussy)
 
     assert split.data_hash == whole.data_hash
     assert files_of(tmp_path / "cut") == files_of(tmp_path / "whole")
-    assert [(progress.done, progress.kept) for progress in told] == [(6, 6), (12, 6), (13, 6)]
-    assert [(progress.done, progress.kept) for progress in other] == [(6, 0), (12, 0), (13, 0)]
+    assert [(progress.done, progress.kept) for progress in told] == [(6, 6), (8, 6)]
+    assert [(progress.done, progress.kept) for progress in other] == [(6, 0), (8, 0)]
     assert told[-1].drafts == undisturbed[-1].drafts
-    assert str(told[0]) == "val_unseen: going on after 6 of 13 episodes"
+    assert str(told[0]) == "val_unseen: going on after 6 of 8 episodes"

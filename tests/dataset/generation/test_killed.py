@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.forked import run
+
 
 def processes_in_group(group: int) -> list[str]:
     """The commands of the processes of a group that have not ended."""
@@ -28,56 +30,49 @@ def processes_in_group(group: int) -> list[str]:
 def test_killed_generation_leaves_no_split_and_no_process(tmp_path: Path) -> None:
     arguments = ["generate", "--data", str(tmp_path / "data"), "--split", "val_unseen", "--jobs", "2", "--no-trial"]
     command = [sys.executable, "-m", "server", *arguments]
-    run = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
-    assert run.stderr is not None
-    assert run.stderr.readline().startswith("val_unseen: ")
-    assert len(processes_in_group(run.pid)) >= 3
+    generation = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    assert generation.stderr is not None
+    assert generation.stderr.readline().startswith("val_unseen: ")
+    assert len(processes_in_group(generation.pid)) >= 3
 
-    os.kill(run.pid, signal.SIGKILL)
-    run.wait()
+    os.kill(generation.pid, signal.SIGKILL)
+    generation.wait()
     for _ in range(1200):
-        if not processes_in_group(run.pid):
+        if not processes_in_group(generation.pid):
             break
         time.sleep(0.1)
 
-    assert processes_in_group(run.pid) == []
+    assert processes_in_group(generation.pid) == []
     assert not (tmp_path / "data" / "splits").exists()
-    run.stderr.close()
+    generation.stderr.close()
 
 
-def command(data: Path) -> list[str]:
-    options = [
-        "--split",
-        "val_unseen",
-        "--scale",
-        "0.016",
-        "--jobs",
-        "1",
-        "--no-trial",
-    ]  # 18 episodes, in three batches
-    return [sys.executable, "-m", "server", "generate", "--data", str(data), *options]
+OPTIONS = ("--split", "val_unseen", "--scale", "0.0104", "--jobs", "1", "--no-trial")
+"""Of 12 episodes, in two batches."""
 
 
 def finish(data: Path) -> tuple[str, dict[str, bytes]]:
     """Generate to the end; returns what was printed about it, and the files of the data folder."""
-    done = subprocess.run(command(data), stderr=subprocess.PIPE, text=True, check=True)
+    done = run("generate", "--data", data, *OPTIONS)
+    assert done.returncode == 0, done.stderr
     return done.stderr, {str(path.relative_to(data)): path.read_bytes() for path in data.rglob("*") if path.is_file()}
 
 
 @pytest.mark.slow
 def test_generation_goes_on_where_it_was_killed(tmp_path: Path) -> None:
     """The files are those of a generation that nothing disturbed, and what was made before is not made again."""
-    run = subprocess.Popen(command(tmp_path / "killed"), stderr=subprocess.DEVNULL)
+    command = [sys.executable, "-m", "server", "generate", "--data", str(tmp_path / "killed"), *OPTIONS]
+    killed = subprocess.Popen(command, stderr=subprocess.DEVNULL)
     unfinished = tmp_path / "killed" / "unfinished" / "val_unseen.jsonl"
-    while run.poll() is None and not (unfinished.exists() and unfinished.read_bytes().count(b"\n") > 6):
+    while killed.poll() is None and not (unfinished.exists() and unfinished.read_bytes().count(b"\n") > 6):
         time.sleep(0.02)
-    os.kill(run.pid, signal.SIGKILL)
-    assert run.wait() == -signal.SIGKILL
+    os.kill(killed.pid, signal.SIGKILL)
+    assert killed.wait() == -signal.SIGKILL
     kept = unfinished.read_bytes().count(b"\n") - 1
 
     told, files = finish(tmp_path / "killed")
 
-    assert 6 <= kept < 18
-    assert told.startswith(f"val_unseen: going on after {kept} of 18 episodes\n")
+    assert 6 <= kept < 12
+    assert told.startswith(f"val_unseen: going on after {kept} of 12 episodes\n")
     assert files == finish(tmp_path / "undisturbed")[1]
     assert not unfinished.parent.exists()

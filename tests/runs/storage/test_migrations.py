@@ -1,10 +1,12 @@
 """Migrations: a database of any version is upgraded once, with all its data, also by concurrent processes."""
 
-import subprocess
-import sys
+import sqlite3
+import time
 from collections.abc import Iterator
 from contextlib import closing
 from datetime import UTC, datetime
+from multiprocessing import Pipe
+from pathlib import Path
 
 import pytest
 import sqlalchemy as sa
@@ -18,6 +20,9 @@ from server.runs.storage.journal import Journal
 from server.runs.storage.migrations import configuration, migrate
 from server.runs.storage.records import COMPLETE, RUNNING, Batch
 from server.runs.storage.tables import metadata
+from tests import recorded_migrations
+from tests.forked import Forked
+from tests.postgres import Cluster
 
 AT = datetime(2026, 1, 1, tzinfo=UTC)
 
@@ -34,6 +39,20 @@ RUN = {
 }
 
 SCORES = [{"PTC": 1.0}, {"PTC": 0.0}]
+
+
+@pytest.fixture(autouse=True)
+def no_record() -> Iterator[None]:
+    """Make databases by the migrations themselves, not by their record."""
+    recorded_migrations.uninstall()
+    yield
+    recorded_migrations.install()
+
+
+@pytest.fixture
+def postgres_url(cluster: Cluster) -> str:
+    """Return an empty database, which the migrations are applied to."""
+    return cluster.create_empty()
 
 
 @pytest.fixture
@@ -151,14 +170,16 @@ def test_migrations_produce_the_declared_tables(database_url: str, engine: sa.En
 
 
 @pytest.mark.parametrize("age", ["empty", "first schema"])
-def test_concurrent_processes_migrate_once(database_url: str, age: str, request: pytest.FixtureRequest) -> None:
+def test_concurrent_processes_migrate_once(
+    database_url: str, age: str, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
     if age == "first schema":
         request.getfixturevalue("first_schema")
-    program = "import sys; from server.runs.storage.database import Database; Database(sys.argv[1]).close()"
-    command = [sys.executable, "-c", program, database_url]
-    processes = [subprocess.Popen(command, stderr=subprocess.PIPE, text=True) for _ in range(4)]
-    said = [process.communicate(timeout=240)[1] for process in processes]
-    assert [process.returncode for process in processes] == [0, 0, 0, 0], said
+    log = tmp_path / "log"
+    said, says = Pipe(duplex=False)
+    with said, says:
+        processes = [Forked([database_url], says, log, recorded_migrations.open_unrecorded) for _ in range(4)]
+    assert [process.wait(240) for process in processes] == [0, 0, 0, 0], log.read_text()
     with closing(Database(database_url)) as database:
         assert len(Journal(database).runs(9)) == (2 if age == "first schema" else 0)
 
@@ -171,3 +192,21 @@ def test_database_of_a_newer_server_is_refused(database_url: str, engine: sa.Eng
         StorageError, match=r"written by another version of this server:.*9999.*supports version 0011 of the tables"
     ):
         Database(database_url)
+
+
+def test_the_tests_record_leaves_the_same_as_the_migrations(tmp_path: Path) -> None:
+    """Other tests make their databases by it."""
+    dumps = []
+    for prepare in (recorded_migrations.uninstall, recorded_migrations.install):
+        prepare()
+        file = tmp_path / f"{prepare.__name__}.db"
+        started = time.time()
+        Database(f"sqlite:///{file}").close()
+        with closing(sqlite3.connect(file)) as connection:
+            (clock,) = connection.execute("SELECT * FROM service_clock").fetchall()
+            assert clock[0] == 1
+            assert started <= clock[1] == clock[2] <= time.time()
+            connection.execute("DELETE FROM service_clock")
+            dumps.append(sorted(connection.iterdump()))
+    assert dumps[0] == dumps[1]
+    assert len(dumps[0]) > 15

@@ -93,7 +93,7 @@ def comparison(found: pb.CompareEpochsResponse, older: str, newer: str, metric: 
     made.add_column("agent", overflow="fold", min_width=24)
     for heading in (older, newer, "difference", "against the others"):
         made.add_column(f"  {heading}", justify="right", no_wrap=True)
-    made.add_column("  code", no_wrap=True)
+    made.add_column("code", min_width=9)
     for line in found.agents:
         apart = _interval(line.against_others) if line.HasField("against_others") else "-"
         made.add_row(
@@ -102,7 +102,7 @@ def comparison(found: pb.CompareEpochsResponse, older: str, newer: str, metric: 
             f"{line.newer_mean:.3f}",
             _interval(line.difference),
             apart,
-            "  the same" if line.same_code else "  not named in both",
+            "the same" if line.same_code else "not named in both",
         )
     if found.HasField("mean"):
         made.add_section()

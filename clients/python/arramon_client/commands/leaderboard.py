@@ -2,7 +2,7 @@
 
 import argparse
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from rich import box
@@ -29,8 +29,8 @@ SHOWN = {1: "better", 0: "no difference", -1: "worse"}
 SORTS = {metric.removesuffix("@CTC-3"): metric for _, metric in COLUMNS}
 """Values of `--sort`, and the metric that each one selects."""
 
-WIDTH = 110
-"""Minimum width of the table in characters."""
+WIDTH, WIDE = 110, 130
+"""Minimum width of a table in characters: of most, and of reproductions."""
 
 
 @dataclass
@@ -48,6 +48,26 @@ class Listing:
     references: list[pb.Reference] = field(default_factory=list)
 
 
+def number(name: str, most: float) -> Callable[[str], float]:
+    """Return a type of arguments that are numbers from 0 to `most`, such as `7e9`.
+
+    Args:
+        name: what the number is, for the error.
+        most: the largest one allowed.
+    """
+
+    def read(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = -1.0
+        if not 0.0 <= value <= most:
+            raise argparse.ArgumentTypeError(f"{text!r} is no {name}; expected a number from 0 to {most:g}")
+        return value
+
+    return read
+
+
 def show(argv: Sequence[str]) -> int:
     """Run `arramon-client leaderboard` and return its exit status."""
     parser = _parser("leaderboard", "Show the ranking of a split's published runs.")
@@ -58,7 +78,7 @@ def show(argv: Sequence[str]) -> int:
     )
     parser.add_argument(
         "--smallest-gap",
-        type=score,
+        type=number("score", 1),
         metavar="SCORE",
         help="with --lang both: list by the gap between languages, the smallest first, those with this score or more",
     )
@@ -84,6 +104,7 @@ def publish(argv: Sequence[str]) -> int:
     parser.add_argument(
         "--reproduces", metavar="RUN", help="id of another participant's published run that this run reproduces"
     )
+    amount = number("amount", 1e18)
     declared = parser.add_argument_group("cost", "What the run cost. It is shown as declared by you.")
     declared.add_argument(
         "--parameters", type=amount, metavar="N", help="parameters of the agent's models, such as 7e9"
@@ -139,36 +160,6 @@ def _show(options: argparse.Namespace) -> None:
         console.print(f"no published runs yet{hint}", markup=False, highlight=False, soft_wrap=True)
 
 
-def score(text: str) -> float:
-    """Return a score that was typed.
-
-    Raises:
-        argparse.ArgumentTypeError: unless it is a number from 0 to 1.
-    """
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not 0.0 <= value <= 1.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is no score; expected a number from 0 to 1")
-    return value
-
-
-def amount(text: str) -> float:
-    """Return an amount that was typed, such as `7e9`.
-
-    Raises:
-        argparse.ArgumentTypeError: unless it is a number from 0 to 1e18.
-    """
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not 0.0 <= value <= 1e18:
-        raise argparse.ArgumentTypeError(f"{text!r} is no amount; expected a number from 0 to 1e18, such as 7e9")
-    return value
-
-
 def by_gap(listing: Listing, least: float) -> list[pb.Standing]:
     """Return the standings with a score of at least `least` by the gap between their languages, the smallest first."""
     means = (
@@ -195,7 +186,7 @@ def _compare(server: Server, options: argparse.Namespace) -> None:
 def _show_reproductions(server: Server, run_id: str) -> None:
     stub = leaderboard_pb2_grpc.LeaderboardStub(server.channel)
     console = Console()
-    console.width = max(console.width, WIDTH)
+    console.width = max(console.width, WIDE)
     console.print(reproductions(call(stub.GetEntry, pb.GetEntryRequest(run_id=run_id), server.address)))
 
 

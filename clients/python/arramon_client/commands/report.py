@@ -49,7 +49,13 @@ NAMES = {
         "turn_after": "turn after a thing",
         "face": "face a thing",
         "ahead": "walk straight on",
+        "to": "walk to a thing",
+        "towards": "walk towards a thing",
         "until": "walk until it is seen",
+        "beside": "walk until it is beside",
+        "past": "walk past a thing",
+        "between": "walk between two things",
+        "along": "walk along a thing",
     },
 }
 """Aspect -> name of a group -> its words, where the name alone says too little."""

@@ -136,7 +136,7 @@ def _check_size(options: Options) -> None:
 
 
 def _among(name: str, value: object, allowed: Sequence[object]) -> None:
-    if value not in allowed:
+    if value not in allowed or isinstance(value, bool):
         raise BadArgument(f"{name} is {value!r}, expected {_listed(repr(each) for each in allowed)}")
 
 

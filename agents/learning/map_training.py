@@ -1,0 +1,189 @@
+"""Training of the policy of `vl_map`: walks in simulated streets, then walks of its own, with the right decisions."""
+
+import json
+import logging
+import random
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from agents.learning.map_task import Arrays, ChoosingTask, arrays_of, load_arrays, save_arrays
+from agents.learning.reader.reader import load as load_reader
+from agents.learning.simulated.body import Faults
+from agents.learning.simulated.courses import Course, training_courses
+from agents.learning.simulated.walks import Decided, Walked, walk
+from agents.learning.trainer import Plan, Trainer
+from agents.vl_map.network import PolicyNetwork, Sizes
+from agents.vl_map.policy import Policy
+
+LOG = logging.getLogger(__name__)
+
+Tell = Callable[[str], None]
+
+SAVE_SECONDS = 60.0
+"""Seconds between two saved states."""
+
+PERFECT = 0.25
+"""Share of walks with perfect eyes; the faults of the others are half to one and a half times the usual ones."""
+
+
+@dataclass(frozen=True)
+class MapRecipe:
+    """All that training follows from.
+
+    Attributes:
+        languages: in which instructions are read.
+        episodes: of each split, the first ones in playing order; 0 for all.
+        walks: of each turn, along its path.
+        rounds: in which the policy walks by itself, at equal distances after `first` of all steps.
+        round_walks: turns of a round, drawn anew, as a share of all.
+        first: share of the steps before the first round.
+        passes: through the decisions of the walks along paths.
+        batch: decisions of a step.
+        learning_rate: the highest.
+        seed: of everything.
+    """
+
+    languages: tuple[str, ...] = ("en", "hi")
+    episodes: int = 0
+    walks: int = 2
+    rounds: int = 2
+    round_walks: float = 0.5
+    first: float = 0.4
+    passes: int = 5
+    batch: int = 64
+    learning_rate: float = 2e-3
+    seed: int = 1
+
+
+def smoke(recipe: MapRecipe) -> MapRecipe:
+    """Return a recipe that takes seconds and teaches next to nothing."""
+    return MapRecipe(recipe.languages, episodes=2, walks=1, rounds=1, passes=2, batch=8, seed=recipe.seed)
+
+
+class MapTraining:
+    """The policy in training, from its saved state if there is one.
+
+    Args:
+        recipe: what it follows from.
+        data: the data folder.
+        output: folder of its walks, its saved state and its log.
+        tell: gets lines of progress.
+
+    Raises:
+        ValueError: if the state is of another recipe or other data.
+
+    Attributes:
+        trainer: with the network.
+        data_hash: of the training split.
+        told: what is learned from, in words.
+        seconds: processor time of the walks.
+    """
+
+    def __init__(self, recipe: MapRecipe, data: Path, output: Path, tell: Tell = lambda _: None) -> None:
+        self.recipe, self._output, self._tell = recipe, output, tell
+        output.mkdir(parents=True, exist_ok=True)
+        self.seconds = 0.0
+        began = time.process_time()
+        self._courses, self.data_hash = training_courses(data, recipe.languages, recipe.episodes, load_reader())
+        self._tell(f"vl_map: {len(self._courses)} turns, {time.process_time() - began:.0f} s")
+        self._about = json.dumps(asdict(recipe) | {"data": self.data_hash, "turns": len(self._courses)})
+        first = self._part(0, self._along_paths)
+        sections = len({course.world.section.id for course in self._courses})
+        self.told = f"{len(self._courses)} turns in {sections} sections, {len(first['label']):,} decisions along paths"
+        samples = recipe.passes * len(first["label"])
+        plan = Plan(samples, recipe.batch, recipe.learning_rate, decay=0.01, seed=recipe.seed, about=self._about)
+        self.trainer = Trainer(plan, self._make_task)
+        self._task.add(first)
+        if self.state.exists():
+            self.trainer.restore(self.state)
+
+    @property
+    def state(self) -> Path:
+        """The file from which training goes on."""
+        return self._output / "vl_map.state.safetensors"
+
+    @property
+    def network(self) -> PolicyNetwork:
+        """The network in training."""
+        return self._task.network
+
+    def run(self) -> None:
+        """Train to the end, with the rounds of walks."""
+        plan, rounds = self.trainer.plan, self.recipe.rounds
+        share = (1.0 - self.recipe.first) / max(rounds, 1)
+        starts = [round(plan.steps * (self.recipe.first + share * number)) for number in range(rounds)]
+        for number, (start, end) in enumerate(zip([0, *starts], [*starts, plan.steps], strict=True)):
+            if number:
+                self._train(start)
+                self._task.add(self._part(number, partial(self._by_itself, number)))
+            self._train(end)
+
+    def _make_task(self) -> ChoosingTask:
+        self._task = ChoosingTask(PolicyNetwork(Sizes()), self.recipe.seed)
+        return self._task
+
+    def _part(self, number: int, make: Callable[[], list[Decided]]) -> Arrays:
+        """Return decisions from the file of this number, or make them."""
+        path = self._output / f"vl_map.walks-{number}.safetensors"
+        if not path.exists():
+            began = time.process_time()
+            save_arrays(path, arrays_of(make()), self._about)
+            self.seconds += time.process_time() - began
+        arrays = load_arrays(path, self._about)
+        self._tell(f"vl_map: {len(arrays['label'])} decisions in walks {number}, {self.seconds:.0f} s")
+        return arrays
+
+    def _along_paths(self) -> list[Decided]:
+        decided: list[Decided] = []
+        for number in range(self.recipe.walks * len(self._courses)):
+            course = self._courses[number % len(self._courses)]
+            # Each walk with another reading, the first not always with what was meant.
+            reading = (number // len(self._courses) + number) % len(course.readings)
+            decided += self._walk(course, reading, (self.recipe.seed, 0, number)).decisions
+            if number % 200 == 199:
+                self._tell(f"vl_map: {number + 1} walks, {len(decided)} decisions")
+        return decided
+
+    def _by_itself(self, number: int) -> list[Decided]:
+        chance = random.Random(f"{self.recipe.seed}/{number}")  # noqa: S311 - nothing here is a secret
+        policy = Policy(self.network.eval())
+        decided: list[Decided] = []
+        picked = 0
+        count = max(1, round(self.recipe.round_walks * len(self._courses)))
+        for place in range(count):
+            course = chance.choice(self._courses)
+            reading = chance.randrange(len(course.readings))
+            walked = self._walk(course, reading, (self.recipe.seed, number, place), policy)
+            decided += walked.decisions
+            picked += walked.picked == 0
+        self._tell(f"vl_map: round {number}: {picked / count:.2f} of its walks end at the target")
+        return decided
+
+    def _walk(self, course: Course, reading: int, seed: Sequence[int], policy: Policy | None = None) -> Walked:
+        draws = np.random.default_rng(tuple(seed))
+        faults = Faults().scaled(0.0 if draws.random() < PERFECT else draws.uniform(0.5, 1.5))
+        if policy is None:
+            return walk(course, course.readings[reading], faults, draws)
+        return walk(course, course.readings[reading], faults, draws, policy.choose, astray=0.05)
+
+    def _train(self, end: int) -> None:
+        trainer, losses = self.trainer, list[float]()
+        saved = time.monotonic()
+        with (self._output / "vl_map.log.jsonl").open("a") as log:
+            while trainer.done < end:
+                losses.append(trainer.step())
+                if trainer.done % 100 == 0 or trainer.done == end:
+                    entry = {"step": trainer.done, "loss": round(sum(losses) / len(losses), 4),
+                             "seconds": round(trainer.seconds, 1)}  # fmt: skip
+                    losses.clear()
+                    log.write(json.dumps(entry) + "\n")
+                    log.flush()
+                    self._tell(f"vl_map: {entry} of {trainer.plan.steps} steps")
+                if time.monotonic() - saved > SAVE_SECONDS or trainer.done == end:
+                    trainer.save(self.state)
+                    saved = time.monotonic()

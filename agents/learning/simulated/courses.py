@@ -1,0 +1,135 @@
+"""Ways of episodes' turns for walks without images: the world, the path, and the instruction as it is read."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+import lang
+from agents.learning.reader.reader import LearnedReader
+from agents.learning.reader.slots import Row, rows_of
+from agents.learning.simulated.world import Things, World
+from lang.meaning import Navigation
+from server.episodes.episode import Episode
+from server.episodes.splits import Split, folder_of, folders_of, read_split
+from server.errors import ArraMonError
+from server.sim.own_furniture import furnished
+from server.sim.rules import Action, Collectible
+
+EXTRA = "train_extra"
+"""The split in drawn sections, which is learned from as well where the data folder has it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """One turn's way.
+
+    Attributes:
+        world, things: what is there.
+        start: (x, z, heading in radians) in the world.
+        path: (n, 2) of (x, z).
+        items: the collectibles; the first is the target.
+        turn: 1 or 2.
+        readings: rows of the instruction: as meant, and as read in each language.
+    """
+
+    world: World
+    things: Things
+    start: tuple[float, float, float]
+    path: npt.NDArray[np.float64]
+    items: Sequence[Collectible]
+    turn: int
+    readings: Sequence[Sequence[Row]]
+    arcs: npt.NDArray[np.float64] = field(init=False)
+
+    def __post_init__(self) -> None:
+        steps = np.hypot(*np.diff(self.path, axis=0).T) if len(self.path) > 1 else np.zeros(0)
+        object.__setattr__(self, "arcs", np.concatenate([[0.0], np.cumsum(steps)]))
+
+    @property
+    def target(self) -> tuple[float, float]:
+        """The target's place (x, z)."""
+        at = self.items[0].position
+        return at.x, at.z
+
+
+def courses_of(
+    split: Split, episodes: Sequence[Episode], languages: Sequence[str], reader: LearnedReader, *, meant: bool = True
+) -> Iterator[Course]:
+    """Yield the turns of episodes.
+
+    Args:
+        split: that they are of.
+        episodes: whose turns.
+        languages: in which instructions are read.
+        reader: of instructions.
+        meant: whether the first reading is what was meant, by the first language's grammar.
+    """
+    worlds: dict[str, World] = {}
+    for episode in episodes:
+        section = furnished(split.sections[episode.section], episode.furniture)
+        if episode.furniture.is_empty:
+            if episode.section not in worlds:
+                worlds[episode.section] = World(section)
+            world = worlds[episode.section]
+        else:
+            world = World(section)
+        heading = episode.start.heading
+        for number, turn in enumerate(episode.turns, start=1):
+            texts = {language: episode.instruction(language, number, "navigation") for language in languages}
+            meanings = [reader.read(text, "navigation") for text in texts.values()]
+            if meant:
+                meanings.insert(0, lang.load(languages[0]).read(texts[languages[0]], "navigation"))
+            readings = [rows for rows in map(_rows, meanings) if rows]
+            things = Things(world.props, list(turn.street))
+            start = *turn.path[0], math.radians(heading)
+            yield Course(world, things, start, np.array(turn.path), turn.street, number, readings)
+            turned = sum({Action.LEFT: -30.0, Action.RIGHT: 30.0}.get(action, 0.0) for action in turn.actions)
+            heading += turned
+
+
+def _rows(meaning: object) -> list[Row]:
+    """Return a meaning's rows; none if it is not one that rows can say."""
+    assert isinstance(meaning, Navigation)
+    try:
+        return rows_of(meaning)
+    except ValueError:
+        return []
+
+
+def training_courses(
+    data: Path, languages: Sequence[str], episodes: int, reader: LearnedReader
+) -> tuple[list[Course], str]:
+    """Return the turns to learn from, of `train` and of EXTRA, and the hash of `train`.
+
+    Args:
+        data: the data folder.
+        languages: in which instructions are read.
+        episodes: of each split, the first ones in playing order; 0 for all.
+        reader: of instructions.
+
+    Raises:
+        ValueError: if there is no such split, or it does not have a language.
+    """
+    try:
+        there = {folder.name for folder in folders_of(data)}
+        splits = [read_split(folder_of(data, name)) for name in ("train", *sorted({EXTRA} & there))]
+    except ArraMonError as error:
+        raise ValueError(str(error)) from error
+    courses: list[Course] = []
+    for split in splits:
+        for language in languages:
+            if language not in split.languages:
+                raise ValueError(
+                    f"the split {split.name!r} has no language {language!r}; it has {', '.join(split.languages)}"
+                )
+        chosen = [
+            episode
+            for episode in split.in_playing_order(*languages)
+            if all(language in episode.instructions for language in languages)
+        ]
+        courses += courses_of(split, chosen[: episodes or None], languages, reader)
+    return courses, splits[0].data_hash

@@ -1,0 +1,230 @@
+"""Walks along episodes' paths without images: decisions of the policy, each with the right one, and scores of walks."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from agents.learning.landmarks import Belief
+from agents.learning.reader.slots import Row
+from agents.learning.simulated.body import Faults, SimulatedBody
+from agents.learning.simulated.courses import Course
+from agents.vl_map.features import DIRECTIONS, Sample
+from agents.vl_map.navigator import Choose, MapNavigator
+from agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS
+from arramon_client.agent import Action
+from server.scoring.metrics import ndtw
+from server.sim.rules import REACH_AHEAD, REACH_MARGIN, REACH_SIDE, STEPS_PER_PHASE
+
+Choices = npt.NDArray[np.float32]
+
+IN_SIGHT, LONGER, SPARE = 10.0, 1.3, 2.0
+"""How far a label is at most, in units; how much longer than straight the path to it may be, and how much besides."""
+
+WINDOW, BACK = 20, 0.15
+"""Points of the path among which the agent is looked for from where it was last; units that a point farther on is
+taken to be farther away."""
+
+TAKING = 7.0
+"""Length of the path's rest from which a remembered target is the label, in units."""
+
+SAME = 1.2
+"""Largest distance of a landmark from the true place of the target that it is, in units."""
+
+
+class Label(NamedTuple):
+    """The right decision: a place, units to the right and ahead, or a landmark among the sample's, else -1."""
+
+    right: float
+    ahead: float
+    thing: int
+
+
+class Guide:
+    """Knows the right decision along a course.
+
+    Args:
+        course: the way.
+        body: of the agent that walks it.
+    """
+
+    def __init__(self, course: Course, body: SimulatedBody) -> None:
+        self._course, self._body = course, body
+        self._at = 0
+
+    def label(self, beliefs: Sequence[Belief]) -> Label | None:
+        """Return the right decision; None if none is in sight.
+
+        Args:
+            beliefs: the landmarks of the sample.
+        """
+        course, body = self._course, self._body
+        x, z, _ = body.world_pose
+        path, arcs = course.path, course.arcs
+        window = slice(self._at, min(self._at + WINDOW, len(path)))
+        away = np.hypot(path[window, 0] - x, path[window, 1] - z) + BACK * np.arange(window.stop - window.start)
+        self._at += int(away.argmin())
+        if arcs[-1] - arcs[self._at] <= TAKING:
+            thing = self._target(beliefs)
+            if thing is not None and course.world.is_free(x, z, *course.target, clearance=0.05):
+                return self._to(course.target, thing)
+        distances = np.hypot(path[:, 0] - x, path[:, 1] - z)
+        for number in range(len(path) - 1, self._at - 1, -1):
+            distance = float(distances[number])
+            along = float(arcs[number] - arcs[self._at])
+            if distance > IN_SIGHT or along > LONGER * distance + SPARE:
+                continue
+            if distance < 0.7 and number == len(path) - 1:
+                return self._to(course.target, -1)
+            if course.world.is_free(x, z, *path[number].tolist()):
+                return self._to(tuple(path[number].tolist()), -1)
+        return None
+
+    def back(self) -> Label:
+        """Return the way to the nearest place of the path."""
+        return self._to(tuple(self._course.path[self._at].tolist()), -1)
+
+    def _target(self, beliefs: Sequence[Belief]) -> int | None:
+        body, course = self._body, self._course
+        near = []
+        for number, belief in enumerate(beliefs):
+            x, z = body.to_world(belief.mark.x, belief.mark.z)
+            far = math.hypot(x - course.target[0], z - course.target[1])
+            if far < SAME and belief.mark.label.kind == course.items[0].type.kind:
+                near.append((far, number))
+        return min(near)[1] if near else None
+
+    def _to(self, place: tuple[float, ...], thing: int) -> Label:
+        right, ahead = self._body.local(*self._body.to_own(place[0], place[1]))
+        return Label(right, ahead, thing)
+
+
+class Decided(NamedTuple):
+    """A decision: what was given, and what is right."""
+
+    sample: Sample
+    label: Label
+
+
+@dataclass(frozen=True)
+class Walked:
+    """A walk.
+
+    Attributes:
+        path: (n, 2) of distinct positions (x, z) in the world.
+        picked: number of the collectible that was picked up; None if none was.
+        decisions: those for which something right was in sight.
+    """
+
+    path: npt.NDArray[np.float64]
+    picked: int | None
+    decisions: Sequence[Decided]
+
+
+def walk(
+    course: Course,
+    rows: Sequence[Row],
+    faults: Faults,
+    random: np.random.Generator,
+    choose: Choose | None = None,
+    astray: float = 0.3,
+) -> Walked:
+    """Walk a course and keep the decisions.
+
+    Args:
+        course: the way.
+        rows: of the instruction.
+        faults: of the eyes.
+        random: draws faults and wrong turns.
+        choose: the policy; None to follow the right decisions.
+        astray: share of decisions that are not followed exactly.
+    """
+    body = SimulatedBody(course.world, course.things, course.start, faults, random)
+    guide = Guide(course, body)
+    decisions: list[Decided] = []
+
+    def decide(sample: Sample, beliefs: Sequence[Belief]) -> Choices:
+        label = guide.label(beliefs)
+        if label is not None:
+            decisions.append(Decided(sample, label))
+        if choose is not None and random.random() >= astray:
+            return choose(sample, beliefs)
+        followed = label or guide.back()
+        if choose is None and random.random() < astray:
+            return _near(followed, random)
+        return _exactly(followed)
+
+    navigator = MapNavigator(body, rows, decide, course.turn)
+    path = [course.start[:2]]
+    picked = None
+    for left in range(STEPS_PER_PHASE, 0, -1):
+        body.look()
+        action = navigator.act(left)
+        if action is Action.INTERACT:
+            picked = _reached(course, body)
+            if picked is not None:
+                break
+            body.record_action(None)
+            continue
+        body.do(action)
+        here = body.to_world(body.x, body.z)
+        if math.dist(here, path[-1]) > 1e-6:
+            path.append(here)
+    return Walked(np.array(path), picked, decisions)
+
+
+def _reached(course: Course, body: SimulatedBody) -> int | None:
+    """Return the number of the nearest collectible in the box before the agent."""
+    found = []
+    for number, item in enumerate(course.items):
+        right, ahead = body.local(*body.to_own(item.position.x, item.position.z))
+        if abs(right) <= REACH_SIDE + REACH_MARGIN and -REACH_MARGIN <= ahead <= REACH_AHEAD + REACH_MARGIN:
+            found.append((math.hypot(right, ahead), number))
+    return min(found)[1] if found else None
+
+
+def _exactly(label: Label) -> Choices:
+    """Return values by which a label is followed."""
+    values = np.full(OPTIONS, -50.0, np.float32)
+    if label.thing >= 0:
+        values[WAYPOINTS + label.thing] = 50.0
+    direction = math.atan2(label.right, label.ahead) / (2.0 * math.pi / DIRECTIONS)
+    distance = math.hypot(label.right, label.ahead)
+    for number in range(WAYPOINTS):
+        there, far = divmod(number, len(DISTANCES))
+        apart = abs((there - direction + DIRECTIONS / 2) % DIRECTIONS - DIRECTIONS / 2)
+        values[number] = -apart - abs(math.log(DISTANCES[far] / max(distance, 0.8)))
+    return values
+
+
+def _near(label: Label, random: np.random.Generator) -> Choices:
+    """Return values by which a label is followed roughly, or now and then not at all."""
+    angle = random.normal(0.0, 0.5) if random.random() < 0.75 else random.uniform(-math.pi, math.pi)
+    sin, cos = math.sin(angle), math.cos(angle)
+    far = random.uniform(0.3, 1.2)
+    right, ahead = label.right * cos + label.ahead * sin, label.ahead * cos - label.right * sin
+    return _exactly(Label(far * right, far * ahead, -1))
+
+
+def score(courses: Sequence[Course], choose: Choose, reading: int, faults: Faults, seed: int = 0) -> dict[str, float]:
+    """Return how a policy walks turns: mean nDTW, shares that pick up the target, and that end within 3 units of it.
+
+    Args:
+        courses: turns.
+        choose: the policy.
+        reading: number of the reading.
+        faults: of the eyes.
+        seed: of the faults.
+    """
+    rows: list[tuple[float, float, float]] = []
+    for number, course in enumerate(courses):
+        draws = np.random.default_rng((seed, number))
+        walked = walk(course, course.readings[min(reading, len(course.readings) - 1)], faults, draws, choose, 0.0)
+        far = float(np.hypot(*(walked.path[-1] - course.target)))
+        value = ndtw([tuple(p) for p in walked.path.tolist()], [tuple(p) for p in course.path.tolist()])
+        rows.append((value, float(walked.picked == 0), float(far < 3.0)))
+    means: npt.NDArray[np.float64] = np.array(rows).mean(0)
+    return dict(zip(("nDTW", "picked", "CTC-3"), means.round(3).tolist(), strict=True))

@@ -1,0 +1,40 @@
+"""Agent that remembers landmarks and free ground, and chooses waypoints on what it remembers by a learned policy: all
+that it sees and reads is learned as well. It needs the extra `agents`."""
+
+from agents.learning.extra import PLAYING, require
+from arramon_client.agent import Agent
+from arramon_client.errors import AgentLoadError
+
+__all__ = ["make_agent"]
+
+SENSORS = ("rgb", "segmentation")
+
+
+def make_agent(weights: str | None = None, sensor: str = SENSORS[0]) -> Agent:
+    """Return the agent with the weights that come along, or with others.
+
+    Args:
+        weights: a file that `python -m agents.train --agent vl_map` wrote.
+        sensor: "rgb" to see by RGB and depth alone, "segmentation" for what perfect eyes would give.
+
+    Raises:
+        AgentLoadError: if the extra is not installed, there is no such sensor, or the weights cannot be read.
+    """
+    if sensor not in SENSORS:
+        raise AgentLoadError(f"agents.vl_map has no sensor {sensor!r}; expected one of {', '.join(SENSORS)}")
+    require(PLAYING, "agents.vl_map")
+    import torch
+
+    from agents.learning.checkpoint import find_weights
+    from agents.learning.reader.reader import load as load_reader
+    from agents.vl_map.agent import SeeingAgent, SegmentationAgent
+    from agents.vl_map.policy import Policy
+    from agents.vl_map.weights import read_policy
+
+    torch.set_num_threads(1)  # A step is small: threads that wait for each other cost more than they do.
+    try:
+        network, _ = read_policy(find_weights(weights or "vl_map"))
+    except ValueError as error:
+        raise AgentLoadError(f"agents.vl_map: {error}") from error
+    policy = Policy(network)
+    return SeeingAgent(policy) if sensor == "rgb" else SegmentationAgent(policy, load_reader())

@@ -1,0 +1,62 @@
+"""The agents that choose waypoints by a learned policy: with learned eyes, or with the true segmentation."""
+
+from agents.follower.agent import Agent as Follower
+from agents.follower.agent import Walk
+from agents.follower.navigation_body import Body
+from agents.learning.reader.reader import LearnedReader
+from agents.learning.reader.slots import rows_of
+from agents.learning.vision_eyes import Eyes
+from agents.seeing_follower.agent import Agent as SeeingFollower
+from agents.vl_map.navigator import MapNavigator
+from agents.vl_map.policy import Policy
+from lang.meaning import Assembly, Navigation
+
+NAME = "vl_map"
+
+
+class SeeingAgent(SeeingFollower):
+    """Agent that sees, reads and walks by what it has learned, by RGB and depth alone.
+
+    Args:
+        policy: chooses waypoints.
+        eyes: visual encoder; None for that which comes along.
+        reader: of instructions; None for that which comes along.
+    """
+
+    name = NAME
+
+    def __init__(self, policy: Policy, eyes: Eyes | None = None, reader: LearnedReader | None = None) -> None:
+        super().__init__(eyes, reader)
+        self._policy = policy
+
+    def make_walk(self, body: Body, meaning: Navigation, turn: int) -> Walk:
+        """Return what plays a navigation phase."""
+        return walk_by(self._policy, body, meaning, turn)
+
+
+class SegmentationAgent(Follower):
+    """The same with perfect eyes: what is where comes from the sensor segmentation.
+
+    Args:
+        policy: chooses waypoints.
+        reader: of instructions.
+    """
+
+    name = NAME
+
+    def __init__(self, policy: Policy, reader: LearnedReader) -> None:
+        super().__init__()
+        self._policy, self._reader = policy, reader
+
+    def make_walk(self, body: Body, meaning: Navigation, turn: int) -> Walk:
+        """Return what plays a navigation phase."""
+        return walk_by(self._policy, body, meaning, turn)
+
+    def read(self, language: str, text: str, phase: str) -> Navigation | Assembly:  # noqa: ARG002
+        """Return the meaning of an instruction, as far as it is understood; the language is not used."""
+        return self._reader.read(text, phase)
+
+
+def walk_by(policy: Policy, body: Body, meaning: Navigation, turn: int) -> Walk:
+    """Return what plays a navigation phase by a policy."""
+    return MapNavigator(body, rows_of(meaning), policy.choose, turn).act

@@ -1,0 +1,299 @@
+"""What the policy is given: steps that were read, ground and landmarks that are remembered, as the agent faces them."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from agents.follower.map import CELL, SIDE, Map
+from agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURS, KINDS, LOOK_GROUPS, look_slices
+from agents.learning.landmarks import Belief
+from agents.learning.reader.slots import EMPTY, SLOTS, Row
+
+ROWS, THINGS, TRACE = 16, 24, 12
+"""Most rows of an instruction, landmarks and past positions that the policy is given."""
+
+DIRECTIONS = 24
+RADII = np.arange(0.75, 12.01, 0.75)
+"""Distances at which the ground is looked up in each direction, in units."""
+
+GROUND_CHANNELS = 3
+"""Of the ground at a distance: seen to be free; the agent cannot stand there; a wall."""
+
+THING_VALUES, TRACE_VALUES, STATE_VALUES = 13, 6, 6
+
+EVERY = 2
+"""Of so many past positions one is given, the latest first; the first position of the walk always is."""
+
+BESIDE, SURE = 10.0, 0.4
+"""Distance in units to what tells the target's place that counts as far; match from which a landmark is that."""
+
+FAR = 30.0
+"""Distance in units beyond which a landmark is left out."""
+
+Floats = npt.NDArray[np.float32]
+Bytes = npt.NDArray[np.uint8]
+
+
+class Sample(NamedTuple):
+    """What the policy is given for one decision. Right and ahead are the agent's own, in units.
+
+    Attributes:
+        rows: (ROWS, slots) int64, numbers of values; all 0 after the instruction's end.
+        ground: (DIRECTIONS, radii, GROUND_CHANNELS) uint8, 0 or 1; directions clockwise from ahead.
+        things: (THINGS, THING_VALUES) float32: whether there is one; right, ahead; then of where the agent was nearest
+            to it: right and ahead of it as it walked there, moves since; whether it is a collectible, a building, a
+            crossing, or else furniture; how well it matches the target, and how well the best of any named thing; how
+            far it is from what tells the target's place, from 0 to 1 for BESIDE units and more.
+        match: (2, ROWS, THINGS) float32, how well each matches the first and the second thing that a row names.
+        trace: (TRACE, TRACE_VALUES) float32: whether there is one; right, ahead, sine and cosine of the heading there,
+            moves since. The last is where the walk began.
+        state: (STATE_VALUES,) float32: moves so far, steps left, both in hundreds; turn 2 or 1; moves in tens, at most
+            1; whether a collectible was seen that matches the target; 1.
+    """
+
+    rows: npt.NDArray[np.int64]
+    ground: Bytes
+    things: Floats
+    match: Floats
+    trace: Floats
+    state: Floats
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What the agent knows when it decides.
+
+    Attributes:
+        ground: its map.
+        trace: (x, z, heading in radians) after each move of this walk, the first being where it began; at least one.
+        beliefs: the landmarks.
+        steps_left: of the phase.
+        turn: 1 or 2.
+    """
+
+    ground: Map
+    trace: Sequence[tuple[float, float, float]]
+    beliefs: Sequence[Belief]
+    steps_left: int
+    turn: int
+
+    @property
+    def pose(self) -> tuple[float, float, float]:
+        """The agent's (x, z, heading in radians)."""
+        return self.trace[-1]
+
+
+def _slot(name: str) -> int:
+    return list(SLOTS).index(name)
+
+
+_TYPE = _slot("type")
+_SAID = [[_slot(f"{name}{number}") for name in ("kind", "colour", "look")] for number in (1, 2)]
+_TARGET = SLOTS["type"].index("target")
+
+_LOOK_PLACES = look_slices()
+_PATTERN = _LOOK_PLACES["pattern"]
+_GROUP_OF = {kind: group for group in LOOK_GROUPS for kind in group.kinds}
+_COLLECTIBLE = [KINDS.index(kind) for kind in COLLECTIBLES]
+_BUILDING, _CROSSING = KINDS.index("building"), KINDS.index("zebra_crossing")
+
+
+class Named(NamedTuple):
+    """What is said of a thing, as places in the probabilities of kinds, colours and looks; empty for nothing said."""
+
+    kinds: tuple[int, ...]
+    colour: int | None
+    look: int | None
+
+
+def named(row: Row, number: int) -> Named | None:
+    """Return the first or the second thing that a row names; None if it names none that could be a landmark.
+
+    Args:
+        row: of an instruction.
+        number: 0 or 1.
+    """
+    kind, colour, look = (SLOTS[list(SLOTS)[slot]][row[slot]] for slot in _SAID[number])
+    if not (kind or colour or look) or (kind and kind not in KINDS):
+        return None
+    kinds = (KINDS.index(kind),) if kind else tuple(_COLLECTIBLE)
+    group = _GROUP_OF.get(kind or COLLECTIBLES[0])
+    place = None
+    if look and group is not None and look in group.looks:
+        place = _LOOK_PLACES[group.name].start + group.looks.index(look)
+    return Named(kinds, COLOURS.index(colour) if colour else None, place)
+
+
+def match_of(rows: Sequence[Row], beliefs: Sequence[Belief]) -> Floats:
+    """Return how well landmarks match the things that rows name: probabilities, (2, rows, landmarks)."""
+    found = np.zeros((2, len(rows), len(beliefs)), np.float32)
+    if not beliefs:
+        return found
+    kinds = np.stack([belief.kinds for belief in beliefs])
+    colours = np.stack([belief.colours for belief in beliefs])
+    looks = np.stack([belief.looks for belief in beliefs])
+    for number in range(2):
+        for place, row in enumerate(rows):
+            thing = named(row, number)
+            if thing is None:
+                continue
+            match = kinds[:, list(thing.kinds)].sum(1)
+            if thing.colour is not None:
+                match = match * colours[:, thing.colour]
+            if thing.look is not None:
+                match = match * looks[:, thing.look]
+            found[number, place] = match
+    return found
+
+
+def sample_of(rows: Sequence[Row], moment: Moment) -> tuple[Sample, list[Belief]]:
+    """Return what the policy is given, and the landmarks among it, in order.
+
+    Args:
+        rows: of the instruction; those after the first ROWS are left out.
+        moment: what the agent knows.
+    """
+    rows = list(rows)[:ROWS]
+    match = match_of(rows, moment.beliefs)
+    is_target = np.array([row[_TYPE] == _TARGET for row in rows], bool)
+    chosen = _choose(match, moment)
+    beliefs = [moment.beliefs[place] for place in chosen]
+    match = match[:, :, chosen]
+    is_place = np.cumsum(is_target).astype(bool) & ~is_target
+    to_target = match[0][is_target].max(0, initial=0.0) if len(chosen) else np.zeros(0, np.float32)
+    best = match.max((0, 1), initial=0.0) if len(chosen) else np.zeros(0, np.float32)
+    padded = np.zeros((2, ROWS, THINGS), np.float32)
+    padded[:, : len(rows), : len(chosen)] = match
+    things = np.zeros((THINGS, THING_VALUES), np.float32)
+    if beliefs:
+        things[: len(beliefs)] = _things(beliefs, moment, to_target, best, match[:, is_place].max((0, 1), initial=0.0))
+    moves = len(moment.trace) - 1
+    state = np.array(
+        [
+            moves / 100.0,
+            moment.steps_left / 100.0,
+            moment.turn - 1.0,
+            min(moves / 10.0, 1.0),
+            float(to_target.max(initial=0.0)),
+            1.0,
+        ],
+        np.float32,
+    )
+    numbers = np.array([*rows, *[EMPTY] * (ROWS - len(rows))], np.int64)
+    return Sample(numbers, _ground(moment), things, padded, _trace(moment), state), beliefs
+
+
+def _choose(match: Floats, moment: Moment) -> list[int]:
+    """Return the places of the landmarks that are given: those that match what is named, then the nearest."""
+    x, z, _ = moment.pose
+    best = match.max((0, 1), initial=0.0)
+    ranked = []
+    for place, belief in enumerate(moment.beliefs):
+        distance = math.hypot(belief.mark.x - x, belief.mark.z - z)
+        if distance < FAR:
+            ranked.append((distance - 30.0 * float(best[place]), place))
+    return [place for _, place in sorted(ranked)[:THINGS]]
+
+
+def _things(beliefs: Sequence[Belief], moment: Moment, to_target: Floats, best: Floats, tells_place: Floats) -> Floats:
+    places = np.array([(belief.mark.x, belief.mark.z) for belief in beliefs])
+    right, ahead = _local(places, moment.pose)
+    trace = np.array(moment.trace)
+    away = np.hypot(places[:, 0, None] - trace[:, 0], places[:, 1, None] - trace[:, 1])
+    # Of equally near positions the last counts: the agent may have turned there.
+    nearest = away.shape[1] - 1 - away[:, ::-1].argmin(1)
+    then = np.array([_local(places[number : number + 1], moment.trace[at]) for number, at in enumerate(nearest)])
+    kinds = np.stack([belief.kinds for belief in beliefs])
+    collectible, building, crossing = kinds[:, _COLLECTIBLE].sum(1), kinds[:, _BUILDING], kinds[:, _CROSSING]
+    values = [
+        np.ones(len(beliefs)),
+        right,
+        ahead,
+        then[:, 0, 0],
+        then[:, 1, 0],
+        len(trace) - 1 - nearest,
+        collectible,
+        building,
+        crossing,
+        1.0 - collectible - building - crossing,
+        to_target,
+        best,
+        _distance_to(places, places[tells_place > SURE]),
+    ]
+    return np.stack(values, 1).astype(np.float32)
+
+
+def _distance_to(places: npt.NDArray[np.float64], others: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return the distance of each place from the nearest of the others, from 0 to 1 for BESIDE units and more."""
+    if not len(others):
+        return np.ones(len(places))
+    away = np.hypot(places[:, 0, None] - others[:, 0], places[:, 1, None] - others[:, 1])
+    nearest: npt.NDArray[np.float64] = np.minimum(away.min(1) / BESIDE, 1.0)
+    return nearest
+
+
+def _local(
+    places: npt.NDArray[np.float64], pose: tuple[float, float, float]
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return how far places, (n, 2), are to the right and ahead of a pose."""
+    sin, cos = math.sin(pose[2]), math.cos(pose[2])
+    dx, dz = places[:, 0] - pose[0], places[:, 1] - pose[1]
+    return dx * cos - dz * sin, dx * sin + dz * cos
+
+
+def _trace(moment: Moment) -> Floats:
+    last = len(moment.trace) - 1
+    numbers = [*range(last - EVERY, 0, -EVERY)][: TRACE - 1]
+    found = np.zeros((TRACE, TRACE_VALUES), np.float32)
+    for place, number in [*enumerate(numbers), (TRACE - 1, 0)]:
+        x, z, heading = moment.trace[number]
+        right, ahead = _local(np.array([(x, z)]), moment.pose)
+        turned = heading - moment.pose[2]
+        found[place] = 1.0, right[0], ahead[0], math.sin(turned), math.cos(turned), last - number
+    return found
+
+
+_ANGLES = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
+_BETWEEN = np.array([-1.0, 0.0, 1.0]) * (2.0 * math.pi / DIRECTIONS / 3.0)
+_PARTS = 3
+_FINE = np.arange(1, len(RADII) * _PARTS + 1) * (float(RADII[0]) / _PARTS)
+"""Distances at which cells are looked up: the last of each three is one of RADII, and stands for them."""
+
+
+def _ground(moment: Moment) -> Bytes:
+    """Return the ground in each direction, (DIRECTIONS, radii, GROUND_CHANNELS), each with what is around it."""
+    x, z, heading = moment.pose
+    angles = (heading + _ANGLES)[:, None, None] + _BETWEEN[None, :, None]
+    rows = ((x + np.sin(angles) * _FINE) / CELL + SIDE / 2).astype(np.int64).clip(0, SIDE - 1)
+    columns = ((z + np.cos(angles) * _FINE) / CELL + SIDE / 2).astype(np.int64).clip(0, SIDE - 1)
+    cells = (rows * SIDE + columns).reshape(DIRECTIONS, len(_BETWEEN), len(RADII), _PARTS)
+    layers = moment.ground.free, moment.ground.blocked, moment.ground.wall
+    free, blocked, wall = (np.frombuffer(layer, np.uint8)[cells] for layer in layers)
+    # Free ground is seen with gaps, between the rays; a place is blocked by what is in its middle alone.
+    return np.stack([free.max((1, 3)), blocked[:, 1].max(2), wall.max((1, 3))], -1)
+
+
+_SWAPPED = {
+    "left": "right", "right": "left", "slightly left": "slightly right", "slightly right": "slightly left",
+    "left_of": "right_of", "right_of": "left_of",
+}  # fmt: skip
+_MIRRORED_SLOTS = {
+    _slot(name): np.array([SLOTS[name].index(_SWAPPED.get(value, value)) for value in SLOTS[name]])
+    for name in ("direction", "side", "relation")
+}
+
+
+def mirror(sample: Sample) -> Sample:
+    """Return what the policy would be given in a mirrored world, with left and right exchanged in the instruction."""
+    rows = sample.rows.copy()
+    for slot, exchanged in _MIRRORED_SLOTS.items():
+        rows[:, slot] = exchanged[rows[:, slot]]
+    things, trace = sample.things.copy(), sample.trace.copy()
+    things[:, [1, 3]] *= -1.0
+    trace[:, [1, 3]] *= -1.0
+    ground = sample.ground[-np.arange(DIRECTIONS) % DIRECTIONS]
+    return sample._replace(rows=rows, ground=ground, things=things, trace=trace)

@@ -1,0 +1,164 @@
+"""Execution of a navigation instruction by a policy: look around, choose a waypoint, walk there on the agent's map."""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from agents.follower.map_landmarks import Landmark
+from agents.follower.navigation_body import Body
+from agents.follower.navigation_motion import HEADINGS, can_step, find_path
+from agents.follower.navigation_target import REACH_TO, is_reached
+from agents.learning.landmarks import Belief, SeenLandmarks, certain_beliefs
+from agents.learning.reader.slots import Row
+from agents.vl_map.features import DIRECTIONS, Moment, Sample, sample_of
+from agents.vl_map.options import DISTANCES, WAYPOINTS
+from arramon_client.agent import Action
+
+MOVES = 3
+"""Moves between two decisions."""
+
+ARRIVED = 0.75
+"""Distance to a waypoint that counts as reached, in units."""
+
+TRIED = 8
+"""Options that are tried, the best first, before the agent turns on the spot."""
+
+LOOK = (Action.LEFT, Action.RIGHT, Action.RIGHT, Action.LEFT)
+"""Actions of a look to both sides."""
+
+RESERVE = 70
+"""Steps that are kept for walking: with less of them left, the agent looks around no more."""
+
+Choose = Callable[[Sample, Sequence[Belief]], npt.NDArray[np.float32]]
+"""Returns the value of each option for what is given; the highest is taken."""
+
+
+class Decision(NamedTuple):
+    """What was decided on.
+
+    Attributes:
+        sample: what the policy was given.
+        beliefs: the landmarks in it.
+        option: that was taken.
+    """
+
+    sample: Sample
+    beliefs: Sequence[Belief]
+    option: int
+
+
+class MapNavigator:
+    """Player of one navigation phase.
+
+    Args:
+        body: the agent's pose, map and landmarks.
+        rows: of the instruction, as it was read.
+        choose: the policy.
+        turn: 1 or 2.
+
+    Attributes:
+        decision: the latest; None before the first.
+    """
+
+    def __init__(self, body: Body, rows: Sequence[Row], choose: Choose, turn: int) -> None:
+        self._body, self._rows, self._choose, self._turn = body, rows, choose, turn
+        self._trace = [(body.x, body.z, body.angle)]
+        self._plan: list[Action] = [Action.RIGHT] * HEADINGS
+        self._walked = 0
+        self._has_looked = True
+        self._missed: list[tuple[float, float]] = []
+        self._wanted: Landmark | None = None
+        self._taking: Landmark | None = None
+        self.decision: Decision | None = None
+
+    def act(self, steps_left: int) -> Action:
+        """Return the next action; call it after the body has perceived the observation.
+
+        Args:
+            steps_left: of the phase.
+        """
+        self._follow()
+        if self._plan and self._plan[0] is Action.FORWARD and not self._can_step():
+            self._plan.clear()
+        if self._walked >= MOVES:
+            self._plan.clear()
+        if not self._plan:
+            if self._wanted is not None and is_reached(self._body, self._wanted, *self._body.pose):
+                self._taking = self._wanted
+                return Action.INTERACT
+            if not self._has_looked and steps_left > RESERVE:
+                self._has_looked, self._walked = True, 0
+                self._plan = list(LOOK)
+            else:
+                self._plan = self._decide(steps_left)
+                self._has_looked, self._walked = False, 0
+        return self._plan.pop(0)
+
+    def _follow(self) -> None:
+        """Add a move to the trace; what was not picked up is not tried again."""
+        body = self._body
+        x, z, _ = self._trace[-1]
+        if math.hypot(body.x - x, body.z - z) > 0.1:
+            self._trace.append((body.x, body.z, body.angle))
+            self._walked += 1
+        else:
+            self._trace[-1] = (x, z, body.angle)
+        if self._taking is not None:
+            self._missed.append((self._taking.x, self._taking.z))
+            self._taking = self._wanted = None
+
+    def _can_step(self) -> bool:
+        return can_step(self._body.ground, *self._body.pose)
+
+    def _decide(self, steps_left: int) -> list[Action]:
+        """Return the actions of the best option that leads somewhere."""
+        moment = Moment(self._body.ground, self._trace, self._beliefs(), steps_left, self._turn)
+        sample, beliefs = sample_of(self._rows, moment)
+        values = self._choose(sample, beliefs)
+        self._wanted = None
+        for option in np.argsort(-values)[:TRIED].tolist():
+            plan = self._plan_for(option, beliefs)
+            if plan:
+                self.decision = Decision(sample, beliefs, option)
+                return plan
+        self.decision = Decision(sample, beliefs, int(values.argmax()))
+        return [Action.RIGHT, Action.RIGHT]
+
+    def _beliefs(self) -> list[Belief]:
+        landmarks = self._body.landmarks
+        beliefs = landmarks.beliefs() if isinstance(landmarks, SeenLandmarks) else certain_beliefs(landmarks)
+        return [belief for belief in beliefs if (belief.mark.x, belief.mark.z) not in self._missed]
+
+    def _plan_for(self, option: int, beliefs: Sequence[Belief]) -> list[Action]:
+        """Return the actions of an option; empty if it leads nowhere."""
+        if option < WAYPOINTS:
+            direction, distance = divmod(option, len(DISTANCES))
+            angle = self._body.angle + direction * (2.0 * math.pi / DIRECTIONS)
+            return self._walk(angle, DISTANCES[distance])
+        number = option - WAYPOINTS
+        return self._take(beliefs[number].mark) if number < len(beliefs) else []
+
+    def _walk(self, angle: float, distance: float) -> list[Action]:
+        body = self._body
+        far = max(distance, 1.0)
+        goal = body.ground.near_free(body.x + far * math.sin(angle), body.z + far * math.cos(angle))
+        plan = find_path(body.ground, body.pose, goal, ARRIVED, None, body.closed_steps)
+        return plan if Action.FORWARD in plan else []
+
+    def _take(self, mark: Landmark) -> list[Action]:
+        body = self._body
+        if is_reached(body, mark, *body.pose):
+            self._taking = mark
+            return [Action.INTERACT]
+        self._wanted = mark
+
+        def is_there(x: float, z: float, heading: int) -> bool:
+            return is_reached(body, mark, x, z, heading)
+
+        plan = find_path(body.ground, body.pose, (mark.x, mark.z), REACH_TO + 0.2, is_there, body.closed_steps)
+        if not plan:
+            self._wanted = None
+        return plan

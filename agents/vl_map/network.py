@@ -1,0 +1,211 @@
+"""The policy's network: tokens for steps, directions, landmarks and past positions; it chooses where to go next."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from agents.learning.reader.slots import SLOTS
+from agents.vl_map.features import (
+    DIRECTIONS,
+    GROUND_CHANNELS,
+    RADII,
+    ROWS,
+    STATE_VALUES,
+    THING_VALUES,
+    THINGS,
+    TRACE,
+    Sample,
+)
+from agents.vl_map.options import DISTANCES
+
+NEARNESS = (0.0, 1.0, 2.0, 3.2, 5.0, 7.5, 11.0, 16.0, 24.0)
+"""Distances at the middles of the soft bins in which distances are given, in units."""
+
+AGES = (0.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
+"""The same for numbers of moves."""
+
+NEVER = -30.0
+"""Value of an option that there is not."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sizes:
+    """Sizes of the network.
+
+    Attributes:
+        width: of a token.
+        heads: of the attention.
+        layers: of attention.
+        inner: hidden units of the layers between.
+        dropout: share of a token's values left out in training.
+    """
+
+    width: int = 64
+    heads: int = 4
+    layers: int = 3
+    inner: int = 128
+    dropout: float = 0.05
+
+
+class Batch(NamedTuple):
+    """Samples together: the arrays of `features.Sample` with one more axis in front, as tensors."""
+
+    rows: Tensor
+    ground: Tensor
+    things: Tensor
+    match: Tensor
+    trace: Tensor
+    state: Tensor
+
+
+def batch_of(samples: list[Sample]) -> Batch:
+    """Return samples as a batch."""
+    parts = [torch.from_numpy(np.stack(part)) for part in zip(*samples, strict=True)]
+    rows, *others = parts
+    return Batch(rows.long(), *(other.float() for other in others))
+
+
+def directions_of(right: Tensor, ahead: Tensor) -> Tensor:
+    """Return directions as shares of the two nearest of DIRECTIONS, (..., DIRECTIONS)."""
+    place = torch.atan2(right, ahead) * (DIRECTIONS / (2.0 * math.pi))
+    apart = torch.remainder(place[..., None] - torch.arange(DIRECTIONS) + DIRECTIONS / 2, DIRECTIONS) - DIRECTIONS / 2
+    return (1.0 - apart.abs()).clamp(min=0.0)
+
+
+def shares_of(values: Tensor, middles: tuple[float, ...]) -> Tensor:
+    """Return values as shares of the two nearest of some middles, (..., middles)."""
+    known = torch.tensor(middles)
+    inside = values.clamp(middles[0], middles[-1]).contiguous()
+    upper = torch.searchsorted(known, inside).clamp(1, len(middles) - 1)
+    share = (inside - known[upper - 1]) / (known[upper] - known[upper - 1])
+    found = torch.zeros(*values.shape, len(middles))
+    found.scatter_(-1, upper[..., None], share[..., None])
+    return found.scatter_add_(-1, upper[..., None] - 1, 1.0 - share[..., None])
+
+
+class _Layer(nn.Module):
+    """Attention with a bias where a step names a landmark, and a layer of hidden units."""
+
+    def __init__(self, sizes: Sizes) -> None:
+        super().__init__()
+        width = sizes.width
+        self.heads = sizes.heads
+        self.first, self.second = nn.LayerNorm(width), nn.LayerNorm(width)
+        self.asked = nn.Linear(width, 3 * width)
+        self.told = nn.Linear(width, width)
+        self.inner = nn.Sequential(nn.Linear(width, sizes.inner), nn.GELU(), nn.Linear(sizes.inner, width))
+        self.dropout = nn.Dropout(sizes.dropout)
+        # For each head: of rows that look at landmarks, and of landmarks that look at rows, by first and second thing.
+        self.bias = nn.Parameter(torch.linspace(0.0, 3.0, sizes.heads)[:, None].repeat(1, 4))
+
+    def forward(self, tokens: Tensor, mask: Tensor, match: Tensor) -> Tensor:
+        """Return (B, tokens, width).
+
+        Args:
+            tokens: (B, tokens, width), rows first, then landmarks.
+            mask: (B, 1, 1, tokens), 0 or NEVER for those that there are not.
+            match: (B, 2, ROWS, THINGS).
+        """
+        batch, count, width = tokens.shape
+        asked = self.asked(self.first(tokens)).view(batch, count, 3, self.heads, -1).permute(2, 0, 3, 1, 4)
+        bias = mask.expand(batch, self.heads, count, count).clone()
+        by_row = torch.einsum("hk,bkrt->bhrt", self.bias[:, :2], match)
+        by_thing = torch.einsum("hk,bkrt->bhtr", self.bias[:, 2:], match)
+        bias[:, :, :ROWS, ROWS : ROWS + THINGS] += by_row
+        bias[:, :, ROWS : ROWS + THINGS, :ROWS] += by_thing
+        found = functional.scaled_dot_product_attention(asked[0], asked[1], asked[2], attn_mask=bias)
+        tokens = tokens + self.dropout(self.told(found.transpose(1, 2).reshape(batch, count, width)))
+        added: Tensor = tokens + self.dropout(self.inner(self.second(tokens)))
+        return added
+
+
+class PolicyNetwork(nn.Module):
+    """Chooses a waypoint, or a landmark to pick up.
+
+    Args:
+        sizes: of the network.
+    """
+
+    def __init__(self, sizes: Sizes) -> None:
+        super().__init__()
+        self.sizes = sizes
+        width = sizes.width
+        self.slots = nn.ModuleList(nn.Embedding(len(values), width) for values in SLOTS.values())
+        self.order = nn.Parameter(torch.randn(ROWS, width) * 0.1)
+        self.bearing = nn.Parameter(torch.randn(DIRECTIONS, width) * 0.1)
+        self.nearness = nn.Parameter(torch.randn(len(NEARNESS), width) * 0.1)
+        self.age = nn.Parameter(torch.randn(len(AGES), width) * 0.1)
+        described = THING_VALUES - 6 + 2 + len(NEARNESS) + len(AGES)
+        self.thing = nn.Sequential(nn.Linear(described, width), nn.GELU(), nn.Linear(width, width))
+        self.past = nn.Linear(2, width)
+        self.began = nn.Parameter(torch.randn(width) * 0.1)
+        self.ground = nn.Sequential(nn.Linear(len(RADII) * GROUND_CHANNELS, width), nn.GELU(), nn.Linear(width, width))
+        self.state = nn.Linear(STATE_VALUES, width)
+        self.layers = nn.ModuleList(_Layer(sizes) for _ in range(sizes.layers))
+        self.last = nn.LayerNorm(width)
+        self.go = nn.Linear(width, len(DISTANCES))
+        self.take = nn.Linear(width, 1)
+        self.gate = nn.Parameter(torch.tensor([1.0, 0.0]))
+
+    def forward(self, batch: Batch) -> Tensor:
+        """Return the values of all options, (B, OPTIONS): a waypoint is direction * len(DISTANCES) + distance."""
+        rows = sum(slot(batch.rows[:, :, number]) for number, slot in enumerate(self.slots)) + self.order
+        tokens = torch.cat(
+            [rows, self._things(batch.things), self._trace(batch.trace), self._ground(batch.ground),
+             self.state(batch.state)[:, None]],
+            1,
+        )  # fmt: skip
+        there = torch.cat(
+            [
+                batch.rows.any(2),
+                batch.things[:, :, 0] > 0.0,
+                batch.trace[:, :, 0] > 0.0,
+                torch.ones(len(tokens), DIRECTIONS + 1, dtype=torch.bool),
+            ],
+            1,
+        )
+        mask = torch.where(there, 0.0, NEVER)[:, None, None]
+        for layer in self.layers:
+            tokens = layer(tokens, mask, batch.match)
+        tokens = self.last(tokens)
+        first = ROWS + THINGS + TRACE
+        waypoints = self.go(tokens[:, first : first + DIRECTIONS]).flatten(1)
+        # What is picked up has to be a collectible, and to match what is asked for.
+        collectible, match = batch.things[:, :, 6], batch.things[:, :, 10]
+        gate = self.gate[0] * torch.log(match + 0.01) + self.gate[1]
+        takes = self.take(tokens[:, ROWS : ROWS + THINGS])[:, :, 0] + gate
+        takes = torch.where((collectible > 0.5) & (batch.things[:, :, 0] > 0.0), takes, NEVER)
+        return torch.cat([waypoints, takes], 1)
+
+    def _things(self, things: Tensor) -> Tensor:
+        right, ahead, right_then, ahead_then, since = things[:, :, 1:6].unbind(2)
+        then = torch.hypot(right_then, ahead_then)
+        side = torch.stack([right_then, ahead_then], 2) / then.clamp(min=0.3)[:, :, None]
+        described = torch.cat([things[:, :, 6:], side, shares_of(then, NEARNESS), shares_of(since, AGES)], 2)
+        tokens: Tensor = self.thing(described) + self._where(right, ahead)
+        return tokens
+
+    def _trace(self, trace: Tensor) -> Tensor:
+        right, ahead, sine, cosine, since = trace[:, :, 1:].unbind(2)
+        tokens = self._where(right, ahead) + shares_of(since, AGES) @ self.age
+        tokens = tokens + self.past(torch.stack([sine, cosine], 2))
+        began = torch.zeros_like(tokens)
+        began[:, -1] = self.began
+        return torch.add(tokens, began)
+
+    def _ground(self, ground: Tensor) -> Tensor:
+        tokens: Tensor = self.ground(ground.flatten(2)) + self.bearing
+        return tokens
+
+    def _where(self, right: Tensor, ahead: Tensor) -> Tensor:
+        distance = torch.hypot(right, ahead)
+        clear = (distance / 0.5).clamp(max=1.0)[..., None]  # Of what is underfoot, the direction means nothing.
+        where: Tensor = (
+            clear * directions_of(right, ahead) @ self.bearing + shares_of(distance, NEARNESS) @ self.nearness
+        )
+        return where

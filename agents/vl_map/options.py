@@ -1,0 +1,11 @@
+"""What the policy chooses from: waypoints by direction and distance, and landmarks to pick up."""
+
+from agents.vl_map.features import DIRECTIONS, THINGS
+
+DISTANCES = (1.0, 2.2, 4.0, 6.5, 10.0)
+"""Distances of waypoints, in units."""
+
+WAYPOINTS = DIRECTIONS * len(DISTANCES)
+"""Number of waypoints: direction * len(DISTANCES) + distance. Option WAYPOINTS + i is to pick up landmark i."""
+
+OPTIONS = WAYPOINTS + THINGS

@@ -1,0 +1,60 @@
+"""Work on several cores: the number of processes of a command, and a pool whose processes end with their parent."""
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from multiprocessing.connection import wait
+
+from server.errors import ArraMonError, BadInput
+
+MAX_JOBS = 256
+
+
+def processes_of(jobs: int) -> int:
+    """Return the number of processes for the option `--jobs`: 0 is one for each core.
+
+    Raises:
+        BadInput: if it is not from 0 to MAX_JOBS.
+    """
+    if not 0 <= jobs <= MAX_JOBS:
+        raise BadInput(f"the number of jobs is {jobs}; expected 1 to {MAX_JOBS}, or 0 for one per core")
+    return jobs or len(os.sched_getaffinity(0))
+
+
+@contextmanager
+def process_pool(processes: int, work: str) -> Iterator[ProcessPoolExecutor]:
+    """Yield a pool of processes; what it has not begun when the block is left, is not done.
+
+    Args:
+        processes: their number.
+        work: what each of them does, for the error message: "renders demonstrations".
+
+    Raises:
+        ArraMonError: when results are read inside the block, if a process has died.
+    """
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(processes, mp_context=context, initializer=_end_with_parent)
+    try:
+        yield pool
+    except BrokenProcessPool as error:
+        raise ArraMonError(f"a process that {work} died, possibly out of memory") from error
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _end_with_parent() -> None:
+    """End this process with its parent, however that ends; leave keyboard interrupts to it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def watch() -> None:
+        wait([parent.sentinel])
+        os._exit(1)
+
+    threading.Thread(target=watch, name="end-with-parent", daemon=True).start()

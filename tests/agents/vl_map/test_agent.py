@@ -1,0 +1,93 @@
+"""The agent: arguments, weights, and a played episode by RGB and depth, or by the true segmentation."""
+
+from pathlib import Path
+
+import pytest
+
+torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
+
+from agents.learning.checkpoint import BadWeights, write_tensors  # noqa: E402
+from agents.vl_map.network import PolicyNetwork, Sizes, batch_of  # noqa: E402
+from agents.vl_map.weights import read_policy, write_policy  # noqa: E402
+from arramon_client import load_agent  # noqa: E402
+from arramon_client.agent import Episode, Observation  # noqa: E402
+from arramon_client.environments.backend import Settings  # noqa: E402
+from arramon_client.environments.options import Options, open_backend  # noqa: E402
+from arramon_client.errors import AgentLoadError  # noqa: E402
+from tests import tiny  # noqa: E402
+from tests.agents.vl_map.test_features import sample  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def weights(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Untrained."""
+    torch.set_num_threads(1)
+    torch.manual_seed(1)
+    path = tmp_path_factory.mktemp("weights") / "policy.safetensors"
+    write_policy(path, PolicyNetwork(Sizes()), {"known": "nothing"})
+    return path
+
+
+def test_weights_are_what_was_written(weights: Path) -> None:
+    network, about = read_policy(weights)
+    torch.manual_seed(1)
+    written = PolicyNetwork(Sizes()).eval()
+    given = batch_of([sample()[0]])
+    torch.testing.assert_close(network(given), written(given), rtol=0.02, atol=0.02)  # Half precision.
+    assert about == {"known": "nothing"}
+    assert weights.stat().st_size < 400_000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"sensor": "lidar"}, "agents.vl_map has no sensor 'lidar'; expected one of rgb, segmentation"),
+        ({"weights": "nowhere.safetensors"}, "agents.vl_map: there are no weights 'nowhere.safetensors'"),
+    ],
+)
+def test_what_is_wrong_is_told(arguments: dict[str, object], message: str) -> None:
+    with pytest.raises(AgentLoadError, match=message):
+        load_agent("agents.vl_map", arguments)
+
+
+def test_other_files_are_refused(tmp_path: Path) -> None:
+    tensors = {"go.weight": torch.zeros(5, 64)}
+    for header, message in (
+        ({"format": 1}, "has the format 1, expected 'vl_map 1'"),
+        ({"format": "vl_map 1", "sizes": {}, "about": {}}, "does not hold the weights of a PolicyNetwork"),
+    ):
+        write_tensors(tmp_path / "w.safetensors", tensors, header)
+        with pytest.raises(BadWeights, match=message):
+            read_policy(tmp_path / "w.safetensors")
+
+
+@pytest.mark.parametrize(("sensor", "language"), [("rgb", "en"), ("rgb", "hi"), ("segmentation", "en")])
+def test_an_episode(sensor: str, language: str, weights: Path, tmp_path: Path) -> None:
+    tiny.write(tmp_path, "trial", 2)
+    agent = load_agent("agents.vl_map", {"weights": str(weights), "sensor": sensor})
+    sensors = ("rgb", "depth") if sensor == "rgb" else ("depth", "segmentation")
+    backend = open_backend(Options(data=tmp_path))
+    player = backend.player(Settings(language, "trial", sensors, 224, steps_per_phase=30))
+    observation: Observation | None = player.begin("1", 0)
+    agent.begin(Episode("1", language, "trial", labels=player.labels))
+    phases, actions = set(), []
+    while observation is not None:
+        phases.add((observation.turn, observation.phase))
+        (action,) = agent.act([observation])
+        actions.append(int(action))
+        step = player.step(int(action))
+        observation = step.observation
+    assert step.ending is not None
+    assert phases == {(turn, phase) for turn in (1, 2) for phase in ("navigation", "assembly")}
+    assert actions[:12] == [2] * 12  # It looks around.
+    assert 0 in actions
+
+
+def test_missing_sensors_are_named(weights: Path) -> None:
+    agent = load_agent("agents.vl_map", {"weights": str(weights)})
+    agent.begin(Episode("one", "en", "trial"))
+    with pytest.raises(ValueError, match="requires the sensors rgb and depth"):
+        agent.act([Observation("one", 1, "navigation", 0, "Turn left and take the red mug.", 0, 150)])
+    agent = load_agent("agents.vl_map", {"weights": str(weights), "sensor": "segmentation"})
+    with pytest.raises(ValueError, match="requires the sensor segmentation"):
+        agent.begin(Episode("one", "en", "trial"))

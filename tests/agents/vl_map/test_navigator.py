@@ -1,0 +1,99 @@
+"""How decisions are carried out: looks, walks on the map, the pick-up, and what is not tried twice."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from agents.follower.map_landmarks import Landmark
+from agents.follower.navigation_body import Body
+from agents.follower.perceive import Scan
+from agents.learning.landmarks import Belief
+from agents.learning.reader.slots import rows_of
+from agents.learning.sight import LABELS
+from agents.vl_map.features import Sample
+from agents.vl_map.navigator import LOOK, MOVES, RESERVE, MapNavigator
+from agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS
+from arramon_client.agent import Action, Label
+from lang.meaning import Navigation, Thing
+
+AHEAD = DISTANCES.index(6.5)
+"""The waypoint 6.5 units ahead."""
+
+
+class World(Body):
+    """A body on an open square, on which nothing but a mug lies."""
+
+    def __init__(self, *mugs: tuple[float, float]) -> None:
+        super().__init__(LABELS)
+        number = next(number for number, label in enumerate(LABELS) if label.kind == "mug")
+        self.landmarks._by_label[number] = [Landmark(Label("mug"), *mug, 1.0) for mug in mugs]
+        free = np.stack(np.meshgrid(np.arange(-15, 15, 0.2), np.arange(-15, 15, 0.2)), -1).reshape(-1, 2)
+        self.ground.add(Scan(np.zeros((0, 2), np.float32), np.zeros(0, bool), free.astype(np.float32)))
+
+    def do(self, action: Action) -> None:
+        self.record_action(action)
+        self._move(same=False)
+
+
+class Choices:
+    """Chooses one option after the other, and the last one on."""
+
+    def __init__(self, *options: int) -> None:
+        self.options = list(options)
+        self.asked = 0
+
+    def __call__(self, sample: Sample, beliefs: Sequence[Belief]) -> npt.NDArray[np.float32]:
+        values = np.zeros(OPTIONS, np.float32)
+        values[self.options[min(self.asked, len(self.options) - 1)]] = 1.0
+        self.asked += 1
+        return values
+
+
+def play(world: World, choices: Choices, steps: int, left: int = 150) -> list[Action]:
+    navigator = MapNavigator(world, rows_of(Navigation((), Thing("mug"))), choices, 1)
+    actions = []
+    for step in range(steps):
+        actions.append(navigator.act(left - step))
+        world.do(actions[-1])
+    return actions
+
+
+def test_it_looks_around_first_and_after_each_walk() -> None:
+    actions = play(World(), Choices(AHEAD), 12 + MOVES + len(LOOK) + MOVES)
+    forward = [Action.FORWARD] * MOVES
+    assert actions == [Action.RIGHT] * 12 + forward + list(LOOK) + forward
+
+
+def test_it_saves_steps_when_few_are_left() -> None:
+    actions = play(World(), Choices(AHEAD), 12 + 3 * MOVES, left=RESERVE + 12)
+    assert actions == [Action.RIGHT] * 12 + [Action.FORWARD] * (3 * MOVES)
+
+
+def test_a_waypoint_aside() -> None:
+    world = World()
+    play(world, Choices(6 * len(DISTANCES) + DISTANCES.index(4.0)), 12 + 3 + MOVES)
+    assert (world.x, world.z) == pytest.approx((3.0, 0.0), abs=0.6)
+
+
+def test_it_goes_to_a_thing_and_picks_it_up() -> None:
+    world = World((2.0, 4.0))
+    actions = play(world, Choices(WAYPOINTS), 40)
+    first = actions.index(Action.INTERACT)
+    assert 3 <= actions[:first].count(Action.FORWARD) <= 5
+    # The pick-up had no effect: it is not tried again.
+    assert actions.count(Action.INTERACT) == 1
+
+
+def test_what_leads_nowhere_is_passed_over() -> None:
+    world = World()
+    wall = np.stack([np.arange(-14.0, 14.0, 0.1), np.full(280, 0.9)], 1).astype(np.float32)
+    world.ground.add(Scan(wall, np.ones(len(wall), bool), np.zeros((0, 2), np.float32)))
+    choices = Choices(WAYPOINTS + 3)  # There is no such landmark.
+    actions = play(world, choices, 40)
+    assert choices.asked > 1
+    assert Action.INTERACT not in actions
+    assert math.isfinite(world.x)
+    assert world.z < 0.9

@@ -1,0 +1,77 @@
+"""The policy's network: its size, its options, and that samples of a batch do not affect each other."""
+
+import math
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
+
+from agents.learning.map_task import targets_of  # noqa: E402
+from agents.learning.simulated.walks import Label  # noqa: E402
+from agents.vl_map.features import DIRECTIONS  # noqa: E402
+from agents.vl_map.network import NEVER, PolicyNetwork, Sizes, batch_of, directions_of, shares_of  # noqa: E402
+from agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS  # noqa: E402
+from lang.meaning import Navigation, Thing, Walk  # noqa: E402
+from tests.agents.vl_map.test_features import sample  # noqa: E402
+
+
+@pytest.fixture
+def network() -> PolicyNetwork:
+    torch.manual_seed(3)
+    torch.set_num_threads(1)
+    return PolicyNetwork(Sizes()).eval()
+
+
+def test_size(network: PolicyNetwork) -> None:
+    assert 120_000 < sum(parameter.numel() for parameter in network.parameters()) < 150_000
+
+
+def test_only_collectibles_can_be_picked_up(network: PolicyNetwork) -> None:
+    given, beliefs = sample()
+    values = network(batch_of([given]))[0]
+    assert values.shape == (OPTIONS,)
+    can = [number for number in range(OPTIONS - WAYPOINTS) if values[WAYPOINTS + number] > NEVER]
+    assert [beliefs[number].mark.label.kind for number in can] == ["mug"]
+
+
+def test_the_better_match_is_picked_up_rather() -> None:
+    network = PolicyNetwork(Sizes()).eval()
+    asked, other = (sample(meaning=Navigation((), Thing("mug", colour)))[0] for colour in ("red", "blue"))
+    values = [network(batch_of([given]))[0, WAYPOINTS:].max() for given in (asked, other)]
+    assert values[0] > values[1]
+
+
+def test_samples_of_a_batch_do_not_affect_each_other(network: PolicyNetwork) -> None:
+    one, _ = sample()
+    two, _ = sample(-1, Navigation((Walk("ahead"),), Thing("tv")))
+    together = network(batch_of([one, two]))
+    for number, each in enumerate((one, two)):
+        torch.testing.assert_close(network(batch_of([each]))[0], together[number], rtol=1e-4, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("right", "ahead", "shares"),
+    [(0.0, 2.0, {0: 1.0}), (3.0, 0.0, {6: 1.0}), (-1.0, 0.0, {18: 1.0}), (-0.1316525, 1.0, {0: 0.5, 23: 0.5})],
+)
+def test_directions(right: float, ahead: float, shares: dict[int, float]) -> None:
+    found = directions_of(torch.tensor([right]), torch.tensor([ahead]))[0]
+    expected = [shares.get(number, 0.0) for number in range(DIRECTIONS)]
+    np.testing.assert_allclose(found.numpy(), expected, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("value", "shares"),
+    [(-1.0, [1, 0, 0]), (0.0, [1, 0, 0]), (0.5, [0.5, 0.5, 0]), (2.0, [0, 0.5, 0.5]), (9.0, [0, 0, 1])],
+)
+def test_shares(value: float, shares: list[float]) -> None:
+    np.testing.assert_allclose(shares_of(torch.tensor([value]), (0.0, 1.0, 3.0))[0].numpy(), shares, atol=1e-6)
+
+
+def test_what_is_right() -> None:
+    targets = targets_of([Label(0.0, 4.0, -1), Label(-math.sqrt(6.5 * 10.0), 0.0, -1), Label(1.0, 1.0, 2)])
+    assert targets.sum(1).tolist() == pytest.approx([1.0, 1.0, 1.0])
+    assert targets[0, DISTANCES.index(4.0)] == pytest.approx(1.0)
+    left = 18 * len(DISTANCES)
+    assert targets[1, left + 3 : left + 5].tolist() == pytest.approx([0.5, 0.5])
+    assert targets[2, WAYPOINTS + 2] == 1.0

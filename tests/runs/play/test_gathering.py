@@ -1,0 +1,105 @@
+"""Actions of one stream that arrive in many messages: applied and committed together, but none waits for long."""
+
+import asyncio
+from pathlib import Path
+
+import pytest
+
+from server.runs.play import engine as engines
+from server.runs.play import stream as streams
+from server.runs.play.events import Observed
+from server.runs.play.stream import MAX_TOGETHER, Act
+from server.runs.storage.journal import Journal
+from server.runs.storage.records import Batch
+from server.sim.rules import Action
+from tests.runs.engines import House, Seat, until
+
+EPISODES = 8
+
+
+@pytest.fixture
+def commits(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """The number of steps of each commit."""
+    counts: list[int] = []
+    commit = Journal.commit
+
+    def counted(self: Journal, batch: Batch) -> None:
+        if batch.steps:
+            counts.append(len(batch.steps))
+        commit(self, batch)
+
+    monkeypatch.setattr(Journal, "commit", counted)
+    return counts
+
+
+def steps(seat: Seat) -> list[int]:
+    return [event.state.step for event in seat.events if isinstance(event, Observed)]
+
+
+def test_waiting_messages_share_a_commit(tmp_path: Path, commits: list[int]) -> None:
+    async def play() -> None:
+        house = House(tmp_path, EPISODES)
+        async with house.engine() as engine:
+            seat = Seat(engine, house.run(), EPISODES)
+            await until(lambda: steps(seat) == [0] * EPISODES)
+            for episode_id in list(seat.stream.sessions):
+                seat.act(episode_id, 0, Action.LEFT)
+            await until(lambda: steps(seat)[EPISODES:] == [1] * EPISODES)
+            assert house.journal.progress("run").steps == EPISODES
+
+    asyncio.run(asyncio.wait_for(play(), 60))
+    assert commits == [EPISODES]
+
+
+def test_messages_wait_until_half_of_the_episodes_are_answered(
+    tmp_path: Path, commits: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(streams, "GATHER_SECONDS", 3600.0)
+
+    async def play() -> None:
+        house = House(tmp_path, EPISODES)
+        async with house.engine() as engine:
+            seat = Seat(engine, house.run(), EPISODES)
+            await until(lambda: steps(seat) == [0] * EPISODES)
+            for episode_id in list(seat.stream.sessions)[: EPISODES // 2]:
+                await asyncio.sleep(0.01)
+                assert not commits
+                seat.act(episode_id, 0, Action.LEFT)
+            await until(lambda: steps(seat)[EPISODES:] == [1] * (EPISODES // 2))
+
+    asyncio.run(asyncio.wait_for(play(), 60))
+    assert commits == [EPISODES // 2]
+
+
+def test_a_message_for_which_no_others_come_is_answered(
+    tmp_path: Path, commits: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(engines, "SWEEP_SECONDS", 3600.0)  # Otherwise each sweep starts a round, too.
+
+    async def play() -> None:
+        house = House(tmp_path, EPISODES)
+        async with house.engine() as engine:
+            seat = Seat(engine, house.run(), EPISODES)
+            await until(lambda: steps(seat) == [0] * EPISODES)
+            seat.act(next(iter(seat.stream.sessions)), 0, Action.LEFT)
+            await until(lambda: steps(seat)[EPISODES:] == [1])
+
+    asyncio.run(asyncio.wait_for(play(), 60))
+    assert commits == [1]
+
+
+def test_a_round_takes_whole_messages_up_to_a_limit(tmp_path: Path, commits: list[int]) -> None:
+    async def play() -> None:
+        house = House(tmp_path, 1)
+        async with house.engine() as engine:
+            seat = Seat(engine, house.run())
+            await until(lambda: steps(seat) == [0])
+            (episode_id,) = seat.stream.sessions
+            for first in range(0, 60, 20):  # longer than the limit, and yet applied whole
+                engine.ask(seat.stream, [Act(episode_id, first + step, Action.LEFT) for step in range(20)])
+            await until(lambda: steps(seat)[-1] == 60)
+            assert steps(seat) == list(range(61))
+
+    assert MAX_TOGETHER < 20
+    asyncio.run(asyncio.wait_for(play(), 60))
+    assert commits == [20, 20, 20]
