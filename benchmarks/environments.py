@@ -3,13 +3,16 @@
     python benchmarks/environments.py [--data DIR] [--seconds 3] [--rounds 5] [--peers PYTHON] [--json FILE]
 
 The rows alternate, round by round, so that changes of the machine's speed affect all of them; the table shows medians.
-"Bare" is what every step needs: rules and frame of 16 episodes in turn, without observations. `--peers` names an
-interpreter with the packages `miniworld` and `minigrid`, if it is not this one. The table's CPU time is that of this
-process: it says what a step costs where other programs take the cores, too.
+"Bare" is what every step needs: rules and frame of 16 episodes in turn, without observations. In two processes it is
+drawn by two that know nothing of each other, half of the episodes each: what this machine gives two processes at all.
+`--peers` names an interpreter with the packages `miniworld` and `minigrid`, if it is not this one. The table's CPU time
+is that of this process (for the bare camera in two, of each): it says what a step costs where other programs take the
+cores, too.
 """
 
 import argparse
 import json
+import multiprocessing
 import statistics
 import subprocess
 import sys
@@ -72,12 +75,12 @@ def timed(step: Callable[[int], int], seconds: float) -> Measured:
     return steps / (time.perf_counter() - started), 1e3 * (time.process_time() - worked) / steps
 
 
-def bare(split: Split, size: int) -> Callable[[float], Measured]:
-    """Return the measurement of rules and frames alone."""
+def bare(split: Split, size: int, share: slice = slice(None)) -> Callable[[float], Measured]:
+    """Return the measurement of rules and frames alone, of all episodes or a share of them."""
 
     worlds, limits = Worlds({split.name: split}), Limits()
-    episodes = split.in_playing_order(min(split.languages))
-    sessions = [Session(e, worlds.ground(split.name, e), limits) for e in islice(cycle(episodes), COUNT)]
+    episodes = list(islice(cycle(split.in_playing_order(min(split.languages))), COUNT))[share]
+    sessions = [Session(e, worlds.ground(split.name, e), limits) for e in episodes]
 
     def step(number: int) -> int:
         for here, session in enumerate(sessions):
@@ -86,9 +89,37 @@ def bare(split: Split, size: int) -> Callable[[float], Measured]:
                 session = sessions[here] = Session(session.episode, ground, limits)
             session.apply(Action((number * COUNT * 7 + here * 24) % 3))
             worlds.render(split.name, session.episode, session.state, size)
-        return COUNT
+        return len(sessions)
 
     return lambda seconds: timed(step, seconds)
+
+
+def bare_in_processes(split: Split, size: int, count: int) -> Callable[[float], Measured]:
+    """Return the measurement of rules and frames alone in processes that draw at the same time; their rates are added.
+
+    They are forked after everything is compiled, and begin together once each has drawn all its episodes.
+    """
+    context = multiprocessing.get_context("fork")
+
+    def draw(share: slice, seconds: float, ready: Any, pipe: Any) -> None:
+        measure = bare(split, size, share)
+        measure(0.1)
+        ready.wait()
+        pipe.send(measure(seconds))
+
+    def measure(seconds: float) -> Measured:
+        ready, running = context.Barrier(count), []
+        for number in range(count):
+            pipe, other = context.Pipe(duplex=False)
+            process = context.Process(target=draw, args=(slice(number, None, count), seconds, ready, other))
+            process.start()
+            running.append((process, pipe))
+        results: list[Measured] = [pipe.recv() for _, pipe in running]
+        for process, _ in running:
+            process.join()
+        return sum(rate for rate, _ in results), statistics.mean(cost for _, cost in results)
+
+    return measure
 
 
 def single(data: Path, split: Split, size: int) -> Callable[[float], Measured]:
@@ -165,11 +196,13 @@ def rows_of(data: Path, split: Split, peers: str) -> list[Row]:
     """Return the rows of the table."""
     return [
         Row("bare camera with rules, 224", bare(split, 224)),
+        Row("bare camera, two processes, 224", bare_in_processes(split, 224, 2)),
         Row("one episode, 224", single(data, split, 224)),
         Row("16, one process, 224", vector(data, split, 224, 1)),
         Row("16, two processes, 224", vector(data, split, 224, 2)),
         Row("two agents by turns, 224", two_agents(data, split, 224)),
         Row("bare camera with rules, 64", bare(split, 64)),
+        Row("bare camera, two processes, 64", bare_in_processes(split, 64, 2)),
         Row("16, one process, 64", vector(data, split, 64, 1)),
         Row("16, two processes, 64", vector(data, split, 64, 2)),
         *(Row(title, peer(peers, name)) for name, title in PEERS.items()),
@@ -188,13 +221,14 @@ def table(rows: Sequence[Row]) -> str:
         lines.append(f"{row.name:34}{row.rate:10.0f}{row.rate / base:9.2f}{cost}")
     by_name = {row.name: row for row in rows}
     one, two = by_name["16, one process, 224"], by_name["16, two processes, 224"]
-    small = by_name["16, one process, 64"]
+    small, drawn_by_two = by_name["16, one process, 64"], by_name["bare camera, two processes, 224"]
     single_row = by_name["one episode, 224"]
     lines.append(
         f"of the bare camera, one episode: {paired(single_row, rows[0]):.2f}, by CPU time "
         f"{rows[0].cost / single_row.cost:.2f}; 16 in one process: {paired(one, rows[0]):.2f}, by CPU time "
         f"{rows[0].cost / one.cost:.2f}\n"
-        f"two processes of one: {paired(two, one):.2f}; 64x64 of 224: {paired(small, one):.2f}"
+        f"two processes of one: {paired(two, one):.2f}, of the bare camera {paired(drawn_by_two, rows[0]):.2f}; "
+        f"64x64 of 224: {paired(small, one):.2f}"
     )
     return "\n".join(lines)
 

@@ -118,8 +118,8 @@ def measure(section_id: str, episodes: Sequence[Episode], folds: int, seen: int)
         }
         for number, episode in enumerate(part):
             texts, room = told[episode.episode_id], Room.of(episode, ground)
-            for name, world in worlds.items():
-                own = own_of(episode.episode_id, texts, world, room)
+            for name, (world, made_from) in worlds.items():
+                own = own_of(episode.episode_id, texts, world, room, made_from)
                 as_it_is = furnished(world, own)
                 drawn = as_it_is if name == "held out" and seen and number % seen == 0 else None
                 _count(counts[name], texts, as_it_is.props, drawn)
@@ -131,15 +131,20 @@ def measure(section_id: str, episodes: Sequence[Episode], folds: int, seen: int)
 
 def permuted(landmarks: Sequence[Landmark], *names: object) -> list[Landmark]:
     """Return the landmarks with their kinds, colours and looks permuted among their places."""
-    looks = [(each.kind, each.colour, each.look) for each in landmarks]
+    looks = [(each.kind, each.colour, each.look, each.names) for each in landmarks]
     seeded(*names, "permuted").shuffle(looks)
     pairs = zip(landmarks, looks, strict=True)
-    return [replace(each, kind=kind, colour=colour, look=look) for each, (kind, colour, look) in pairs]
+    return [
+        replace(each, kind=kind, colour=colour, look=look, names=called) for each, (kind, colour, look, called) in pairs
+    ]
 
 
-def _with(landmarks: Sequence[Landmark], section: Section, ground: Ground, walked: Numbers) -> Section:
+def _with(
+    landmarks: Sequence[Landmark], section: Section, ground: Ground, walked: Numbers
+) -> tuple[Section, list[Landmark]]:
+    """Return the section with landmarks, and from which of them each of its props was made."""
     built = props_of(landmarks, section.heading, section.buildings, ground, walked)
-    return replace(section, props=tuple(prop for prop, _ in built))
+    return replace(section, props=tuple(prop for prop, _ in built)), [landmark for _, landmark in built]
 
 
 def scattered(episode_id: str, props: Sequence[Prop], ground: Ground) -> list[Prop]:

@@ -31,7 +31,13 @@ LEARNED = ("language_only", "vision_only", "vl")
 AGENTS = ("random_walk", *LEARNED, "seeing_follower", "follower", "shortest_path")
 LANGUAGES = ("en", "hi")
 SPLITS = ("val_seen", "val_unseen")
-PRIVILEGED = {"shortest_path": ("--sensors", "pose,oracle")}
+SENSORS = {"shortest_path": "pose,oracle", "random_walk": "pose"}
+"""Sensors of agents that are run with others than their own; random walk uses none, and images take time."""
+
+CHANCE = "random_walk"
+CHANCE_SEEDS = (0, 1, 2)
+"""The agent whose actions are drawn, and the seeds with which it plays."""
+
 NOT_ALONE = ("shortest_path",)
 """Agents whose placement after perfect navigation is not played: they know the ground truth."""
 
@@ -40,22 +46,25 @@ BEGIN, END = "<!-- tables: benchmarks/results.py -->", "<!-- end of tables -->"
 
 @dataclass(frozen=True)
 class Player:
-    """An agent as it plays: with which weights, if it has learned."""
+    """An agent as it plays: with which seed, and which weights if it has learned."""
 
     agent: str
     seed: int
     weights: Path | None
 
     @property
-    def arguments(self) -> dict[str, str]:
+    def arguments(self) -> dict[str, object]:
         """Arguments of the agent."""
-        return {} if self.weights is None else {"weights": str(self.weights)}
+        if self.weights is not None:
+            return {"weights": str(self.weights)}
+        return {"seed": self.seed} if self.agent == CHANCE else {}
 
     @property
     def mark(self) -> str:
         """Name of its runs: other weights have other ones."""
-        digest = "fixed" if self.weights is None else hashlib.sha256(self.weights.read_bytes()).hexdigest()[:8]
-        return f"{self.agent}-{digest}"
+        if self.weights is not None:
+            return f"{self.agent}-{hashlib.sha256(self.weights.read_bytes()).hexdigest()[:8]}"
+        return f"{self.agent}-{self.seed}"
 
 
 def main() -> None:
@@ -86,9 +95,9 @@ def main() -> None:
 
 
 def players_of(agent: str, folders: list[Path]) -> list[Player]:
-    """Return an agent once for each seed that it was trained with; the seed is in the file of weights."""
+    """Return an agent once for each of its seeds; that of a learned one is in its file of weights."""
     if agent not in LEARNED:
-        return [Player(agent, 0, None)]
+        return [Player(agent, seed, None) for seed in (CHANCE_SEEDS if agent == CHANCE else (0,))]
     files = [folder / f"{agent}{SUFFIX}" for folder in folders]
     return [Player(agent, load_policy(file).about["recipe"]["seed"], file) for file in files]
 
@@ -115,7 +124,8 @@ def _play_run(given: argparse.Namespace, player: Player, split: str, language: s
         command = [
             str(Path(sys.executable).with_name("arramon-client")), "--agent", f"agents.{player.agent}",
             "--lang", language, "--split", split, "--episodes", str(given.episodes), "--data", str(given.data),
-            "--output", folder, "--parallel", "16", "--quiet", *PRIVILEGED.get(player.agent, ()),
+            "--output", folder, "--parallel", "16", "--quiet",
+            *(("--sensors", SENSORS[player.agent]) if player.agent in SENSORS else ()),
             *(part for name, value in player.arguments.items() for part in ("--agent-arg", f"{name}={value}")),
         ]  # fmt: skip
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)

@@ -2,7 +2,8 @@
 
 Publishes made-up runs of known truth on a split of made-up episodes, and measures the first look at the standings,
 which reads all scores and tests all pairs, a look by another metric, the next look, and one after one more publication.
-Then the sizes of the pages, compressed as they are sent. `--keep FOLDER` leaves the journal there.
+Then the sizes of the pages, compressed as they are sent: with one language, and with two, where the same agents have
+played both and declared costs. `--keep FOLDER` leaves the journal there.
 """
 
 import argparse
@@ -20,9 +21,11 @@ import numpy as np
 from common import data_or_sample
 
 from server.board.board import Board
+from server.board.cost import Cost
 from server.board.entries import Entries, Scores
 from server.board.episode_table import EpisodeTable
 from server.board.epochs import EpochBoard
+from server.board.standings import BOTH
 from server.episodes.splits import Split, read_splits
 from server.runs.play.clocks import Clocks
 from server.runs.storage.database import Database
@@ -87,22 +90,36 @@ def _measure(database: Database, split: Split, number: int) -> None:
         choice = Choice(split.name, "en")
         page = renderer.page("standings.html", texts, "/", pages.context(texts, choice, pages.defaults(code)))
         against = comparisons.context(texts, lines[0].entries[0].run.run_id, {})
-        for name, content in (("standings", page), ("against", renderer.page("against.html", texts, "/", against))):
-            print(f"{code} {name:10} {len(gzip.compress(content)) / 1000:6.1f} kB compressed")
+        _sized(f"{code} standings", page)
+        _sized(f"{code} against", renderer.page("against.html", texts, "/", against))
+    for place in range(number):
+        _publish(database, entries, split, place, 0.1 + 0.3 * place / max(number - 1, 1), hard, "hi")
+    _timed("first look, two languages", lambda: board.listing(split.name, BOTH))
+    for code, texts in all_texts().items():
+        choice = Choice(split.name, BOTH)
+        page = renderer.page("standings.html", texts, "/", pages.context(texts, choice, pages.defaults(code)))
+        _sized(f"{code} standings, two languages", page)
 
 
 def _publish(
-    database: Database, entries: Entries, split: Split, place: int, skill: float, hard: "np.typing.NDArray[np.float64]"
+    database: Database,
+    entries: Entries,
+    split: Split,
+    place: int,
+    skill: float,
+    hard: "np.typing.NDArray[np.float64]",
+    language: str = "en",
 ) -> None:
     """Publish a run whose agent solves an episode with a chance that depends on its skill and the episode."""
-    draw = np.random.default_rng(place)
+    number = place if language == "en" else place + 1_000_000
+    draw = np.random.default_rng(number)
     chance = 1.0 / (1.0 + np.exp(hard - np.log(skill / (1.0 - skill))))
     turns = (draw.random((len(hard), 2, len(METRICS))) < chance[:, None, None]).astype(np.float64)
     turns[:, :, METRICS.index("nDTW")] = draw.beta(4 * chance + 0.1, 4.1 - 4 * chance, size=(2, len(hard))).T
     now = datetime.now(UTC) + timedelta(seconds=place)
     run = Run(
-        run_id=f"{place:032x}", participant=f"lab {place % 17}", agent=f"agent-{place}", split=split.name,
-        language="en", sensors=("rgb", "depth"), steps_per_phase=STEPS, data_hash=split.data_hash,
+        run_id=f"{number:032x}", participant=f"lab {place % 17}", agent=f"agent-{place}", split=split.name,
+        language=language, sensors=("rgb", "depth"), steps_per_phase=STEPS, data_hash=split.data_hash,
         server_version="0.1.0", state=COMPLETE, created_at=now, ended_at=now, step_seconds=CLOCKS.step_seconds,
         bank_seconds=CLOCKS.bank_seconds,
     )  # fmt: skip
@@ -121,7 +138,12 @@ def _publish(
         90,
     )
     scores = Scores(progress, table_rows(with_total(turns), sections), f"split:{split.name}|run:{place}")
-    entries.publish(run.run_id, "", scores, EpisodeTable(ids, turns), by_host=True)
+    cost = Cost(1_000_000 * (place + 1), 7_654_321 * (place + 1), 1.25 * place) if language != "en" else None
+    entries.publish(run.run_id, "", scores, EpisodeTable(ids, turns), by_host=True, cost=cost)
+
+
+def _sized(name: str, page: bytes) -> None:
+    print(f"{name:28} {len(gzip.compress(page)) / 1000:7.1f} kB compressed")
 
 
 def _timed(name: str, work: Callable[[], object]) -> None:

@@ -7,6 +7,13 @@ planner uses the same to predict where its words lead.
 DEGREES = {"slightly left": -30.0, "slightly right": 30.0, "left": -90.0, "right": 90.0, "around": 180.0}
 """Angle of each of `meaning.TURNS`, clockwise. A slight turn is one turn action of the agent."""
 
+USUAL_COLOURS = {
+    "bags": ("black",), "bench": ("brown",), "bin": ("green",), "hydrant": ("red",), "lamp_post": ("green",),
+    "mailbox": ("blue",), "phone_booth": ("blue",), "speed_sign": ("white",), "stop_sign": ("red",),
+    "traffic_light": ("black",), "tree": ("green",), "tyre_stack": ("black",),
+}  # fmt: skip
+"""Colours that people give to street furniture which comes in one colour, and which has none in its name."""
+
 ALONG = {"at": 0.0, "before": -1.5, "after": 1.5}
 """Where a turn is made relative to a thing, by `meaning.ATS`, in units along the walk."""
 

@@ -1,5 +1,6 @@
 """Entry point of `arramon-server` and `python -m server`: handles SIGTERM before anything else is loaded."""
 
+import gc
 import signal
 import sys
 from collections.abc import Iterator, Sequence
@@ -10,9 +11,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run a command; return the exit status, as `server.cli.main` does."""
     words = sys.argv[1:] if argv is None else argv
     with _exit_on_sigterm() if words[:1] == ["serve"] else nullcontext():
-        from server.cli import main as run  # takes up to a second, in which a server can be stopped already
+        with _no_garbage_collection():
+            from server import cli  # takes up to a second, in which a server can be stopped already
 
-        return run(words)
+            cli.load(words)
+        return cli.main(words)
 
 
 @contextmanager
@@ -27,6 +30,17 @@ def _exit_on_sigterm() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
+def _no_garbage_collection() -> Iterator[None]:
+    """Load modules without looking for garbage in them, now, later, and at the exit: that takes longer than loading."""
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 if __name__ == "__main__":

@@ -55,6 +55,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     return status or 0
 
 
+def load(argv: Sequence[str]) -> None:
+    """Import the modules of the command in `argv`, which `main` would otherwise do."""
+    for family in _families(argv[0] if argv else ""):
+        import_module(f"server.commands.{family}")
+
+
 def parser(command: str = "") -> argparse.ArgumentParser:
     """Return the parser of a command, or of all commands if there is none of that name."""
     parser = argparse.ArgumentParser(prog="arramon-server", description="The ArraMon evaluation server.")
@@ -62,6 +68,11 @@ def parser(command: str = "") -> argparse.ArgumentParser:
     common = argparse.ArgumentParser(add_help=False)
     add_common_flags(common)
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for family in [name for name, its in FAMILIES.items() if command in its] or FAMILIES:
+    for family in _families(command):
         import_module(f"server.commands.{family}").add(commands, common)
     return parser
+
+
+def _families(command: str) -> Sequence[str]:
+    """Return the family of a command, or all of them if there is none of that name."""
+    return [name for name, its in FAMILIES.items() if command in its] or list(FAMILIES)

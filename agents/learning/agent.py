@@ -38,7 +38,7 @@ class LearnedAgent:
 
     def __init__(self, policy: Policy, name: str, seed: int = 0, temperature: float = 0.0) -> None:
         self.name = name
-        self.sensors = ("rgb", "depth")
+        self.sensors = () if policy.encoder is None else ("rgb", "depth")
         self._policy, self._seed, self._temperature = policy, seed, temperature
         self._frames = None if policy.encoder is None else FrameMemory(policy.encoder)
         self._memories: dict[str, _Memory] = {}

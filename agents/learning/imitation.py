@@ -127,8 +127,9 @@ class Imitation:
             texts = [draw_text(each, recipe.languages, chance) for each in chosen]
             batch = make_batch(chosen, texts, self.policy.tokenizer, recipe.share, f"{recipe.seed}/{self.step}")
             batch, module = batch.to(self.place.device), model.of(phase)
-            values, _ = module.act(module.read(batch.tokens), batch.cells, batch.before, at=batch.at)
-            losses[phase] = loss_of(values, batch)
+            with torch.autocast(self.place.device, torch.bfloat16, enabled=recipe.precision == "bfloat16"):
+                values, _ = module.act(module.read(batch.tokens), batch.cells, batch.before, at=batch.at)
+            losses[phase] = loss_of(values.float(), batch)
         total = torch.stack(list(losses.values())).mean()
         self.optimizer.zero_grad()
         total.backward()  # type: ignore[no-untyped-call]

@@ -6,6 +6,8 @@ from typing import Any
 
 from agents.learning.vision import DEFAULT
 
+PRECISIONS = ("float32", "bfloat16")
+
 
 @dataclass(frozen=True)
 class Recipe:
@@ -22,6 +24,8 @@ class Recipe:
         rooms: tasks that are drawn in the room alone, besides.
         passes: through the navigation demonstrations.
         batch, room_batch: navigation and assembly demonstrations in a batch.
+        precision: of the products of matrices; weights and sums are float32. With "bfloat16" an update of `vl` takes
+            0.6 of the time on processors that have it, and much more on others.
         learning_rate: of Adam.
         clip: largest norm of the gradient.
         share: of the steps at which the expert repeats its action, how many are learned from, drawn anew in each
@@ -44,6 +48,7 @@ class Recipe:
     passes: int = 15
     batch: int = 16
     room_batch: int = 32
+    precision: str = "float32"
     learning_rate: float = 1e-3
     clip: float = 5.0
     share: float = 0.3
@@ -51,6 +56,10 @@ class Recipe:
     validate: str = "val_seen"
     validate_episodes: int = 20
     validate_steps: int = 600
+
+    def __post_init__(self) -> None:
+        if self.precision not in PRECISIONS:
+            raise ValueError(f"there is no precision {self.precision!r}; there are {', '.join(PRECISIONS)}")
 
     def as_json(self) -> dict[str, Any]:
         """Return all of it as JSON values."""

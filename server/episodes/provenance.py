@@ -11,10 +11,11 @@ from dataclasses import dataclass, field
 from server.episodes.episode import Episode
 from server.sim.section import Section
 
-AGREEMENT, TEXT, DRAWN = "agreement", "text", "drawn"
-"""Origins: several texts agree on it; the episode's own text says so; chance."""
+AGREEMENT, COLOUR, TEXT, DRAWN = "agreement", "colour", "text", "drawn"
+"""Origins: several texts agree on it; they agree on its place, and the episode's own text says which of the colours
+that they give it; the episode's own text says so; chance."""
 
-OWN_ORIGINS = (TEXT, DRAWN)
+OWN_ORIGINS = (COLOUR, TEXT, DRAWN)
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +23,7 @@ class Origin:
     """The origin of one prop.
 
     Attributes:
-        name: AGREEMENT, TEXT or DRAWN.
+        name: AGREEMENT, COLOUR, TEXT or DRAWN.
         votes: of AGREEMENT; otherwise 0.
     """
 
@@ -57,7 +58,8 @@ class Provenance:
         section: id of the section.
         props: the section's props that were recovered; all others were drawn.
         buildings: the buildings whose facade was recovered; those of all others were drawn.
-        own: for each episode with own furniture the origin of each of `OwnFurniture.added`: TEXT or DRAWN.
+        own: for each episode with own furniture the origin of each of `OwnFurniture.added`: COLOUR, TEXT or
+            DRAWN.
     """
 
     section: str
@@ -120,12 +122,13 @@ class Origins:
     Attributes:
         agreed_props, agreed_facades: of the sections, recovered by agreement.
         drawn_props: of the sections, drawn.
-        own_text, own_drawn: of the episodes' own furniture.
+        own_coloured, own_text, own_drawn: of the episodes' own furniture.
     """
 
     agreed_props: int
     agreed_facades: int
     drawn_props: int
+    own_coloured: int
     own_text: int
     own_drawn: int
 
@@ -134,6 +137,7 @@ class Origins:
         return (
             f"{self.agreed_props} landmarks and {self.agreed_facades} facades recovered by agreement, "
             f"{self.own_text} put where an episode's own text says, "
+            f"{self.own_coloured} landmarks in the colour that an episode's own text says, "
             f"{self.drawn_props + self.own_drawn} drawn ({self.own_drawn} for single episodes)"
         )
 
@@ -147,6 +151,7 @@ def origins_of(provenance: Iterable[Provenance], sections: Mapping[str, Section]
         agreed_props=agreed,
         agreed_facades=sum(len(each.buildings) for each in listed),
         drawn_props=sum(len(sections[each.section].props) for each in listed) - agreed,
+        own_coloured=own[COLOUR],
         own_text=own[TEXT],
         own_drawn=own[DRAWN],
     )

@@ -1,6 +1,7 @@
 """Start, checks at the start, and drain of a server process, for `arramon-server serve`."""
 
 import asyncio
+import gc
 import logging
 import signal
 from collections.abc import Callable, Iterator, Mapping
@@ -37,6 +38,7 @@ def serve(config: Config, splits: Mapping[str, Split], announce: Callable[[str],
     for warning in warnings(config, splits):
         _log.warning("%s", warning)
     compile_camera(config, announce)
+    gc.freeze()  # Garbage collections, which hold up all streams, do not look through compiled kernels and modules.
     with closing(Database(config.journal_url, fsync=config.fsync)) as database:
         asyncio.run(_serve(config, splits, database, announce))
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from server.episodes.provenance import AGREEMENT, DRAWN, TEXT, Origin
+from server.episodes.provenance import AGREEMENT, COLOUR, DRAWN, TEXT, Origin
 from server.scoring.trajectory import Point2, TurnRecord
 from server.sim.section import Building, Section
 
@@ -67,7 +67,7 @@ def ground(section: Section, origins: Sequence[Origin] = ()) -> Ground:
         tuple(_points(section, _corners(building)) for building in section.buildings),
         tuple(place for place, origin in placed if origin.name == DRAWN),
         tuple((*place, round(origin.votes)) for place, origin in placed if origin.name == AGREEMENT),
-        tuple(place for place, origin in placed if origin.name == TEXT),
+        tuple(place for place, origin in placed if origin.name in (COLOUR, TEXT)),
     )
 
 

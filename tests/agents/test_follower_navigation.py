@@ -204,6 +204,9 @@ def test_near_landmarks_ahead_come_first() -> None:
         (Thing("cone"), CONE, True),
         (Thing("cone", "red"), CONE, True),
         (Thing("cone", "blue"), CONE, False),
+        (Thing("bin", "green"), Label("bin"), True),
+        (Thing("bin", "green"), Label("bin", "black"), False),
+        (Thing("bin", "red"), Label("bin"), False),
         (Thing("", "red"), CONE, False),  # only collectibles go without their kind
         (Thing("", "red"), Label("mug", "red", "dotted"), True),
         (Thing("mug", "", "striped"), Label("mug", "red", "dotted"), False),

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy import stats
+import scipy  # which loads scipy.stats when a test asks for it
 
 from server.board.exports import as_csv, as_json
 from server.board.standings import BOTH, Mark
@@ -74,12 +74,12 @@ def test_differences_are_paired_by_episode(house: House) -> None:
     change = np.array(theirs) - np.array(SCORES)
     found = one.differences["PTC@CTC-3"]
     assert found.mean == pytest.approx(change.mean())
-    plain = stats.ttest_rel(theirs, SCORES).confidence_interval()
+    plain = scipy.stats.ttest_rel(theirs, SCORES).confidence_interval()
     # Wider than Student's interval by the one further episode that shows the largest variance.
     assert found.low <= plain.low
     assert found.high >= plain.high
     share = (change.var(ddof=1) * 5 + 1) / 6
-    half = stats.t.ppf(0.975, 5) * (share / 6) ** 0.5
+    half = scipy.stats.t.ppf(0.975, 5) * (share / 6) ** 0.5
     assert (found.low, found.high) == pytest.approx((max(change.mean() - half, -1), min(change.mean() + half, 1)))
 
 

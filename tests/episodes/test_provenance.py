@@ -15,9 +15,12 @@ from tests import tiny
 
 CONE, BIN = Prop("cone", 1.0, 5.0, 0.0, "orange"), Prop("bin", -1.0, 5.0, 0.0)
 SECTION = replace(tiny.SECTION, props=(CONE, BIN))
-EPISODE = replace(tiny.episode("0"), furniture=OwnFurniture(added=(CONE, BIN, BIN), left_out=(1,)))
+EPISODE = replace(tiny.episode("0"), furniture=OwnFurniture(added=(CONE, CONE, BIN, BIN), left_out=(1,)))
 PROVENANCE = Provenance(
-    "1", (Recovered(0, 21.5, {"en": 20.0, "hi": 1.5}),), (Recovered(0, 8.0),), {"0": ("text", "drawn", "drawn")}
+    "1",
+    (Recovered(0, 21.5, {"en": 20.0, "hi": 1.5}),),
+    (Recovered(0, 8.0),),
+    {"0": ("colour", "text", "drawn", "drawn")},
 )
 
 
@@ -44,15 +47,15 @@ def test_provenance_is_read_back_and_part_of_the_hash(tmp_path: Path) -> None:
 def test_origins_are_counted_apart(tmp_path: Path) -> None:
     split = write(tmp_path, PROVENANCE)
     origins = origins_of(split.provenance.values(), split.sections)
-    assert origins == Origins(agreed_props=1, agreed_facades=1, drawn_props=1, own_text=1, own_drawn=2)
+    assert origins == Origins(agreed_props=1, agreed_facades=1, drawn_props=1, own_coloured=1, own_text=1, own_drawn=2)
     assert str(origins) == (
         "1 landmarks and 1 facades recovered by agreement, 1 put where an episode's own text says, "
-        "3 drawn (2 for single episodes)"
+        "1 landmarks in the colour that an episode's own text says, 3 drawn (2 for single episodes)"
     )
 
 
 def test_nothing_is_counted_where_nothing_was_recovered(tmp_path: Path) -> None:
-    assert origins_of([], tiny.write(tmp_path).sections) == Origins(0, 0, 0, 0, 0)
+    assert origins_of([], tiny.write(tmp_path).sections) == Origins(0, 0, 0, 0, 0, 0)
 
 
 @pytest.mark.parametrize(
@@ -61,7 +64,7 @@ def test_nothing_is_counted_where_nothing_was_recovered(tmp_path: Path) -> None:
         (replace(PROVENANCE, props=(Recovered(2, 1.0),)), "props names 2; section '1' has 2 props"),
         (replace(PROVENANCE, buildings=(Recovered(1, 1.0),)), "buildings names 1; section '1' has 1 buildings"),
         (replace(PROVENANCE, own={"7": ()}), "own.7: there is no such episode in section '1'"),
-        (replace(PROVENANCE, own={"0": ("text",)}), "own.0 has 1 origins; the episode adds 3 props"),
+        (replace(PROVENANCE, own={"0": ("text",)}), "own.0 has 1 origins; the episode adds 4 props"),
         (replace(PROVENANCE, section="2"), "section: is '2'; expected '2', and a section of that id"),
     ],
 )
@@ -74,7 +77,10 @@ def test_provenance_must_fit_its_split(tmp_path: Path, wrong: Provenance, what: 
 @pytest.mark.parametrize(
     ("edit", "what"),
     [
-        ({"own": {"0": ["text", "drawn", "guessed"]}}, "own.0 is 'guessed', expected one of text, drawn"),
+        (
+            {"own": {"0": ["text", "drawn", "drawn", "guessed"]}},
+            "own.0 is 'guessed', expected one of colour, text, drawn",
+        ),
         ({"props": [{"index": 0, "votes": 0}]}, "props[0]: has 0 votes; expected more than 0"),
         ({"props": [{"index": 0, "votes": 1}, {"index": 0, "votes": 2}]}, "props names the same index twice"),
         ({"props": [{"index": 0}]}, "props[0].votes: field required"),

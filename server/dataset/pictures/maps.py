@@ -6,7 +6,7 @@ from PIL import Image
 
 from server.dataset.pictures.canvas import BLACK, GREEN, PINK, SWATCHES, WHITE, Canvas, add_title
 from server.episodes.episode import Episode, Turn
-from server.episodes.provenance import AGREEMENT, DRAWN, TEXT, Origin, Provenance
+from server.episodes.provenance import AGREEMENT, COLOUR, DRAWN, TEXT, Origin, Provenance
 from server.sim.assets.facades import wall_colour
 from server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
 from server.sim.own_furniture import furnished
@@ -18,10 +18,13 @@ PROPS = (90, 120, 90)
 TILE, FLOOR = (245, 215, 90), (238, 234, 226)
 AGREED, OWN, WALKED = (190, 70, 10), (30, 80, 200), (190, 190, 205)
 
-_MARKS = {AGREEMENT: (6, AGREED, 12), TEXT: (5, OWN, 10), DRAWN: (3, PROPS, 9)}
+_MARKS = {AGREEMENT: (6, AGREED, 12), COLOUR: (6, AGREED, 12), TEXT: (5, OWN, 10), DRAWN: (3, PROPS, 9)}
 """By a prop's origin: radius of its dot in pixels, colour, and size of its label."""
 
-LEGEND = "orange: recovered, with the number of votes; blue: put where the episode's own text says; green: drawn"
+LEGEND = (
+    "orange: recovered, with the number of votes, or in the colour that the episode's own text says; "
+    "blue: put where the episode's own text says; green: drawn"
+)
 
 
 def ground_map(

@@ -13,7 +13,7 @@ from lang.meaning import Assembly
 from server.dataset.release.extras import Points, Reference, arrange_decoys, draw_distracters, read_references
 from server.dataset.release.files import read_release
 from server.dataset.release.landmarks.city import rebuild
-from server.dataset.release.reconstruction import reconstruct
+from server.dataset.release.reconstruction import build_up
 from server.episodes.episode import Episode, with_languages
 from server.episodes.provenance import Provenance, origins_of
 from server.episodes.splits import Split, folder_of, read_split, write_split
@@ -150,7 +150,7 @@ def _rebuild(section: str, episodes: Sequence[Episode]) -> Rebuilt:
 def _section(section: str, episodes: Sequence[Episode]) -> Section:
     turns = [turn for episode in episodes for turn in episode.turns]
     targets = np.array([(turn.target.position.x, turn.target.position.z) for turn in turns])
-    return reconstruct(section, [np.array(turn.path) for turn in turns], targets)
+    return build_up(section, [np.array(turn.path) for turn in turns], targets)
 
 
 def ground_of(episodes: Sequence[Episode]) -> Points:

@@ -1,6 +1,7 @@
 """Reconstruction of a section's geometry from its episodes' paths: ground near paths is free, the rest is built up."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from random import Random
 
 import numpy as np
@@ -36,12 +37,21 @@ LOWEST, HIGHEST = 2.5, 9.0
 
 
 def reconstruct(section_id: str, paths: Sequence[Points], targets: Points) -> Section:
-    """Return a section with furniture whose episodes follow these paths; the same input gives the same section.
+    """Return the section of `build_up` with drawn furniture, none of which blocks a path.
 
-    No building is closer than 0.5 units to a segment of a path or to a target, and no furniture blocks a path.
+    Args, Raises: as for `build_up`; the id seeds the furniture, too.
+    """
+    built = build_up(section_id, paths, targets)
+    return replace(built, props=furnish(section_id, built.heading, built.buildings, sample_points(paths), targets))
+
+
+def build_up(section_id: str, paths: Sequence[Points], targets: Points) -> Section:
+    """Return a section without furniture whose episodes follow these paths; the same input gives the same section.
+
+    No building is closer than 0.5 units to a segment of a path or to a target.
 
     Args:
-        section_id: such as "1"; seeds heights, facades and furniture.
+        section_id: such as "1"; seeds heights and facades.
         paths: each (n, 2) of (x, z) in units, n at least 1.
         targets: (m, 2) of (x, z), positions of the objects to pick up, m may be 0.
 
@@ -55,8 +65,7 @@ def reconstruct(section_id: str, paths: Sequence[Points], targets: Points) -> Se
     grid = Grid.around(trodden, heading, CARVE + RING + CELL)
     street, built = survey(grid, trodden)
     buildings = tuple(raise_buildings(section_id, grid, lay_out(section_id, built, street)))
-    props = furnish(section_id, heading, buildings, sample_points(paths), targets)
-    return Section(section_id, heading, bounds_of(trodden), buildings, props)
+    return Section(section_id, heading, bounds_of(trodden), buildings, ())
 
 
 def street_heading(paths: Sequence[Points]) -> float:

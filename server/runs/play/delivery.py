@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from server.errors import ArraMonError, Unavailable
 from server.runs.play.events import EpisodeEnded, EpisodeStarted, Event, Observed, PhaseOver, Problem, RunEnded
@@ -13,7 +13,7 @@ from server.runs.storage.meter import NO_METER, Meter, Stage
 from server.runs.storage.records import Claim
 
 TURN_SECONDS, TURN_EVENTS = 0.008, 32
-"""Limits of one stream's turn: time spent drawing, and number of events."""
+"""Limits of one stream's turn: processor time spent drawing, and number of events."""
 
 
 def is_deliverable(stream: Stream) -> bool:
@@ -56,8 +56,8 @@ class Delivery:
         if not is_deliverable(stream):
             return done
         events: list[Event] = []
-        left, until = stream.together, time.perf_counter() + TURN_SECONDS
-        while stream.told and left and len(events) < TURN_EVENTS and (not events or time.perf_counter() < until):
+        left, until = stream.together, time.thread_time() + TURN_SECONDS
+        while stream.told and left and len(events) < TURN_EVENTS and (not events or time.thread_time() < until):
             event = stream.told.popleft()
             left -= isinstance(event, Observed) and event.taken is None
             try:
@@ -82,7 +82,7 @@ class Delivery:
                 segmentation="segmentation" in stream.run.sensors,
                 into=stream.canvas(event.episode.episode_id) if event.taken is None else None,
             )
-            drawn = replace(event, frame=frame)
+            drawn = event.drawn(frame)
             self._meter.took(Stage.DRAW, time.perf_counter() - started)
             stream.prepare(drawn)
         return drawn

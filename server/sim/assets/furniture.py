@@ -33,6 +33,8 @@ SPOKEN_COLOURS: dict[str, tuple[str, ...]] = {
     "barrier": ("yellow",),
     "barrel": ("brown", "orange"),
     "bench": ("silver",),
+    "bin": ("silver", "black"),
+    "lamp_post": ("black",),
     "traffic_light": ("yellow",),
 }
 """Further colours, of things that people spoke of in imported texts; no street plan and no drawing uses them."""
@@ -117,11 +119,11 @@ def _bench(colour: str = "wood") -> Piece:
     )
 
 
-def _lamp_post() -> Piece:
+def _lamp_post(colour: str = "dark green") -> Piece:
     foot = lathe([(0.08, 0.0), (0.08, 0.1), (0.035, 0.16)], 8)
     lantern = lathe([(0.05, 1.5), (0.1, 1.7)], 6)
     cap = lathe([(0.0, 1.69), (0.13, 1.7), (0.03, 1.78), (0.0, 1.82)], 6)
-    mesh = merge(in_colour("dark green", foot, pole(0.03, 1.5), cap), in_colour("lamp", lantern))
+    mesh = merge(in_colour(colour, foot, pole(0.03, 1.5), cap), in_colour("lamp", lantern))
     return Piece(mesh, BoxCollider(0.08, 0.08, 1.8))
 
 
@@ -244,14 +246,15 @@ def _mailbox() -> Piece:
     return Piece(mesh, BoxCollider(0.13, 0.12, 0.46))
 
 
-def _bin() -> Piece:
+def _bin(colour: str = "green") -> Piece:
+    side, trim = {"green": ("dark green", "silver"), "silver": ("metal", "dark"), "black": ("dark", "silver")}[colour]
     body = lathe([(0.11, 0.0), (0.135, 0.27)], 10)
     lid = lathe([(0.15, 0.27), (0.15, 0.3), (0.1, 0.35), (0.0, 0.37)], 10)
     bars = lathe([(0.129, 0.11), (0.132, 0.16)], 10)
     mesh = merge(
-        in_colour("dark green", body),
-        in_colour("green", lid),
-        in_colour("silver", bars),
+        in_colour(side, body),
+        in_colour(colour, lid),
+        in_colour(trim, bars),
         in_colour("black", facing(0.12, 0.04, 0.146, 0.225)),
     )
     return Piece(mesh, BoxCollider(0.15, 0.15, 0.37))
@@ -310,6 +313,8 @@ _COLOURED: dict[str, Callable[[str], Piece]] = {
     "barrier": _barrier,
     "barrel": _barrel,
     "bench": _bench,
+    "bin": _bin,
+    "lamp_post": _lamp_post,
     "traffic_light": _traffic_light,
     "car": roadside.car,
     "kiosk": roadside.kiosk,

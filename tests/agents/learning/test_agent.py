@@ -72,6 +72,13 @@ def test_without_images_it_says_what_is_missing() -> None:
         playing().act([blind])
 
 
+def test_an_agent_that_sees_nothing_asks_for_no_images() -> None:
+    agent = LearnedAgent(policy(sees=False), "language_only")
+    agent.begin(Episode("1", "en", "val_seen"))
+    assert agent.sensors == ()
+    assert agent.act([Observation("1", 1, "navigation", 0, "go left", 0, 150)])[0] in range(4)
+
+
 @pytest.mark.parametrize(("sees", "reads"), [(True, True), (True, False), (False, True)])
 def test_weights_come_back_as_they_were(tmp_path: Path, sees: bool, reads: bool) -> None:
     made = policy(sees=sees, reads=reads)

@@ -89,3 +89,15 @@ def test_the_best_weights_of_each_phase_are_kept(tmp_path: Path, monkeypatch: py
     assert best.about["validation"] == {"navigation": 0.3, "assembly": 0.5}
     for name, value in best.model.state_dict().items():
         assert torch.equal(value, kept[1 if ".navigation." in name else 0][name]), name
+
+
+def test_it_learns_in_less_precision(tmp_path: Path) -> None:
+    made = Imitation(replace(recipe(passes=40), precision="bfloat16"), place(tmp_path), demonstrations())
+    made.run()
+    assert sum(made.losses[-5:]) < sum(made.losses[:5]) / 3
+    assert {value.dtype for value in made.policy.model.state_dict().values()} == {torch.float32}
+
+
+def test_an_unknown_precision_is_named() -> None:
+    with pytest.raises(ValueError, match="there is no precision 'float16'; there are float32, bfloat16"):
+        replace(recipe(), precision="float16")

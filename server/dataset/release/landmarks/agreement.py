@@ -6,8 +6,9 @@ from functools import cache
 import numpy as np
 from scipy import ndimage
 
+from lang.street import USUAL_COLOURS
 from server.dataset.release.landmarks.alignment import Aligned
-from server.dataset.release.landmarks.kernels import ASIDE, BACK, STEP, frames_of, in_frames, kernel
+from server.dataset.release.landmarks.kernels import ASIDE, BACK, STEP, frames_of, in_frames, is_ahead, kernel
 from server.dataset.release.landmarks.mentions import FURNITURE, Event
 from server.dataset.release.landmarks.walks import Numbers, Walk
 from server.sim.city import label_of_prop
@@ -17,7 +18,8 @@ WITHIN = 4.0
 """Distance from where a text puts a thing within which it must be, in units."""
 
 LIKELY = 0.5
-"""A text puts a thing wherever its kernel is at least this large."""
+"""A text puts a thing wherever its kernel is at least this large; of what is seen ahead, relative to the best place at
+the same distance: farther things are spoken of less often, but what is said of them is as true."""
 
 Standing = tuple[str, float, float, str, str]
 """A thing in the world: kind, x, z, colour, look."""
@@ -26,7 +28,9 @@ Standing = tuple[str, float, float, str, str]
 @cache
 def _apart(manner: str, relation: str) -> Numbers:
     """Return the distance from where a kernel puts a thing, in units, on the kernel's table."""
-    distances: Numbers = ndimage.distance_transform_edt(kernel(manner, relation, "") < LIKELY, sampling=STEP)
+    table = kernel(manner, relation, "")
+    best = table.max(axis=1, keepdims=True) if is_ahead(manner) else 1.0
+    distances: Numbers = ndimage.distance_transform_edt((table < LIKELY * best) | (table == 0.0), sampling=STEP)
     return distances
 
 
@@ -35,11 +39,7 @@ def nearest(event: Event, place: int, walk: Walk, things: Sequence[Standing]) ->
 
     A thing fits if it is of the kind, of the colour and on the side that are said, and a banner has the shape.
     """
-    fitting = [
-        number
-        for number, (kind, _, _, colour, look) in enumerate(things)
-        if kind == event.kind and event.colour in ("", colour) and (kind != "banner" or event.look in ("", look))
-    ]
+    fitting = [number for number, thing in enumerate(things) if _fits(event, thing)]
     if not fitting:
         return -1, np.inf
     origins, directions = frames_of(event, walk)
@@ -53,6 +53,13 @@ def nearest(event: Event, place: int, walk: Walk, things: Sequence[Standing]) ->
         apart = np.where((right[0] > 0.0) == (event.side == "right"), apart, np.inf)
     best = int(apart.argmin())
     return fitting[best], float(apart[best])
+
+
+def _fits(event: Event, thing: Standing) -> bool:
+    kind, _, _, colour, look = thing
+    if kind != event.kind or (kind == "banner" and event.look not in ("", look)):
+        return False
+    return event.colour in ("", colour) or (not colour and event.colour in USUAL_COLOURS.get(kind, ()))
 
 
 def mentions_of(

@@ -7,16 +7,18 @@ from dataclasses import replace
 import numpy as np
 
 from server.dataset.release.landmarks.agreement import by_kind, standing_of
+from server.dataset.release.landmarks.called import called
 from server.dataset.release.landmarks.facades import paint
 from server.dataset.release.landmarks.ground import Ground, Room
+from server.dataset.release.landmarks.mentions import DRAWN as DRAWN_KINDS
 from server.dataset.release.landmarks.own import moved_off, own_furniture, wanted
 from server.dataset.release.landmarks.recovery import Landmark, Map, Told, recover, told_of
 from server.dataset.release.landmarks.scenery import props_of
 from server.dataset.release.landmarks.strays import strays_of
 from server.episodes.episode import Episode
-from server.episodes.provenance import DRAWN, TEXT, Provenance, Recovered
+from server.episodes.provenance import COLOUR, DRAWN, TEXT, Provenance, Recovered
 from server.sim.own_furniture import OwnFurniture, furnished
-from server.sim.section import Section
+from server.sim.section import Prop, Section
 
 KNOWN = 0.8
 """Strength of each thing of a world in the alignment of a text to that world."""
@@ -28,7 +30,7 @@ def rebuild(section: Section, episodes: Sequence[Episode]) -> tuple[Section, lis
     The same episodes, in whatever order, give the same result.
 
     Args:
-        section: its buildings; its own furniture is replaced.
+        section: its buildings; furniture that it may have is replaced.
         episodes: all of the section, with objects in their streets.
     """
     listed = sorted(episodes, key=lambda each: each.episode_id)
@@ -38,31 +40,52 @@ def rebuild(section: Section, episodes: Sequence[Episode]) -> tuple[Section, lis
     everything = [each for episode in listed for each in told[episode.episode_id]]
     landmarks = recover(everything)
     built = props_of(landmarks, section.heading, section.buildings, ground, walked)
+    kept = [landmark for _, landmark in built]
     buildings, facades = paint(section.buildings, everything)
     rebuilt = replace(section, props=tuple(prop for prop, _ in built), buildings=buildings)
     rooms = {episode.episode_id: Room.of(episode, ground) for episode in listed}
-    own = {name: own_of(name, told[name], rebuilt, room) for name, room in rooms.items()}
+    own = {name: own_of(name, told[name], rebuilt, room, kept) for name, room in rooms.items()}
     furniture = {name: _with_strays(name, own, told[name], rebuilt, room) for name, room in rooms.items()}
-    origins = {
-        name: tuple(TEXT if number < len(own[name].added) else DRAWN for number in range(len(each.added)))
-        for name, each in furniture.items()
-        if each.added
-    }
+    origins = {name: _origins(own[name], each) for name, each in furniture.items() if each.added}
     props = tuple(_recovered(number, landmark) for number, (_, landmark) in enumerate(built))
     provenance = Provenance(section.id, props, facades, origins)
     return rebuilt, [replace(each, furniture=furniture[each.episode_id]) for each in episodes], provenance
 
 
-def own_of(name: str, told: Sequence[Told], section: Section, room: Room) -> OwnFurniture:
-    """Return what an episode's texts ask for, and which of its section's props it moves out of its way."""
+def own_of(
+    name: str, told: Sequence[Told], section: Section, room: Room, landmarks: Sequence[Landmark]
+) -> OwnFurniture:
+    """Return what an episode's texts ask for, and which of its section's props it moves out of its way.
+
+    Args:
+        name: the episode's id.
+        told: by its texts.
+        section: whose props are recovered landmarks.
+        room: what the episode leaves free.
+        landmarks: from which each of the section's props was made.
+
+    Returns:
+        Landmarks in the colour that the texts say come first in `added`.
+    """
     moved, left_out = moved_off(section.props, room)
-    changed = OwnFurniture((), tuple(moved), tuple(left_out))
+    standing = furnished(section, OwnFurniture((), tuple(moved), tuple(left_out))).props
+    there = [number for number in range(len(section.props)) if number not in left_out]
+    renamed = called(told, standing, [landmarks[number] for number in there], KNOWN)
+    replaced = {there[at] for at in renamed}
+    changed = OwnFurniture(
+        tuple(renamed.values()),
+        tuple(each for each in moved if each.prop not in replaced),
+        tuple(sorted({*left_out, *replaced})),
+    )
     standing = furnished(section, changed).props
     asked = wanted(told, Map.of(by_kind(standing_of(standing), KNOWN)), room.ground)
-    return replace(
-        changed,
-        added=tuple(own_furniture(name, asked, room, standing)),
-    )
+    return replace(changed, added=(*changed.added, *own_furniture(name, asked, room, standing)))
+
+
+def _origins(own: OwnFurniture, furniture: OwnFurniture) -> tuple[str, ...]:
+    """Return the origin of each prop that an episode adds: its own, which come first, and what nobody named."""
+    named = [TEXT if prop.kind in DRAWN_KINDS else COLOUR for prop in own.added]
+    return (*named, *[DRAWN] * (len(furniture.added) - len(named)))
 
 
 def _with_strays(
@@ -75,13 +98,18 @@ def _with_strays(
     mine = own[name]
     strays = strays_of(
         name,
-        mine.added,
+        _asked(mine),
         frozenset(event.kind for each in told for event in each.events),
-        {other: each.added for other, each in own.items() if other != name},
+        {other: _asked(each) for other, each in own.items() if other != name},
         room,
-        furnished(section, replace(mine, added=())).props,
+        [prop for prop in furnished(section, mine).props if prop not in _asked(mine)],
     )
     return replace(mine, added=(*mine.added, *strays))
+
+
+def _asked(own: OwnFurniture) -> list[Prop]:
+    """Return the things that an episode's texts ask for, without landmarks in another colour."""
+    return [prop for prop in own.added if prop.kind in DRAWN_KINDS]
 
 
 def _recovered(index: int, landmark: Landmark) -> Recovered:

@@ -34,6 +34,9 @@ WIDTH = 1.3
 WRONG_SIDE = 0.15
 """Likelihood of the side that is not said, of a thing whose side is said."""
 
+PASSING, REACHING = ("past", "beside", "between", "along"), ("to", "at", "before", "after")
+"""Manners of `lang.outline.MANNERS` in which walkers pass things, and in which they come to them."""
+
 _AHEAD = np.arange(-BACK, FRONT + STEP, STEP)[:, None]
 _RIGHT = np.arange(-ASIDE, ASIDE + STEP, STEP)[None, :]
 
@@ -64,10 +67,15 @@ def _around_target(relation: str) -> Numbers:
     return _ring(BESIDE_TARGET)
 
 
+def is_ahead(manner: str) -> bool:
+    """Return whether a thing that is mentioned so is anywhere ahead, up to SEEN."""
+    return manner not in (*PASSING, *REACHING, "target")
+
+
 def _around_walker(manner: str) -> Numbers:
-    if manner in ("past", "beside", "between", "along"):
+    if manner in PASSING:
         return _spot(0.5, PASSED) + _spot(0.5, -PASSED)
-    if manner in ("to", "at", "before", "after"):
+    if manner in REACHING:
         return _spot({"after": -REACHED / 2, "before": 2 * REACHED}.get(manner, REACHED), 0.0, WIDTH + 0.3)
     # Seen ahead: in a sector that widens, farther things less often.
     width = WIDTH + 0.12 * np.maximum(_AHEAD, 0.0)
@@ -91,10 +99,10 @@ def frames_of(event: Event, walk: Walk) -> tuple[Numbers, Numbers]:
     if event.manner == "target":
         size = len(walk.places)
         return np.broadcast_to(walk.target, (size, 2)), np.broadcast_to(walk.going[-1], (size,))
-    if event.manner in ("past", "beside", "between", "along"):
+    if event.manner in PASSING:
         half = np.radians(walk.turned) / 2.0
         return walk.places, walk.coming + np.degrees(half)
-    return walk.places, walk.coming if event.manner in ("to", "at", "before", "after") else walk.going
+    return walk.places, walk.coming if event.manner in REACHING else walk.going
 
 
 def likelihood(event: Event, origins: Numbers, directions: Numbers, places: Numbers) -> Numbers:

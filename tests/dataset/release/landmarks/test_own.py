@@ -102,7 +102,7 @@ def test_a_thing_that_both_turns_name_at_one_place_is_one_thing(section: Section
     bare = replace(section, props=())
 
     def hydrants(told: list[Told]) -> list[Prop]:
-        return [prop for prop in own_of(episode.episode_id, told, bare, room).added if prop.kind == "hydrant"]
+        return [prop for prop in own_of(episode.episode_id, told, bare, room, []).added if prop.kind == "hydrant"]
 
     (one,) = hydrants([at_end, at_start])
     assert np.hypot(*(first.walk.target - (one.x, one.z))) < 4.0
