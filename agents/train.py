@@ -15,7 +15,7 @@ MAP = "vl_map"
 
 AGENTS = (*RECIPES, MAP)
 
-MAP_OPTIONS = ("walks", "rounds", "round_walks", "first")
+MAP_OPTIONS = ("walks", "rounds", "round_walks", "first", "again")
 """Options of that agent alone."""
 
 NEEDED = (*PLAYING, "sentencepiece", "tensorboardX", "gymnasium")

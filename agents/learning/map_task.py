@@ -33,30 +33,34 @@ def arrays_of(decided: Sequence[Decided]) -> Arrays:
     return arrays
 
 
-def save_arrays(path: Path, arrays: Arrays, about: str) -> None:
+def save_arrays(path: Path, arrays: Arrays, about: str, seconds: float) -> None:
     """Write arrays to a file, which appears complete or not at all.
 
     Args:
         path: the file.
         arrays: what is written.
         about: what they follow from.
+        seconds: of processor time that they took.
     """
     new = path.with_suffix(".new")
-    save_file(arrays, new, {"about": about})
+    save_file(arrays, new, {"about": about, "seconds": str(seconds)})
     new.replace(path)
 
 
-def load_arrays(path: Path, about: str) -> Arrays:
-    """Return the arrays of a file.
+def load_arrays(path: Path, about: str) -> tuple[Arrays, float]:
+    """Return the arrays of a file, and the seconds of processor time that they took.
 
     Raises:
         ValueError: if they follow from something else.
     """
     with safe_open(path, "np") as file:
-        found = (file.metadata() or {}).get("about")
-        if found != about:
-            raise ValueError(f"{path} follows from another recipe or other data: {found}; name another folder")
-        return {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - not a mapping
+        told = file.metadata() or {}
+        if told.get("about") != about:
+            raise ValueError(
+                f"{path} follows from another recipe or other data: {told.get('about')}; name another folder"
+            )
+        arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - not a mapping
+    return arrays, float(told["seconds"])
 
 
 class ChoosingTask:

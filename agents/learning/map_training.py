@@ -27,6 +27,9 @@ Tell = Callable[[str], None]
 SAVE_SECONDS = 60.0
 """Seconds between two saved states."""
 
+DECAY = 0.01
+"""Of weights."""
+
 PERFECT = 0.25
 """Share of walks with perfect eyes; the faults of the others are half to one and a half times the usual ones."""
 
@@ -43,6 +46,8 @@ class MapRecipe:
         round_walks: turns of a round, drawn anew, as a share of all.
         first: share of the steps before the first round.
         passes: through the decisions of the walks along paths.
+        again: passes through all decisions after that, with those of a last round, and a learning rate that starts anew
+            at half of the highest; 0 for none of this.
         batch: decisions of a step.
         learning_rate: the highest.
         seed: of everything.
@@ -50,11 +55,12 @@ class MapRecipe:
 
     languages: tuple[str, ...] = ("en", "hi")
     episodes: int = 0
-    walks: int = 2
+    walks: int = 1
     rounds: int = 2
     round_walks: float = 0.5
     first: float = 0.4
-    passes: int = 5
+    passes: int = 7
+    again: int = 3
     batch: int = 64
     learning_rate: float = 2e-3
     seed: int = 1
@@ -62,7 +68,7 @@ class MapRecipe:
 
 def smoke(recipe: MapRecipe) -> MapRecipe:
     """Return a recipe that takes seconds and teaches next to nothing."""
-    return MapRecipe(recipe.languages, episodes=2, walks=1, rounds=1, passes=2, batch=8, seed=recipe.seed)
+    return MapRecipe(recipe.languages, episodes=2, walks=1, rounds=1, passes=2, again=1, batch=8, seed=recipe.seed)
 
 
 class MapTraining:
@@ -81,13 +87,14 @@ class MapTraining:
         trainer: with the network.
         data_hash: of the training split.
         told: what is learned from, in words.
-        seconds: processor time of the walks.
+        state: the file from which training goes on.
     """
 
     def __init__(self, recipe: MapRecipe, data: Path, output: Path, tell: Tell = lambda _: None) -> None:
         self.recipe, self._output, self._tell = recipe, output, tell
         output.mkdir(parents=True, exist_ok=True)
-        self.seconds = 0.0
+        self._walk_seconds = self._first_seconds = 0.0
+        self._steps = 0
         began = time.process_time()
         self._courses, self.data_hash = training_courses(data, recipe.languages, recipe.episodes, load_reader())
         self._tell(f"vl_map: {len(self._courses)} turns, {time.process_time() - began:.0f} s")
@@ -96,16 +103,21 @@ class MapTraining:
         sections = len({course.world.section.id for course in self._courses})
         self.told = f"{len(self._courses)} turns in {sections} sections, {len(first['label']):,} decisions along paths"
         samples = recipe.passes * len(first["label"])
-        plan = Plan(samples, recipe.batch, recipe.learning_rate, decay=0.01, seed=recipe.seed, about=self._about)
+        plan = Plan(samples, recipe.batch, recipe.learning_rate, decay=DECAY, seed=recipe.seed, about=self._about)
         self.trainer = Trainer(plan, self._make_task)
         self._task.add(first)
-        if self.state.exists():
-            self.trainer.restore(self.state)
+        self.state = output / "vl_map.state.safetensors"
+        self._restore()
 
     @property
-    def state(self) -> Path:
-        """The file from which training goes on."""
-        return self._output / "vl_map.state.safetensors"
+    def seconds(self) -> float:
+        """Processor time of walks and training so far."""
+        return self._walk_seconds + self._first_seconds + self.trainer.seconds
+
+    @property
+    def updates(self) -> int:
+        """Steps done so far."""
+        return self._steps + self.trainer.done
 
     @property
     def network(self) -> PolicyNetwork:
@@ -120,8 +132,35 @@ class MapTraining:
         for number, (start, end) in enumerate(zip([0, *starts], [*starts, plan.steps], strict=True)):
             if number:
                 self._train(start)
-                self._task.add(self._part(number, partial(self._by_itself, number)))
+                self._walk_by_itself(number)
             self._train(end)
+        if self.recipe.again:
+            self._walk_by_itself(rounds + 1)
+            self._start_again()
+            self._train(self.trainer.plan.steps)
+
+    def _walk_by_itself(self, number: int) -> None:
+        self._task.add(self._part(number, partial(self._by_itself, number)))
+
+    def _start_again(self) -> None:
+        """Begin a second training of the same network, with a learning rate that starts anew."""
+        recipe = self.recipe
+        self._first_seconds, self._steps = self.trainer.seconds, self.trainer.done
+        plan = Plan(
+            recipe.again * self._task.count,
+            recipe.batch,
+            recipe.learning_rate / 2,
+            decay=DECAY,
+            seed=recipe.seed,
+            about=self._about,
+        )
+        self.trainer = Trainer(plan, lambda: self._task)
+        self.state = self._output / "vl_map.state-again.safetensors"
+        self._restore()
+
+    def _restore(self) -> None:
+        if self.state.exists():
+            self.trainer.restore(self.state)
 
     def _make_task(self) -> ChoosingTask:
         self._task = ChoosingTask(PolicyNetwork(Sizes()), self.recipe.seed)
@@ -132,10 +171,11 @@ class MapTraining:
         path = self._output / f"vl_map.walks-{number}.safetensors"
         if not path.exists():
             began = time.process_time()
-            save_arrays(path, arrays_of(make()), self._about)
-            self.seconds += time.process_time() - began
-        arrays = load_arrays(path, self._about)
-        self._tell(f"vl_map: {len(arrays['label'])} decisions in walks {number}, {self.seconds:.0f} s")
+            arrays = arrays_of(make())
+            save_arrays(path, arrays, self._about, time.process_time() - began)
+        arrays, seconds = load_arrays(path, self._about)
+        self._walk_seconds += seconds
+        self._tell(f"vl_map: {len(arrays['label'])} decisions in walks {number}, {self._walk_seconds:.0f} s")
         return arrays
 
     def _along_paths(self) -> list[Decided]:

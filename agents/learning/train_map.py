@@ -58,8 +58,8 @@ def train_map(recipe: MapRecipe, validation: Validation, data: Path, output: Pat
         "recipe": asdict(recipe) | {"languages": list(recipe.languages)},
         "data": training.told,
         "data_hash": training.data_hash,
-        "updates": training.trainer.done,
-        "cpu_seconds": round(training.trainer.seconds + training.seconds),
+        "updates": training.updates,
+        "cpu_seconds": round(training.seconds),
         "parameters": sum(parameter.numel() for parameter in network.parameters()),
     }
     if validation.episodes:

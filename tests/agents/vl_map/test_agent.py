@@ -6,8 +6,9 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
-from agents.learning.checkpoint import BadWeights, write_tensors  # noqa: E402
-from agents.vl_map.network import PolicyNetwork, Sizes, batch_of  # noqa: E402
+from agents.learning.checkpoint import BadWeights, find_weights, write_tensors  # noqa: E402
+from agents.vl_map.network import NEVER, PolicyNetwork, Sizes, batch_of  # noqa: E402
+from agents.vl_map.options import WAYPOINTS  # noqa: E402
 from agents.vl_map.weights import read_policy, write_policy  # noqa: E402
 from arramon_client import load_agent  # noqa: E402
 from arramon_client.agent import Episode, Observation  # noqa: E402
@@ -81,6 +82,17 @@ def test_an_episode(sensor: str, language: str, weights: Path, tmp_path: Path) -
     assert phases == {(turn, phase) for turn in (1, 2) for phase in ("navigation", "assembly")}
     assert actions[:12] == [2] * 12  # It looks around.
     assert 0 in actions
+
+
+def test_weights_come_along() -> None:
+    network, about = read_policy(find_weights("vl_map"))
+    assert about["recipe"]["languages"] == ["en", "hi"]
+    given, beliefs = sample()
+    values = network(batch_of([given]))[0]
+    assert values[WAYPOINTS + [each.mark.label.kind for each in beliefs].index("mug")] > NEVER
+    card = find_weights("vl_map").with_suffix(".md").read_text(encoding="utf-8")
+    assert f"{about['parameters']:,} parameters" in card
+    assert about["data_hash"][:12] in card
 
 
 def test_missing_sensors_are_named(weights: Path) -> None:
