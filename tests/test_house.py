@@ -12,7 +12,7 @@ import pytest
 
 from tests import ROOT
 
-SHARED = {"server.errors", "server.private_files", "server.addresses", "server.per_split"}
+SHARED = {"server.errors", "server.private_files", "server.addresses", "server.parallel", "server.per_split"}
 """Modules of the server that any of its packages may import; they import nothing but each other."""
 
 WORLD = {"server.sim", "server.sim.assets", "server.sim.raster"}
