@@ -4,6 +4,7 @@ import math
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import copy
 from functools import cache, lru_cache
 from itertools import pairwise
 from typing import Protocol
@@ -15,7 +16,7 @@ from server.episodes.episode import Episode
 from server.runs.play.session import Session
 from server.sim.geometry import TURN, Pose
 from server.sim.room import COLUMNS, ROWS, Square
-from server.sim.rules import Action, Ground, Limits, Phase, reachable
+from server.sim.rules import Action, Ground, Limits, Phase, State, reachable
 from server.sim.scene import Scene
 from server.sim.view import visible_pose
 
@@ -28,6 +29,9 @@ two walks differ by."""
 
 OFFSET = 0.00714
 """Offset of these squares, so that positions of few decimals do not lie on their edges."""
+
+LONGEST = 1000
+"""Actions from which on a planned way is given up: it leads nowhere."""
 
 HEADINGS, QUARTER = 12, 3
 """Headings of the agent, and how many of them make a quarter turn."""
@@ -101,7 +105,7 @@ class ReferenceExpert:
 
     In a state on the path it is the ground truth. Each step forward that it advises brings the agent nearer to the
     path, or further along it, so that it never oscillates. Where turn 2 begins off the path, as turn 1 ended elsewhere,
-    and the agent has not come upon the path yet, it is the shortest way.
+    the shortest way from there is planned once, and is from then on a part of the path.
 
     Args:
         episode: that is played.
@@ -110,7 +114,7 @@ class ReferenceExpert:
     """
 
     def __init__(self, episode: Episode, scene: Scene, ground: Ground) -> None:
-        self._episode, self._scene = episode, scene
+        self._episode, self._scene, self._ground = episode, scene, ground
         self._references = dict(_references(episode, ground))
         self._shortest: ShortestExpert | None = None
 
@@ -121,7 +125,33 @@ class ReferenceExpert:
             return found
         if self._shortest is None:
             self._shortest = ShortestExpert(self._episode, self._scene, lambda _: None)
-        return self._shortest.action(session)
+        key = session.state.turn, session.state.phase
+        led = self._led(session.state)
+        if led is None:
+            return self._shortest.action(session)
+        self._references[key] = led.joined_to(self._references[key])
+        found = self.way(session)
+        assert found is not None
+        return found
+
+    def _led(self, state: State) -> "_Reference | None":
+        """Return the shortest way from a state in the city to the target or to the path; None if there is none."""
+        assert self._shortest is not None
+        path = self._references[state.turn, state.phase]
+        trial = Session(self._episode, self._ground, Limits(steps_per_phase=2 * LONGEST))
+        trial.state = state
+        poses = []
+        for _ in range(LONGEST):
+            pose = visible_pose(trial.state)
+            poses.append(pose)
+            if _key(pose.x, pose.z) in path.next:
+                return _Reference(poses)
+            action = self._shortest.action(trial)
+            if action is Action.INTERACT:
+                found = reachable(trial.state.pose, trial.episode.turns[state.turn - 1].street) == 0
+                return _Reference(poses) if found else None
+            trial.apply(action)
+        return None
 
     def way(self, session: Session) -> Action | None:
         """Return the action back to the path or on along it; None where no way of the agent links it to the path."""
@@ -132,7 +162,7 @@ class ReferenceExpert:
         if here in reference.next:
             following = reference.next[here]
             if following is None:
-                turn = _turn(pose.heading, reference.last_heading)
+                turn = _turn(pose.heading, reference.headings[here])
                 return Action.INTERACT if turn is None else turn
             return _towards(pose, following)
         links = _ROOM if state.phase is Phase.ASSEMBLY else _links(session.record().turns[state.turn - 1].path)
@@ -177,25 +207,31 @@ def expert_of(name: str, episode: Episode, scene: Scene, ground: Ground) -> Expe
 
 
 class _Reference:
-    """The ground truth's path of one phase.
+    """A path through one phase.
 
     Args:
-        poses: of the ground truth, in order, in the coordinates of `visible_pose`.
+        poses: in order, in the coordinates of `visible_pose`.
 
     Attributes:
         next: by position the next one, (x, z); None at the last. Where the path comes back to a position, what follows
             the last visit counts.
-        last_heading: with which the phase is ended, in degrees.
+        headings: by last position the heading with which the phase is ended there, in degrees.
     """
 
     def __init__(self, poses: Sequence[Pose]) -> None:
-        self.last_heading = poses[-1].heading
+        self.headings = {_key(poses[-1].x, poses[-1].z): poses[-1].heading}
         self.next: dict[Key, tuple[float, float] | None] = {}
         for pose, following in zip(poses, (*poses[1:], None), strict=True):
             if following is None:
                 self.next[_key(pose.x, pose.z)] = None
             elif _key(following.x, following.z) != _key(pose.x, pose.z):
                 self.next[_key(pose.x, pose.z)] = following.x, following.z
+
+    def joined_to(self, path: "_Reference") -> "_Reference":
+        """Return this way together with a path, which counts where both have a position."""
+        joined = copy(path)
+        joined.next, joined.headings = {**self.next, **path.next}, {**self.headings, **path.headings}
+        return joined
 
 
 def _references(episode: Episode, ground: Ground) -> Iterator[tuple[PhaseKey, _Reference]]:

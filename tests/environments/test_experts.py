@@ -1,12 +1,15 @@
 """Experts: from states that an agent without a plan gets into, following them ends in success."""
 
 import random
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from agents.shortest_path import Agent as ShortestPath
+from arramon_client.agent import Episode, Observation
+from server.environments import experts
 from server.environments.player import LocalPlayer
 from server.sim.rules import Phase
 from server.sim.view import visible_pose
@@ -98,6 +101,45 @@ def test_an_agent_that_takes_every_second_advice_gets_there(data: Path) -> None:
         advised = made.expert_action()
         made.step(advised if chance.random() < 0.6 or advised == 3 else chance.choice((0, 1, 2)))
     assert made.session.scores().turns[0]["CTC-0"] == 1.0
+
+
+def test_off_the_path_of_turn_2_the_reference_plans_once_and_leads_to_the_target(
+    data: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    agent = Counting()
+    monkeypatch.setattr(experts, "_shortest_path_agent", lambda thread: agent)
+    made = player(data, "sample", expert="reference", steps_per_phase=400)
+    chance = random.Random(5)
+    led = 0
+    for episode_id in (made.split.episode_ids or ())[:6]:
+        agent.begun = 0
+        made.begin(episode_id, 0)
+        while made.session.state.turn == 1:  # It turns on the spot until the limit, in the city and in the room.
+            made.step(1)
+        for _ in range(60):
+            made.expert_action()
+            made.step(chance.choice((0, 0, 1, 2)))
+        assert agent.begun <= 1
+        led += agent.begun
+        follow(made)
+        scores = made.session.scores().turns[1]
+        assert (scores["CTC-0"], scores["CTC-3"], scores["PTC"]) == (1.0, 1.0, 1.0), episode_id
+    assert led
+
+
+class Counting:
+    """The agent `shortest_path`, which counts the episodes that it begins: its plans."""
+
+    def __init__(self) -> None:
+        self._agent = ShortestPath()
+        self.begun = 0
+
+    def begin(self, episode: Episode) -> None:
+        self.begun += 1
+        self._agent.begin(episode)
+
+    def act(self, observations: Sequence[Observation]) -> Sequence[int]:
+        return self._agent.act(observations)
 
 
 def follow(made: LocalPlayer) -> list[int]:
