@@ -12,7 +12,13 @@ USUAL_COLOURS = {
     "mailbox": ("blue",), "phone_booth": ("blue",), "speed_sign": ("white",), "stop_sign": ("red",),
     "traffic_light": ("black",), "tree": ("green",), "tyre_stack": ("black",),
 }  # fmt: skip
-"""Colours that people give to street furniture which comes in one colour, and which has none in its name."""
+"""Colours that people name of street furniture that comes in one colour, whose label names none."""
+
+
+def is_of_colour(said: str, kind: str, colour: str) -> bool:
+    """Return whether a colour that is said, "" if none is, fits a thing of a kind whose label names a colour, or ""."""
+    return said in ("", colour) or (not colour and said in USUAL_COLOURS.get(kind, ()))
+
 
 ALONG = {"at": 0.0, "before": -1.5, "after": 1.5}
 """Where a turn is made relative to a thing, by `meaning.ATS`, in units along the walk."""

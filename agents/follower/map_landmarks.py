@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from agents.follower.perceive import COLLECTIBLES, Sighting
 from arramon_client.agent import Label
 from lang.meaning import Thing
-from lang.street import OFF_AXIS, USUAL_COLOURS
+from lang.street import OFF_AXIS, is_of_colour
 
 APART, BUILDINGS_APART = 1.2, 3.0
 """Distance in units below which two sightings of one label are the same landmark, of small things and LARGE ones."""
@@ -86,11 +86,7 @@ def fits(thing: Thing, label: Label) -> bool:
             return False
     elif label.kind not in COLLECTIBLES:
         return False
-    if thing.look not in ("", label.look):
-        return False
-    return thing.colour in ("", label.colour) or (
-        not label.colour and thing.colour in USUAL_COLOURS.get(label.kind, ())
-    )
+    return thing.look in ("", label.look) and is_of_colour(thing.colour, label.kind, label.colour)
 
 
 def landmarks_ahead(landmarks: Iterable[Landmark], x: float, z: float, angle: float) -> list[Landmark]:

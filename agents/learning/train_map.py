@@ -24,7 +24,7 @@ LIMITS = """\
 - It is trained on generated episodes alone: on people's instructions it was not tried.
 - In training its eyes are simulated: the faults are drawn at the rates that were measured on frames of `train`, one
   thing at a time. Things that hide each other, or are cut off at a frame's edge, are not simulated.
-- What it is told is what the learned reader read, whose faults it cannot mend.
+- It knows the instruction only as the learned reader read it, mistakes included.
 - It looks around at the start and after each walk of three moves, as long as there are steps to spare: it takes more
   actions than an expert.
 - The room is played by the rules of `agents.seeing_follower`."""

@@ -201,12 +201,12 @@ def _choose(match: Floats, moment: Moment) -> list[int]:
 
 def _things(beliefs: Sequence[Belief], moment: Moment, to_target: Floats, best: Floats, tells_place: Floats) -> Floats:
     places = np.array([(belief.mark.x, belief.mark.z) for belief in beliefs])
-    right, ahead = _local(places, moment.pose)
+    right, ahead = relative_to(places, moment.pose)
     trace = np.array(moment.trace)
     away = np.hypot(places[:, 0, None] - trace[:, 0], places[:, 1, None] - trace[:, 1])
     # Of equally near positions the last counts: the agent may have turned there.
     nearest = away.shape[1] - 1 - away[:, ::-1].argmin(1)
-    then = np.array([_local(places[number : number + 1], moment.trace[at]) for number, at in enumerate(nearest)])
+    then = np.array([relative_to(places[number : number + 1], moment.trace[at]) for number, at in enumerate(nearest)])
     kinds = np.stack([belief.kinds for belief in beliefs])
     collectible, building, crossing = kinds[:, _COLLECTIBLE].sum(1), kinds[:, _BUILDING], kinds[:, _CROSSING]
     values = [
@@ -236,7 +236,7 @@ def _distance_to(places: npt.NDArray[np.float64], others: npt.NDArray[np.float64
     return nearest
 
 
-def _local(
+def relative_to(
     places: npt.NDArray[np.float64], pose: tuple[float, float, float]
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Return how far places, (n, 2), are to the right and ahead of a pose."""
@@ -251,7 +251,7 @@ def _trace(moment: Moment) -> Floats:
     found = np.zeros((TRACE, TRACE_VALUES), np.float32)
     for place, number in [*enumerate(numbers), (TRACE - 1, 0)]:
         x, z, heading = moment.trace[number]
-        right, ahead = _local(np.array([(x, z)]), moment.pose)
+        right, ahead = relative_to(np.array([(x, z)]), moment.pose)
         turned = heading - moment.pose[2]
         found[place] = 1.0, right[0], ahead[0], math.sin(turned), math.cos(turned), last - number
     return found
@@ -261,7 +261,7 @@ _ANGLES = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
 _BETWEEN = np.array([-1.0, 0.0, 1.0]) * (2.0 * math.pi / DIRECTIONS / 3.0)
 _PARTS = 3
 _FINE = np.arange(1, len(RADII) * _PARTS + 1) * (float(RADII[0]) / _PARTS)
-"""Distances at which cells are looked up: the last of each three is one of RADII, and stands for them."""
+"""Distances at which the map's cells are read: three for each of RADII, up to it."""
 
 
 def _ground(moment: Moment) -> Bytes:

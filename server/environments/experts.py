@@ -4,7 +4,6 @@ import math
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from copy import copy
 from functools import cache, lru_cache
 from itertools import pairwise
 from typing import Protocol
@@ -129,7 +128,7 @@ class ReferenceExpert:
         led = self._led(session.state)
         if led is None:
             return self._shortest.action(session)
-        self._references[key] = led.joined_to(self._references[key])
+        self._references[key].begin_with(led)
         found = self.way(session)
         assert found is not None
         return found
@@ -227,11 +226,9 @@ class _Reference:
             elif _key(following.x, following.z) != _key(pose.x, pose.z):
                 self.next[_key(pose.x, pose.z)] = following.x, following.z
 
-    def joined_to(self, path: "_Reference") -> "_Reference":
-        """Return this way together with a path, which counts where both have a position."""
-        joined = copy(path)
-        joined.next, joined.headings = {**self.next, **path.next}, {**self.headings, **path.headings}
-        return joined
+    def begin_with(self, way: "_Reference") -> None:
+        """Add a way that leads to this path or to its target; where both have a position, the path counts."""
+        self.next, self.headings = {**way.next, **self.next}, {**way.headings, **self.headings}
 
 
 def _references(episode: Episode, ground: Ground) -> Iterator[tuple[PhaseKey, _Reference]]:

@@ -25,6 +25,7 @@ from agents.learning.eyes.vocabulary import (
 from agents.learning.landmarks import SeenLandmarks
 from agents.learning.sight import LABELS
 from agents.learning.simulated.world import FOCAL, Things, World
+from agents.vl_map.features import relative_to
 from arramon_client.agent import Action
 
 RAYS = 56
@@ -169,7 +170,7 @@ class SimulatedBody(Body):
         things = self._things
         if things.is_crossing.any():
             places = things.places[things.is_crossing]
-            right, ahead = _relative(places, (*place, self.world_pose[2]))
+            right, ahead = relative_to(places, (*place, self.world_pose[2]))
             shown = (ahead > 0.5) & (np.abs(right) < ahead * 0.6) & (np.hypot(right, ahead) < CROSSING_SEEN)
             shown &= self._world.are_in_sight(*place, places)
             for number in np.flatnonzero(shown).tolist():
@@ -180,7 +181,7 @@ class SimulatedBody(Body):
     def _named(self, x: float, z: float, heading: float) -> list[NamedThing]:
         """Return the things in view, as they would be cut out and named."""
         things, random = self._things, self._random
-        right, ahead = _relative(things.places, (x, z, heading))
+        right, ahead = relative_to(things.places, (x, z, heading))
         shown = (ahead > 0.4) & (ahead < FARTHEST) & (np.abs(right) < ahead * math.tan(math.radians(30.0)))
         shown &= ~things.is_crossing
         away = np.arctan2(x - things.places[:, 0], z - things.places[:, 1])
@@ -272,11 +273,3 @@ def _to_own(
     x, z, heading = own
     sin, cos = math.sin(heading), math.cos(heading)
     return np.stack([x + right * cos + ahead * sin, z - right * sin + ahead * cos], axis=1)
-
-
-def _relative(
-    places: npt.NDArray[np.float64], pose: tuple[float, float, float]
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    sin, cos = math.sin(pose[2]), math.cos(pose[2])
-    dx, dz = places[:, 0] - pose[0], places[:, 1] - pose[1]
-    return dx * cos - dz * sin, dx * sin + dz * cos

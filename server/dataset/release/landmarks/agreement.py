@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 from scipy import ndimage
 
-from lang.street import USUAL_COLOURS
+from lang.street import is_of_colour
 from server.dataset.release.landmarks.alignment import Aligned
 from server.dataset.release.landmarks.kernels import ASIDE, BACK, STEP, frames_of, in_frames, is_ahead, kernel
 from server.dataset.release.landmarks.mentions import FURNITURE, Event
@@ -59,7 +59,7 @@ def _fits(event: Event, thing: Standing) -> bool:
     kind, _, _, colour, look = thing
     if kind != event.kind or (kind == "banner" and event.look not in ("", look)):
         return False
-    return event.colour in ("", colour) or (not colour and event.colour in USUAL_COLOURS.get(kind, ()))
+    return is_of_colour(event.colour, kind, colour)
 
 
 def mentions_of(

@@ -45,7 +45,8 @@ def rebuild(section: Section, episodes: Sequence[Episode]) -> tuple[Section, lis
     rebuilt = replace(section, props=tuple(prop for prop, _ in built), buildings=buildings)
     rooms = {episode.episode_id: Room.of(episode, ground) for episode in listed}
     own = {name: own_of(name, told[name], rebuilt, room, kept) for name, room in rooms.items()}
-    furniture = {name: _with_strays(name, own, told[name], rebuilt, room) for name, room in rooms.items()}
+    asked = {name: [prop for prop in each.added if prop.kind in DRAWN_KINDS] for name, each in own.items()}
+    furniture = {name: _with_strays(name, own[name], asked, told[name], rebuilt, room) for name, room in rooms.items()}
     origins = {name: _origins(own[name], each) for name, each in furniture.items() if each.added}
     props = tuple(_recovered(number, landmark) for number, (_, landmark) in enumerate(built))
     provenance = Provenance(section.id, props, facades, origins)
@@ -83,33 +84,29 @@ def own_of(
 
 
 def _origins(own: OwnFurniture, furniture: OwnFurniture) -> tuple[str, ...]:
-    """Return the origin of each prop that an episode adds: its own, which come first, and what nobody named."""
+    """Return the origin of each prop that an episode adds: first those that its texts name, then the drawn ones."""
     named = [TEXT if prop.kind in DRAWN_KINDS else COLOUR for prop in own.added]
     return (*named, *[DRAWN] * (len(furniture.added) - len(named)))
 
 
 def _with_strays(
     name: str,
-    own: Mapping[str, OwnFurniture],
+    mine: OwnFurniture,
+    asked: Mapping[str, Sequence[Prop]],
     told: Sequence[Told],
     section: Section,
     room: Room,
 ) -> OwnFurniture:
-    mine = own[name]
+    landmarks = tuple(prop for prop in mine.added if prop.kind not in DRAWN_KINDS)
     strays = strays_of(
         name,
-        _asked(mine),
+        asked[name],
         frozenset(event.kind for each in told for event in each.events),
-        {other: _asked(each) for other, each in own.items() if other != name},
+        {other: props for other, props in asked.items() if other != name},
         room,
-        [prop for prop in furnished(section, mine).props if prop not in _asked(mine)],
+        furnished(section, replace(mine, added=landmarks)).props,
     )
     return replace(mine, added=(*mine.added, *strays))
-
-
-def _asked(own: OwnFurniture) -> list[Prop]:
-    """Return the things that an episode's texts ask for, without landmarks in another colour."""
-    return [prop for prop in own.added if prop.kind in DRAWN_KINDS]
 
 
 def _recovered(index: int, landmark: Landmark) -> Recovered:
