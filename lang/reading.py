@@ -1,10 +1,13 @@
 """Reader of instructions: matches the language's patterns against a text and skips what it does not understand."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from lang.discourse import BARE, Discourse
+from lang.chunk_routes import RouteReader
+from lang.chunks import Chunker
+from lang.discourse import BARE, Discourse, Item
 from lang.grammar import Grammar, Table
 from lang.lexicon import FUZZY_LENGTH, keys_of, within_one_edit
 from lang.matching import OPTIONAL, Automaton, PatternLabel, Phrasebook
@@ -37,10 +40,17 @@ class Reader:
         lexicon: the content of its `lexicon.toml`.
         relations: the content of its `relations.toml`, whose phrases are recognised too.
         tokenizer: of the language.
+        chunks: the content of its `chunks.toml`, by which texts are read that its own phrases do not cover; None if the
+            language has none, so that those texts are read by phrases too, as far as they go.
     """
 
     def __init__(
-        self, grammar: Grammar, lexicon: Mapping[str, Any], relations: Mapping[str, Any], tokenizer: Tokenizer
+        self,
+        grammar: Grammar,
+        lexicon: Mapping[str, Any],
+        relations: Mapping[str, Any],
+        tokenizer: Tokenizer,
+        chunks: Mapping[str, Any] | None = None,
     ) -> None:
         self._grammar = grammar
         self._tokenizer = tokenizer
@@ -72,8 +82,12 @@ class Reader:
         self.turns = frozenset(key for table in tables for key in self._only_words(table))
         self.fillers = self._fillers()
         self.openers = frozenset(key for word in grammar.openers for key in self.split(word)) | OPTIONAL
+        self.chunker = None
+        if chunks is not None:
+            self.chunker = Chunker(chunks, self.noun_phrase_reader, self.conjunctions, self.split)
         self._vocabulary = frozenset(self._all_words())
         self._long = [word for word in self._vocabulary if len(word) >= FUZZY_LENGTH]
+        self._folded = self._spelt_alike()
         self._never_fuzzy = frozenset(word.casefold() for word in lexicon["not_misspelt"])
         self._corrected: dict[str, str] = {}
 
@@ -94,7 +108,13 @@ class Reader:
         """
         if phase not in PHASES:
             raise ValueError(f"phase {phase!r}; expected {' or '.join(PHASES)}")
-        items = [item for _, item in TextParser(self, self._keys(text), phase).items()]
+        keys = self._keys(text)
+        placed = TextParser(self, keys, phase).items()
+        if self.chunker is not None and not self._is_covered(keys, placed):
+            meaning = self._read_chunks(keys, phase)
+            if meaning is not None:
+                return meaning
+        items = [item for _, item in placed]
         if not items:
             expected = "what to pick up" if phase == "navigation" else "where to place what"
             raise CannotRead(f"nothing understood in {text[:80]!r}; expected steps or {expected}")
@@ -119,6 +139,18 @@ class Reader:
         rest = words.names(at, len(keys), set())
         return (*said, *(Said(thing=discourse.mention(named), manner="seen") for named in rest))
 
+    def _is_covered(self, keys: Sequence[str], items: Sequence[tuple[int, Item]]) -> bool:
+        """Return whether phrases that are written too cover the whole text."""
+        covered = {at for start, item in items for at in range(start, item.end)}
+        return not any(item.also for _, item in items) and all(
+            at in covered or key in self.fillers for at, key in enumerate(keys)
+        )
+
+    def _read_chunks(self, keys: Sequence[str], phase: str) -> Meaning | None:
+        assert self.chunker is not None
+        chunks = self.chunker.chunks(keys)
+        return RouteReader(chunks, self._grammar, self.noun_phrase_reader).read() if phase == "navigation" else None
+
     def _keys(self, text: str) -> tuple[str, ...]:
         """Return a text's words for comparison, with typing errors corrected."""
         for pattern, replacement in self._grammar.reading:
@@ -126,8 +158,13 @@ class Reader:
         return tuple(map(self._correct, self.split(self._tokenizer.normalise(text))))
 
     def _correct(self, key: str) -> str:
-        """Return the word, corrected if exactly one known word is within one typing error."""
-        if len(key) < FUZZY_LENGTH or key in self._vocabulary or key in self._never_fuzzy:
+        """Return the word, corrected if one known word alone is spelt alike, or is within one typing error."""
+        if key in self._vocabulary or key in self._never_fuzzy:
+            return key
+        alike = self._folded.get(self._fold(key))
+        if alike is not None:
+            return alike
+        if len(key) < FUZZY_LENGTH:
             return key
         if key not in self._corrected:
             near = [word for word in self._long if within_one_edit(key, word)]
@@ -135,6 +172,21 @@ class Reader:
                 near = [word for word in near if word[0] == key[0]]
             self._corrected[key] = near[0] if len(near) == 1 else key
         return self._corrected[key]
+
+    def _fold(self, word: str) -> str:
+        """Return a word without the differences of spelling that people do not keep to."""
+        for one, other in self._grammar.folding:
+            word = word.replace(one, other)
+        return word
+
+    def _spelt_alike(self) -> dict[str, str]:
+        """Return, for each folded spelling that only one known word has, that word."""
+        found: dict[str, str] = {}
+        if self._grammar.folding:
+            folded = [(self._fold(word), word) for word in self._vocabulary]
+            counts = Counter(spelling for spelling, _ in folded)
+            found = {spelling: word for spelling, word in folded if counts[spelling] == 1}
+        return found
 
     def _books(self) -> dict[str, Phrasebook]:
         """Return, for each word and table slot, its possible forms."""
@@ -183,6 +235,7 @@ class Reader:
     def _all_words(self) -> Iterable[str]:
         yield from self.fillers
         yield from self.noun_phrase_reader.vocabulary
+        yield from () if self.chunker is None else self.chunker.vocabulary
         for book in self.books.values():
             yield from book.vocabulary
         for automaton in (*self.clauses.values(), self.attached, self.nested, self.relations):
