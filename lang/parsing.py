@@ -31,11 +31,16 @@ of another kind than its pattern is for."""
 
 @dataclass(slots=True)
 class TextParser:
-    """One text being read, with a memo of what was found at each index."""
+    """One text being read, with a memo of what was found at each index.
+
+    Attributes:
+        written_only: whether patterns that are only read are left out.
+    """
 
     reader: "Reader"
     keys: tuple[str, ...]
     phase: str
+    written_only: bool = False
     _memo: dict[tuple[str, int, int, bool], list[tuple[int, object]]] = field(default_factory=dict)
 
     def items(self) -> list[tuple[int, Item]]:
@@ -57,12 +62,24 @@ class TextParser:
             at = chosen.end if chosen is not None else at + 1
         return items
 
+    def is_covered_by(self, items: list[tuple[int, Item]]) -> bool:
+        """Return whether clauses and joining words are all that the text consists of."""
+        at = 0
+        for start, item in [*items, (len(self.keys), None)]:
+            if any(key not in self.reader.fillers for key in self.keys[at:start]):
+                return False
+            if item is not None:
+                if item.label == "mention":
+                    return False
+                at = item.end
+        return True
+
     def _items_at(self, start: int) -> Iterable[Item]:
         automaton = self.reader.clauses[self.phase]
         amid = start > 0 and self.keys[start - 1] not in self.reader.fillers
         fresh = start == 0 or self.keys[start - 1] in self.reader.openers
         for match in automaton.find(self.keys, start, lambda slot, at: self._slot(slot, at, DEPTH, top=True)):
-            if match.label.key.endswith(BARE) and not fresh:
+            if (match.label.key.endswith(BARE) and not fresh) or (match.label.also and self.written_only):
                 continue
             unusual = not self._is_usual(match)
             cost = _ITEM + _ALSO * match.label.also + _AMID * (amid and match.label.main_only) + _UNUSUAL * unusual
