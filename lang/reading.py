@@ -44,7 +44,8 @@ class Reader:
     ) -> None:
         self._grammar = grammar
         self._tokenizer = tokenizer
-        self.noun_phrase_reader = NounPhraseReader(grammar, lexicon, self.split)
+        self.conjunctions = frozenset(relations["conjunctions"])
+        self.noun_phrase_reader = NounPhraseReader(grammar, lexicon, self.split, self.conjunctions)
         self.books = self._books()
         also = grammar.also_read
         nested = {key: also[key] for key in also if key == "nested"}
@@ -66,7 +67,6 @@ class Reader:
             True: self._joins(("where", "where of more", "where after clause")),
             False: self._joins(("nested where",)),
         }
-        self.conjunctions = frozenset(relations["conjunctions"])
         self.exact_slots = frozenset(slot for slot, table in grammar.tables.items() if table.attribute == "exactly")
         tables = [table for table in grammar.tables.values() if table.attribute == "direction"]
         self.turns = frozenset(key for table in tables for key in self._only_words(table))
