@@ -69,6 +69,9 @@ class NounPhraseReader:
         lexicon: the content of its `lexicon.toml`, whose words for collectibles are recognised too.
         split: splits a text into comparison keys.
         conjunctions: words that join two adjectives ("white and black").
+
+    Attributes:
+        known: all words that mean something; others may stand before a noun ("the rusty barrel").
     """
 
     def __init__(
@@ -81,6 +84,7 @@ class NounPhraseReader:
         self._grammar = grammar
         self._split = split
         self._joining = conjunctions | {","}
+        self.known: frozenset[str] = frozenset()
         self._collectibles = frozenset((*lexicon["kinds"], ""))
         self._object_colours = frozenset(lexicon["colours"])
         self._book = Phrasebook()
@@ -200,10 +204,27 @@ class NounPhraseReader:
             adjectives = [
                 (end, word) for end, word in words if word.role in _DESCRIBING and end > max(nouns, default=0)
             ]
+            if not adjectives and not words and at > start and self._is_unknown_adjective(keys, at):
+                at += 1
+                continue
             if not adjectives:
-                return list(found)
+                return list(found) or self._without_noun(at, described, another=another)
             at = adjectives[0][0]
             described.append(tuple(word for end, word in adjectives if end == at))
+
+    def _is_unknown_adjective(self, keys: Sequence[str], at: int) -> bool:
+        """Return whether a word is one of no meaning before a word of a noun phrase."""
+        is_unknown = bool(self.known) and keys[at : at + 1] and keys[at] not in self.known and keys[at] not in OPTIONAL
+        return bool(is_unknown) and any(True for _ in self._words(self._book, keys, at + 1))
+
+    def _without_noun(
+        self, end: int, described: Sequence[tuple[_Word, ...]], *, another: bool
+    ) -> list[tuple[int, NounPhrase]]:
+        """Return what stands for a noun by itself: "over another", "over a second"."""
+        which = next((word.value for group in described for word in group if word.role == "which"), "")
+        if another and not described:
+            return [(end, NounPhrase("", which="another"))]
+        return [(end, NounPhrase("", which=which))] if len(described) == 1 and which in ("second", "third") else []
 
     def read_joined(
         self, keys: Sequence[str], start: int, conjunctions: frozenset[str]

@@ -63,13 +63,15 @@ class TextParser:
         return items
 
     def is_covered_by(self, items: list[tuple[int, Item]]) -> bool:
-        """Return whether clauses and joining words are all that the text consists of."""
+        """Return whether clauses and joining words are all that the text consists of, with the object to pick up."""
+        if self.phase == "navigation" and not any(item.label.startswith("target") for _, item in items):
+            return False
         at = 0
         for start, item in [*items, (len(self.keys), None)]:
             if any(key not in self.reader.fillers for key in self.keys[at:start]):
                 return False
             if item is not None:
-                if item.label == "mention":
+                if item.label == "mention" or (item.label == "where" and self.phase == "navigation"):
                     return False
                 at = item.end
         return True
@@ -95,7 +97,7 @@ class TextParser:
     def _is_usual(self, match: Match) -> bool:
         kind = match.label.key.rpartition(" ")[2]
         return kind not in self.reader.noun_phrase_reader.kinds or all(
-            named.kind == kind for slot, named in match.bound if slot == "thing" and isinstance(named, NounPhrase)
+            named.kind in (kind, "") for slot, named in match.bound if slot == "thing" and isinstance(named, NounPhrase)
         )
 
     def _slot(self, slot: str, at: int, depth: int, *, top: bool) -> list[tuple[int, object]]:
@@ -115,7 +117,7 @@ class TextParser:
         if slot in ("thing", "other"):
             # The automaton tries the last one first: a plain noun phrase rather than one with a relation.
             return [*self._located_things(reader.nested, at, depth, top=False), *self._noun_phrases_at(at)]
-        if slot in ("landmark", "detail"):
+        if slot in ("landmark", "further", "detail"):
             return [
                 (end, named)
                 for end, named in self._slot("thing", at, depth, top=False)

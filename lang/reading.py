@@ -61,7 +61,7 @@ class Reader:
         self.nested = self._automaton({"nested": grammar.nested}, nested)
         self.relations = self._automaton(grammar.where, {key: also[key] for key in also if key in grammar.where})
         for relation, phrases in relations["phrases"].items():
-            for phrase in phrases:
+            for phrase in set(phrases) - set(relations.get("by_themselves", [])):
                 self.relations.add_body(PatternLabel(relation, also=True), _phrase_body(relation, phrase, relations))
         self.joins = {
             True: self._joins(("where", "where of more", "where after clause")),
@@ -76,6 +76,7 @@ class Reader:
         for phrase in grammar.asides:
             self._asides.add(self.split(phrase), None)
         self._vocabulary = frozenset(self._all_words())
+        self.noun_phrase_reader.known = self._vocabulary
         self._long = [word for word in self._vocabulary if len(word) >= FUZZY_LENGTH]
         self._never_fuzzy = frozenset(word.casefold() for word in lexicon["not_misspelt"])
         self._corrected: dict[str, str] = {}
