@@ -67,8 +67,8 @@ class Reading(nn.Module):
 
     def logits(self, read: Tensor) -> tuple[Tensor, ...]:
         """Return the logits of `Meant` for what was read, (..., H)."""
-        logits: Tensor = self.names(read)
-        return logits.split([len(KINDS) + 1, len(COLOURS) + 1, len(LOOKS) + 1], -1)
+        sizes = [len(KINDS) + 1, len(COLOURS) + 1, len(LOOKS) + 1]
+        return torch.split(self.names(read), sizes, -1)
 
     def meant(self, read: Tensor) -> Meant:
         """Return what is meant by what was read, (..., H)."""

@@ -55,8 +55,9 @@ class RoomReader(nn.Module):
             offsets = self.offsets(self.dropout(torch.cat([hidden, read[:, 1]], 1))).view(count, LEVELS, OFFSETS)
             by_thing = offsets[:, :, self.between]  # (B, LEVELS, N of the cell, N of the thing)
             values = values + torch.einsum("blnm,bml->bn", by_thing, fits)
-        anywhere: Tensor = self.anywhere(self.dropout(hidden))
-        return values + anywhere + (is_filled * self.filled(hidden)[:, None]).sum(2)
+        values = values + self.anywhere(self.dropout(hidden))
+        found: Tensor = values + (is_filled * self.filled(hidden)[:, None]).sum(2)
+        return found
 
 
 def _differences() -> Tensor:
