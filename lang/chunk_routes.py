@@ -33,6 +33,9 @@ _WHERES = {
 }  # fmt: skip
 """Relations of the target that phrases name; the others say that something has been passed or reached."""
 
+_SIGNS = ("there", "back_again", "which", "other_side")
+"""Words that change what the next chunks mean."""
+
 _MOVING = ("turn", "turn_round", "walk", "become", "look")
 """Verbs that make a side a turn."""
 
@@ -82,10 +85,7 @@ class RouteReader:
     _joined: str = "then"
     _side: str = ""
     _describes: bool = False
-    _aside: bool = False
-    _opposite: bool = False
-    _there: bool = False
-    _again: bool = False
+    _signs: set[str] = field(default_factory=set)
     _target: Thing | None = None
     _relation: int = -1
 
@@ -169,11 +169,12 @@ class RouteReader:
             thing, at = shown, ()  # "The building with the cinema's sign": the cinema.
         self._named.append(_Named(thing, self._joined, self._side, at))
         self._said.append(thing)
-        if self._opposite and len(self._named) > 1:
+        if "other_side" in self._signs and len(self._named) > 1:
             pair = (self._named[-2], self._named[-1])
             self._named[-2:] = []
             self._places.append(_Place("between", pair))
-        self._describes = self._opposite = False
+        self._describes = False
+        self._signs.discard("other_side")
         self._joined = ""
 
     def _found(self, thing: Thing, number: int) -> None:
@@ -183,7 +184,7 @@ class RouteReader:
         if not thing.look or not thing.colour:
             later = self._described_later(number)
             thing = replace(thing, look=thing.look or later.look, colour=thing.colour or later.colour)
-        if self._there and not self._where and self._said:
+        if "there" in self._signs and not self._where and self._said:
             self._where.append(Where("near", (self._said[-1],)))
         self._target = thing
         self._side = ""
@@ -229,19 +230,13 @@ class RouteReader:
                 self._joined = "comma" if chunk.kind == "then" and not self._joined else chunk.kind
             if chunk.kind != "and":
                 self._side = ""
-        elif chunk.kind in ("it", "them") and self._said and self._next(number) in ("behind",):
+        elif chunk.kind in ("it", "them") and self._said and self._next(number) == "behind":
             self._named += [_Named(thing, "and") for thing in self._said[-2 if chunk.kind == "them" else -1 :]]
         elif chunk.kind == "all" and self._named:
             self._named = [replace(each, joined="comma") for each in self._named]
             self._joined = ""
-        elif chunk.kind == "there":
-            self._there = True
-        elif chunk.kind == "back_again":
-            self._again = True
-        elif chunk.kind == "which":
-            self._aside = True
-        elif chunk.kind == "other_side":
-            self._opposite = True
+        elif chunk.kind in _SIGNS:
+            self._signs.add(chunk.kind)
         elif chunk.kind == "straight" and not self._named:
             if self._places and self._places[-1].value in (*_PASSED, "through_between") and self._target is None:
                 self._resolve()
@@ -284,7 +279,7 @@ class RouteReader:
         if value in ("see", "be", "keep") and self._named:
             if self._target is not None:
                 self._where += [Where("near", (each.thing,)) for each in self._named]
-            elif self._aside:
+            elif "which" in self._signs:
                 del self._said[-len(self._named) :]
             elif value == "be" and self._places and self._places[-1].value == "at" and not self._named[-1].side:
                 self._named = list(self._places.pop().named)  # "On the building is a flag": it is the building.
@@ -295,7 +290,8 @@ class RouteReader:
                 last = self._named[-1]
                 self._pass_beside(last)
                 self._walk("past" if last.side else "until", last)
-            self._named, self._aside = [], False
+            self._named = []
+            self._signs.discard("which")
         elif value == "pass" and self._target is None:
             self._resolve()
             self._pass(self._named)
@@ -311,13 +307,13 @@ class RouteReader:
                 self.steps.append(Face(last.thing))
             elif self._next(number) != SIDE:
                 self._rotate("around")
-        elif value == "turn_round" or (value == "turn" and self._again and self._next(number) != SIDE):
+        elif value == "turn_round" or (value == "turn" and "back_again" in self._signs and self._next(number) != SIDE):
             self._rotate("around")
 
     def _walk_verb(self) -> None:
         if self._target is not None:
             return
-        if self._again and not self.steps and not self._places:
+        if "back_again" in self._signs and not self.steps and not self._places:
             self._rotate("around")
         last = self._places[-1] if self._places else None
         self._resolve(reaching=last is not None and last.value in ("at", "near", "in_front_of"))
@@ -334,7 +330,8 @@ class RouteReader:
             self._place_target()
             self._where += [Where("near", (each.thing,)) for each in self._named]
         self._named, self._joined, self._side = [], "then", ""
-        self._describes = self._aside = self._opposite = self._there = self._again = False
+        self._describes = False
+        self._signs.clear()
 
     # Steps.
 
@@ -432,7 +429,12 @@ class RouteReader:
             self._rotate("around")
             return end
         if chunk.value in _ROUND:
-            if turning or (chunk.value == "around" and (following in (*_BOUNDARIES, "") or self._is_first())) or (self._is_first() and following in (*_BOUNDARIES, "")):
+            is_whole = following in (*_BOUNDARIES, "")
+            if (
+                turning
+                or (self._is_first() and is_whole)
+                or (chunk.value == "around" and (self._is_first() or is_whole))
+            ):
                 self._rotate("around")
             return end
         direction = f"slightly {chunk.value}" if chunk.slight else chunk.value
@@ -512,11 +514,11 @@ class RouteReader:
         if place is not None and place.named[-1].thing.kind == "corner" and place.value == "at":
             if self._places and self._places[-1].value in ("after", "beyond", "before", "near", "in_front_of", "at"):
                 place = self._places.pop()
-            elif self._there:
+            elif "there" in self._signs:
                 place, before = None, self._said[-2:-1]
         if place is None:
             self._resolve()
-            if self._there and before and self.steps:
+            if "there" in self._signs and before and self.steps:
                 self.steps.append(Rotate(direction, "at", before[0]))
             elif not (direction == "around" and self.steps[-1:] == [Rotate("around")]):
                 self.steps.append(Rotate(direction))
@@ -529,7 +531,7 @@ class RouteReader:
             self._places.append(place)
             self._resolve()
             at = place.named[-1].thing
-            self.steps.append(Rotate(direction, "at", at) if self._there else Rotate(direction))
+            self.steps.append(Rotate(direction, "at", at) if "there" in self._signs else Rotate(direction))
         else:
             self._resolve()
             last = place.named[-1]
@@ -539,7 +541,7 @@ class RouteReader:
                 self.steps += [Rotate(direction), Walk("along", (last.thing,))]
             else:
                 self.steps.append(Rotate(direction, _ATS.get(place.value, "at"), last.thing))
-        self._there = False
+        self._signs.discard("there")
         self._joined = "then"
 
     # Looking ahead.

@@ -7,7 +7,7 @@ from typing import Any
 
 from lang.chunk_routes import RouteReader
 from lang.chunks import Chunker
-from lang.discourse import BARE, Discourse, Item
+from lang.discourse import BARE, Discourse
 from lang.grammar import Grammar, Table
 from lang.lexicon import FUZZY_LENGTH, keys_of, within_one_edit
 from lang.matching import OPTIONAL, Automaton, PatternLabel, Phrasebook
@@ -54,7 +54,8 @@ class Reader:
     ) -> None:
         self._grammar = grammar
         self._tokenizer = tokenizer
-        self.noun_phrase_reader = NounPhraseReader(grammar, lexicon, self.split)
+        self.conjunctions = frozenset(relations["conjunctions"])
+        self.noun_phrase_reader = NounPhraseReader(grammar, lexicon, self.split, self.conjunctions)
         self.books = self._books()
         also = grammar.also_read
         nested = {key: also[key] for key in also if key == "nested"}
@@ -70,13 +71,12 @@ class Reader:
         self.nested = self._automaton({"nested": grammar.nested}, nested)
         self.relations = self._automaton(grammar.where, {key: also[key] for key in also if key in grammar.where})
         for relation, phrases in relations["phrases"].items():
-            for phrase in phrases:
+            for phrase in set(phrases) - set(relations.get("by_themselves", [])):
                 self.relations.add_body(PatternLabel(relation, also=True), _phrase_body(relation, phrase, relations))
         self.joins = {
             True: self._joins(("where", "where of more", "where after clause")),
             False: self._joins(("nested where",)),
         }
-        self.conjunctions = frozenset(relations["conjunctions"])
         self.exact_slots = frozenset(slot for slot, table in grammar.tables.items() if table.attribute == "exactly")
         tables = [table for table in grammar.tables.values() if table.attribute == "direction"]
         self.turns = frozenset(key for table in tables for key in self._only_words(table))
@@ -85,7 +85,11 @@ class Reader:
         self.chunker = None
         if chunks is not None:
             self.chunker = Chunker(chunks, self.noun_phrase_reader, self.conjunctions, self.split)
+        self._asides = Phrasebook()
+        for phrase in grammar.asides:
+            self._asides.add(self.split(phrase), None)
         self._vocabulary = frozenset(self._all_words())
+        self.noun_phrase_reader.known = self._vocabulary
         self._long = [word for word in self._vocabulary if len(word) >= FUZZY_LENGTH]
         self._folded = self._spelt_alike()
         self._never_fuzzy = frozenset(word.casefold() for word in lexicon["not_misspelt"])
@@ -98,6 +102,9 @@ class Reader:
     def read(self, text: str, phase: str) -> Meaning:
         """Return the meaning of a text, as far as it is understood.
 
+        A text is read by the patterns that are written, if they cover all of it. So what is read of free texts can be
+        understood widely, by chunks or by all patterns, and takes nothing from what is written.
+
         Args:
             text: the instruction.
             phase: "navigation" or "assembly".
@@ -109,12 +116,14 @@ class Reader:
         if phase not in PHASES:
             raise ValueError(f"phase {phase!r}; expected {' or '.join(PHASES)}")
         keys = self._keys(text)
-        placed = TextParser(self, keys, phase).items()
-        if self.chunker is not None and not self._is_covered(keys, placed):
+        written = TextParser(self, keys, phase, written_only=True)
+        parts = written.items()
+        if not written.is_covered_by(parts):
             meaning = self._read_chunks(keys, phase)
             if meaning is not None:
                 return meaning
-        items = [item for _, item in placed]
+            parts = TextParser(self, self._without_asides(keys), phase).items()
+        items = [item for _, item in parts]
         if not items:
             expected = "what to pick up" if phase == "navigation" else "where to place what"
             raise CannotRead(f"nothing understood in {text[:80]!r}; expected steps or {expected}")
@@ -139,17 +148,21 @@ class Reader:
         rest = words.names(at, len(keys), set())
         return (*said, *(Said(thing=discourse.mention(named), manner="seen") for named in rest))
 
-    def _is_covered(self, keys: Sequence[str], items: Sequence[tuple[int, Item]]) -> bool:
-        """Return whether phrases that are written too cover the whole text."""
-        covered = {at for start, item in items for at in range(start, item.end)}
-        return not any(item.also for _, item in items) and all(
-            at in covered or key in self.fillers for at, key in enumerate(keys)
-        )
-
     def _read_chunks(self, keys: Sequence[str], phase: str) -> Meaning | None:
-        assert self.chunker is not None
-        chunks = self.chunker.chunks(keys)
-        return RouteReader(chunks, self._grammar, self.noun_phrase_reader).read() if phase == "navigation" else None
+        """Return the meaning of a text by its chunks, or None if the language has none or they say too little."""
+        if self.chunker is None or phase != "navigation":
+            return None
+        return RouteReader(self.chunker.chunks(keys), self._grammar, self.noun_phrase_reader).read()
+
+    def _without_asides(self, keys: tuple[str, ...]) -> tuple[str, ...]:
+        """Return a text's words without those that only say how sure or how friendly the writer is."""
+        kept: list[str] = []
+        at = 0
+        while at < len(keys):
+            end = next((end for end, _ in self._asides.at(keys, at)), at)
+            kept += keys[at : at + 1] if end == at else ()
+            at = max(end, at + 1)
+        return tuple(kept)
 
     def _keys(self, text: str) -> tuple[str, ...]:
         """Return a text's words for comparison, with typing errors corrected."""
@@ -234,6 +247,7 @@ class Reader:
 
     def _all_words(self) -> Iterable[str]:
         yield from self.fillers
+        yield from self._asides.vocabulary
         yield from self.noun_phrase_reader.vocabulary
         yield from () if self.chunker is None else self.chunker.vocabulary
         for book in self.books.values():
