@@ -29,7 +29,7 @@ _ATS = {"before": "before", "after": "after", "beyond": "after", "through": "aft
 
 _WHERES = {
     "at": "near", "near": "near", "in_front_of": "in_front_of", "before": "in_front_of", "behind": "behind",
-    "between": "between", "on_top_of": "on_top_of", "left_of": "left_of", "right_of": "right_of", "along": "near",
+    "between": "between", "on_top_of": "on_top_of", "left_of": "left_of", "right_of": "right_of", "along": "near", "against": "near",
 }  # fmt: skip
 """Relations of the target that phrases name; the others say that something has been passed or reached."""
 
@@ -237,12 +237,13 @@ class RouteReader:
             self._joined = ""
         elif chunk.kind in _SIGNS:
             self._signs.add(chunk.kind)
-        elif chunk.kind == "straight" and not self._named:
+        elif chunk.kind in ("straight", "ahead") and not self._named:
             if self._places and self._places[-1].value in (*_PASSED, "through_between") and self._target is None:
                 self._resolve()
             self._ahead()
 
     def _behind(self, value: str, number: int) -> None:
+        value = "at" if value in ("on", "in", "from") else value
         following = self._next(number)
         if value in ("of", "having"):
             side = self.chunks[number + 1] if following == SIDE else None
@@ -276,7 +277,7 @@ class RouteReader:
         return size
 
     def _verb(self, value: str, number: int) -> None:
-        if value in ("see", "be", "keep") and self._named:
+        if value in ("see", "be", "keep", "place") and self._named:
             if self._target is not None:
                 self._where += [Where("near", (each.thing,)) for each in self._named]
             elif "which" in self._signs:
@@ -446,7 +447,7 @@ class RouteReader:
         if turning:
             self._rotate(direction)
             return end
-        if verb in ("keep", "be", "see", "pass"):
+        if verb in ("keep", "place", "be", "see", "pass"):
             return number
         if self._is_of_target(number, chosen) and not self._is_alone(number + 1, chosen):
             return number
@@ -494,7 +495,7 @@ class RouteReader:
                     return True
             elif chunk.kind == "behind" and chunk.value not in ("of", "having"):
                 return chunk.value in ("to", "towards", "by", "through", "along", "through_between") and (
-                    self._closing_verb(n) not in ("be", "see", "keep")
+                    self._closing_verb(n) not in ("be", "see", "keep", "place")
                 )
             elif chunk.kind != "and":
                 return False
@@ -552,6 +553,6 @@ class RouteReader:
     def _verb_after(self, number: int) -> str:
         """Return the kind of the verb that follows, whatever adverbs are before it; "" if none does."""
         for chunk in self.chunks[number + 1 :]:
-            if chunk.kind not in ("straight", "there", "back_again", "then"):
+            if chunk.kind not in ("straight", "ahead", "there", "back_again", "then", "yours"):
                 return chunk.value if chunk.kind == "verb" else ""
         return ""

@@ -12,16 +12,20 @@ THING, SIDE, LOOK = "thing", "side", "look"
 
 Keys = tuple[str, ...]
 
+_YOURS = 8
+"""Maximum number of words in a phrase about the reader's own place."""
+
 
 @dataclass(frozen=True, slots=True)
 class Chunk:
     """A part of a text that says one thing.
 
     Attributes:
-        kind: THING, SIDE, LOOK, "behind", "verb", or a key of `words` in `chunks.toml`.
+        kind: THING, SIDE, LOOK, "behind", "yours", "verb", or a key of `words` in `chunks.toml`.
         start: index of its first word.
         end: index after its last word.
-        value: "left", "right", "back" or "around"; a key of `behind` or `verbs`; a collectible's pattern.
+        value: for SIDE "left", "right", "back" or "around"; otherwise a key of `behind` or `verbs`, or a
+            collectible's pattern.
         things: what a THING names: one, or two that share a noun.
         slight: whether a side is "slightly".
         nominal: whether a side is named as a place ("the left side") rather than as a way to turn.
@@ -64,6 +68,7 @@ class Chunker:
         self._soft = frozenset(data["soft"])
         self._own = frozenset(data["own"])
         self._also = frozenset(data["also"])
+        self._of = tuple(data["behind"]["of"])
         self._sides = [(phrase, side) for side, texts in data["sides"].items() for phrase in self._phrases(texts)]
         self._nominal = sorted(self._phrases(data["nominal"]), key=len, reverse=True)
         self._slightly, self._slight_more = frozenset(data["slightly"]), frozenset(data["slight_more"])
@@ -91,7 +96,7 @@ class Chunker:
         return found
 
     def _longest(self, keys: Sequence[str], at: int) -> Chunk | None:
-        found = [*self._side(keys, at), *self._words(keys, at), *self._things(keys, at)]
+        found = [*self._side(keys, at), *self._words(keys, at), *self._things(keys, at), *self._yours(keys, at)]
         return max(found, key=lambda chunk: chunk.end, default=None)
 
     def _side(self, keys: Sequence[str], start: int) -> Iterator[Chunk]:
@@ -114,6 +119,15 @@ class Chunker:
             end = self._end(phrase, keys, at)
             if end:
                 yield Chunk(kind, at, end, value)
+
+    def _yours(self, keys: Sequence[str], at: int) -> Iterator[Chunk]:
+        """Yield what stands somewhere to the reader, whose pronoun is possessive: "before you"; "between you and it"."""
+        if keys[at] in self._own:
+            yield Chunk("yours", at, at + 1)
+            for of in self._of:
+                for chunk in self._words((of, *keys[at + 1 : at + _YOURS]), 0):
+                    if chunk.kind == "behind" and chunk.end > 1:
+                        yield Chunk("yours", at, at + chunk.end, chunk.value)
 
     def _things(self, keys: Sequence[str], at: int) -> Iterator[Chunk]:
         joined = self._noun_phrases.read_joined(keys, at, self._conjunctions)

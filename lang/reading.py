@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from lang.chunk_rooms import RoomReader
 from lang.chunk_routes import RouteReader
 from lang.chunks import Chunker
 from lang.discourse import BARE, Discourse
@@ -150,9 +151,10 @@ class Reader:
 
     def _read_chunks(self, keys: Sequence[str], phase: str) -> Meaning | None:
         """Return the meaning of a text by its chunks, or None if the language has none or they say too little."""
-        if self.chunker is None or phase != "navigation":
+        if self.chunker is None:
             return None
-        return RouteReader(self.chunker.chunks(keys), self._grammar, self.noun_phrase_reader).read()
+        reader = RouteReader if phase == "navigation" else RoomReader
+        return reader(self.chunker.chunks(keys), self._grammar, self.noun_phrase_reader).read()
 
     def _without_asides(self, keys: tuple[str, ...]) -> tuple[str, ...]:
         """Return a text's words without those that only say how sure or how friendly the writer is."""
