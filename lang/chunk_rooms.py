@@ -54,6 +54,8 @@ class RoomReader:
     """Things that are said to be somewhere, with their relations."""
     _object: Thing | None = None
     _is_stated: bool = False
+    _is_open: bool = False
+    """Whether what is said next is of the thing that was shown last."""
     _side: str = ""
     _describes: bool = False
 
@@ -77,7 +79,9 @@ class RoomReader:
                 self._behind(number)
             elif chunk.kind == "yours":
                 self._yours(number)
-            elif chunk.kind == "ahead" and not self._is_description(number + 1):
+            elif chunk.kind in ("straight", "ahead") and self._is_after(number, "from") and self._named[-1:] == [_YOU]:
+                self._relate("in_front_of")
+            elif chunk.kind == "ahead" and not self._is_of_thing(number):
                 self._open.append(Where("in_front_of", (_YOU,)))
             elif chunk.kind in ("it", "them") and self._next(number) == "behind":
                 self._refer(2 if chunk.kind == "them" else 1)
@@ -138,14 +142,15 @@ class RoomReader:
         self._open = []
         self._shown.append(thing)
         self._said.append(thing)
-        self._named = []
+        self._named, self._is_open = [], True
 
     def _take_object(self, thing: Thing) -> None:
         if self._object is None or not (self._is_stated or self._object.colour or self._object.look):
             self._object = thing
-        self._named = []
+        self._named, self._is_open = [], False
 
     def _refer(self, count: int) -> None:
+        self._is_open = False
         earlier = [thing for thing in self._said if thing.kind not in _FIXED] or self._said
         self._named = earlier[-count:]
 
@@ -162,9 +167,13 @@ class RoomReader:
             elif following in (THING, SIDE) or self._is_description(number + 1):
                 self._side = chunk.value
             else:
-                if self._open[-1:] == [Where("near", (_YOU,))]:
-                    self._open.pop()
-                self._open.append(Where(f"{chunk.value}_of", (_YOU,)))
+                beside = _YOU
+                if self._open and self._open[-1].relation == "near" and self._is_after_place(number):
+                    beside = self._open.pop().things[0]  # "Beside it, on the left."
+                self._open.append(Where(f"{chunk.value}_of", (beside,)))
+
+    def _is_after_place(self, number: int) -> bool:
+        return number > 0 and self.chunks[number - 1].kind in ("behind", "yours")
 
     def _behind(self, number: int) -> None:
         value, following = self.chunks[number].value, self._next(number)
@@ -179,7 +188,7 @@ class RoomReader:
         elif value == "towards" and self._named[-1:] == [_YOU]:
             self._relate("in_front_of")
         elif value == "from":
-            if following != SIDE:
+            if following not in (SIDE, "straight", "ahead"):
                 self._named = []
         elif value == "in" and self._named and self._named[-1].kind in _FIXED:
             self._relate("near")
@@ -219,6 +228,9 @@ class RoomReader:
         """Take what is open at the end of a sentence for the object's."""
         if self._side:
             self._open.append(Where(f"{self._side}_of", (_YOU,)))
+        if self._is_open and self._open:  # "There is a ball, to the right of the bowl."
+            self._show(self._shown.pop())
+        self._is_open = False
         self._where += self._open
         self._open, self._side, self._describes = [], "", False
 
@@ -226,6 +238,17 @@ class RoomReader:
         """Return a landmark with the relations that were said of it."""
         shown = next((each for each in self._shown if each.is_same(thing)), None)
         return thing if shown is None or thing.where else shown
+
+    def _is_after(self, number: int, value: str) -> bool:
+        return number > 0 and self.chunks[number - 1].kind == "behind" and self.chunks[number - 1].value == value
+
+    def _is_of_thing(self, number: int) -> bool:
+        """Return whether "ahead" describes a thing: "the wall ahead"."""
+        at = number + 1 + self._is_description(number + 1)
+        following = self.chunks[at] if at < len(self.chunks) else None
+        if following is None or following.kind != THING:
+            return False
+        return at > number + 1 or following.things[0].kind == "wall"
 
     def _is_description(self, number: int) -> bool:
         chunk = self.chunks[number] if number < len(self.chunks) else None

@@ -33,10 +33,10 @@ _WHERES = {
 }  # fmt: skip
 """Relations of the target that phrases name; the others say that something has been passed or reached."""
 
-_SIGNS = ("there", "back_again", "which", "other_side")
+_SIGNS = ("there", "back_again", "which", "one_side", "other_side", "repeat")
 """Words that change what the next chunks mean."""
 
-_MOVING = ("turn", "turn_round", "walk", "become", "look")
+_MOVING = ("turn", "turn_round", "walk", "return", "become", "look")
 """Verbs that make a side a turn."""
 
 
@@ -165,11 +165,13 @@ class RouteReader:
         elif self._describes and self._places:
             at = (self._places.pop(),)
         shown = at[0].named[0].thing if at else thing
-        if at and thing.kind in ("building", "shop_sign") and shown.kind == "shop_sign" and shown.look:
-            thing, at = shown, ()  # "The building with the cinema's sign": the cinema.
+        is_shop = thing.kind in ("building", "shop_sign") and shown.kind == "shop_sign" and bool(shown.look)
+        if at and (is_shop or (thing.kind == "corner" and shown.kind in ("building", "shop_sign"))):
+            thing, at = shown, ()  # The building with the cinema's sign, or the cinema's corner: the cinema.
         self._named.append(_Named(thing, self._joined, self._side, at))
         self._said.append(thing)
         if "other_side" in self._signs and len(self._named) > 1:
+            self._signs.discard("one_side")
             pair = (self._named[-2], self._named[-1])
             self._named[-2:] = []
             self._places.append(_Place("between", pair))
@@ -228,6 +230,8 @@ class RouteReader:
             if not self._joined or chunk.kind == "then":
                 # "A then B on the left" is one list, "A, then B on the left" two.
                 self._joined = "comma" if chunk.kind == "then" and not self._joined else chunk.kind
+            if chunk.kind == "then" and self._target is None and self._places and self._places[-1].value in _PASSED:
+                self._resolve()
             if chunk.kind != "and":
                 self._side = ""
         elif chunk.kind in ("it", "them") and self._said and self._next(number) == "behind":
@@ -277,6 +281,8 @@ class RouteReader:
         return size
 
     def _verb(self, value: str, number: int) -> None:
+        if value in ("see", "be", "keep", "place") and "one_side" in self._signs:
+            return
         if value in ("see", "be", "keep", "place") and self._named:
             if self._target is not None:
                 self._where += [Where("near", (each.thing,)) for each in self._named]
@@ -297,9 +303,11 @@ class RouteReader:
             self._resolve()
             self._pass(self._named)
             self._named = []
-        elif value == "walk":
+        elif value in ("walk", "return"):
             if self._next(number) == "behind" and self.chunks[number + 1].value == "having":
                 return
+            if value == "return" and not self.steps and not self._places:
+                self._rotate("around")
             self._walk_verb()
         elif value in ("turn", "look", "back") and self._places and self._places[-1].value == "towards":
             last = self._places.pop().named[-1]
@@ -377,7 +385,7 @@ class RouteReader:
                 for each in place.named:
                     self._walk_to("along" if each.thing.kind in _GROUND else "to", each)
             elif place.value == "at" and place.named[-1].thing.kind in _GROUND:
-                self._walk("along", place.named[-1])
+                self._walk_to("along", place.named[-1])
             else:
                 self._pass(place.named)
         self._places = []
@@ -394,7 +402,7 @@ class RouteReader:
             relation = _WHERES.get(place.value)
             if (
                 place.value == "beyond"
-                and (place is last or last.named[0].thing.kind == "corner")
+                and (place is last or last.named[0].thing.kind in ("corner", "street"))
                 and things[-1].kind in _FACADES
             ):
                 relation = "in_front_of"
@@ -444,12 +452,19 @@ class RouteReader:
             self._pass(self._named, chunk.value)
             self._named = []
             return number
+        last = self.steps[-1] if self.steps else None
+        if "repeat" in self._signs and isinstance(last, Rotate) and last.direction == direction:
+            return end
         if turning:
             self._rotate(direction)
             return end
         if verb in ("keep", "place", "be", "see", "pass"):
             return number
         if self._is_of_target(number, chosen) and not self._is_alone(number + 1, chosen):
+            return number
+        is_paired = bool(self._named) and bool(self._named[-1].side) and self._joined == "and"
+        if following == THING and is_paired:
+            self._side = chunk.value
             return number
         if following == THING and not self._is_way(number + 1):
             self._resolve()
@@ -497,7 +512,7 @@ class RouteReader:
                 return chunk.value in ("to", "towards", "by", "through", "along", "through_between") and (
                     self._closing_verb(n) not in ("be", "see", "keep", "place")
                 )
-            elif chunk.kind != "and":
+            elif (chunk.kind == "and" and n + 1 < len(self.chunks) and self.chunks[n + 1].kind == SIDE) or chunk.kind not in ("and", "behind"):
                 return False
         return False
 
