@@ -1,6 +1,6 @@
 """Interpretation of a text's parsed parts in order, resolving references such as "it" and "that bench"."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from lang.clauses import focus_of, step_of
@@ -46,9 +46,9 @@ class Item:
 
 def things_in(bound: Mapping[str, object], kind: str, *, is_between: bool) -> tuple[NounPhrase, ...]:
     """Return the things of a clause or relation; `kind` is the rest of its key ("same", "you")."""
-    if kind in ("same", "you"):
-        return (NounPhrase("", back=PRONOUN) if kind == "same" else NounPhrase("you"),)
-    things = tuple(bound[slot] for slot in ("thing", "landmark", "pair", "several", "other", "further") if slot in bound)
+    if kind in ("same", "you", "corner"):
+        return (NounPhrase("", back=PRONOUN) if kind == "same" else NounPhrase(kind),)
+    things = tuple(bound[slot] for slot in ("thing", "landmark", "pair", "several", "other", "further", "wall") if slot in bound)
     if is_between and "pair" in bound:
         things = 2 * tuple(replace(each, number="") for each in things if isinstance(each, NounPhrase))
     joined = bound.get("joined")
@@ -183,7 +183,8 @@ class Discourse:
             if "where" in bound:
                 if self.focus is None and item.label == "where":
                     self.focus = named[0] if named else None
-                wheres += self._wheres(bound["where"])
+                wheres += tuple(map(self._of_last_kinds, self._wheres(bound["where"])))
+        wheres = tuple(each for where in wheres for each in _plainly(where, wheres))
         landmarks = [thing for where in wheres for thing in where.things]
         carried = placed or [thing for thing in named if not any(thing.is_same(each) for each in landmarks)]
         thing = next(iter(carried), Thing("") if named and landmarks else next(iter(named), Thing("")))
@@ -219,10 +220,14 @@ class Discourse:
             thing: as it is named.
             kinds: of which it is, if that is known ("over another one").
         """
-        if thing.kind or not (thing.colour or thing.which):
+        if thing.kind or not (thing.colour or thing.which or thing.look):
             return thing
-        said = [each.kind for each in self.mentioned_things if not kinds or each.kind in kinds]
+        said = [each.kind for each in self.mentioned_things if each.kind and (not kinds or each.kind in kinds)]
         return replace(thing, kind=said[-1]) if said else thing
+
+    def _of_last_kinds(self, where: Where) -> Where:
+        """Return a relation to things with the kind of the last one where theirs is not said ("the yellow one")."""
+        return replace(where, things=tuple(map(self._of_last_kind, where.things)))
 
     def _attribute(self, bound: Mapping[str, object], attribute: str) -> str:
         for slot, table in self.grammar.tables.items():
@@ -284,6 +289,18 @@ class Discourse:
             self.focus = focus_of(wheres[-1].things, self.focus)
         self.focus = focus
         return tuple(wheres)
+
+
+def _plainly(where: Where, wheres: Sequence[Where]) -> Iterator[Where]:
+    """Yield what a relation in the room says: the corner of two walls is at both; what is left of a thing is near it."""
+    if where.relation == "between" and all(thing.kind == "wall" for thing in where.things):
+        yield from (Where("against", (thing,)) for thing in where.things)
+    elif where.relation != "near" or not any(_is_beside(each, where) for each in wheres):
+        yield where
+
+
+def _is_beside(where: Where, near: Where) -> bool:
+    return where.relation in ("left_of", "right_of", "in_front_of", "behind") and where.things[0].is_same(near.things[0])
 
 
 def _on_the_spot(steps: Sequence[Step]) -> bool:

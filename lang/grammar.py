@@ -8,13 +8,13 @@ from lang.patterns import Pattern, parse, spell_out, split_weight, with_fragment
 
 SLOTS = frozenset(
     (
-        *("thing", "other", "pair", "several", "joined", "landmark", "further", "detail", "target", "where"),
+        *("thing", "other", "pair", "several", "joined", "landmark", "further", "detail", "wall", "target", "where"),
         *("noun", "which", "look", "look_after", "colour"),
         *("a", "b", "c"),
     )
 )
 """Slots that are neither words nor tables. Only read are "joined", two things that share a noun, "landmark" and
-"further", things that are not to be picked up, and "detail", a thing that describes the one before it."""
+"further", things that are not to be picked up, "wall", and "detail", a thing that describes the one before it."""
 
 INSIDE = "~"
 """Marks the place in a noun of several words where what describes it stands: "the end of the ~street"."""

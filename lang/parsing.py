@@ -54,27 +54,29 @@ class TextParser:
                 cost = item.cost + best[item.end][0]
                 if item.end > start and cost < best[start][0]:
                     best[start] = (cost, item)
-        items, at = [], 0
+        items: list[tuple[int, Item]] = []
+        at = 0
         while at < size:
             chosen = best[at][1]
             if chosen is not None:
+                last = items[-1][1] if items else None
+                if chosen.label == "where" and last is not None and last.label == "where" and last.end == at:
+                    chosen = replace(chosen, fresh=last.fresh)
                 items.append((at, chosen))
             at = chosen.end if chosen is not None else at + 1
         return items
 
     def is_covered_by(self, items: list[tuple[int, Item]]) -> bool:
         """Return whether clauses and joining words are all that the text consists of, with the object to pick up."""
-        if self.phase == "navigation" and not any(item.label.startswith("target") for _, item in items):
-            return False
-        at = 0
-        for start, item in [*items, (len(self.keys), None)]:
-            if any(key not in self.reader.fillers for key in self.keys[at:start]):
+        at, is_found = 0, self.phase == "assembly"
+        for start, item in items:
+            if item.label == "mention" or (item.label == "where" and not is_found) or self._skips_words(at, start):
                 return False
-            if item is not None:
-                if item.label == "mention" or (item.label == "where" and self.phase == "navigation"):
-                    return False
-                at = item.end
-        return True
+            at, is_found = item.end, is_found or item.label.startswith("target")
+        return is_found and not self._skips_words(at, len(self.keys))
+
+    def _skips_words(self, start: int, end: int) -> bool:
+        return any(key not in self.reader.fillers for key in self.keys[start:end])
 
     def _items_at(self, start: int) -> Iterable[Item]:
         automaton = self.reader.clauses[self.phase]
@@ -95,7 +97,9 @@ class TextParser:
             yield Item(end, "where", (("where", wheres),), cost, fresh)
 
     def _is_usual(self, match: Match) -> bool:
-        kind = match.label.key.rpartition(" ")[2]
+        kind = match.label.key.removesuffix(BARE).rpartition(" ")[2]
+        if kind == "past" and any(isinstance(named, NounPhrase) and _is_kindless(named) for _, named in match.bound):
+            return False
         return kind not in self.reader.noun_phrase_reader.kinds or all(
             named.kind in (kind, "") for slot, named in match.bound if slot == "thing" and isinstance(named, NounPhrase)
         )
@@ -117,6 +121,12 @@ class TextParser:
         if slot in ("thing", "other"):
             # The automaton tries the last one first: a plain noun phrase rather than one with a relation.
             return [*self._located_things(reader.nested, at, depth, top=False), *self._noun_phrases_at(at)]
+        if slot == "wall":
+            return [
+                (end, named)
+                for end, named in self._noun_phrases_at(at)
+                if isinstance(named, NounPhrase) and named.kind == "wall"
+            ]
         if slot in ("landmark", "further", "detail"):
             return [
                 (end, named)
@@ -204,6 +214,10 @@ class TextParser:
             each = [(thing,) for thing in things] if relation != "between" else [things]
             found.append((match.end, tuple(RelationPhrase(relation, about, exactly) for about in each)))
         return list(dict.fromkeys(found))
+
+
+def _is_kindless(named: NounPhrase) -> bool:
+    return not named.kind and not named.back
 
 
 def _count(wheres: object) -> int:
