@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 DEPTH = 2
 """Maximum nesting of landmarks described by landmarks."""
 
-_ITEM, _WHERE, _WHERE_MORE, _MENTION, _FILLER, _UNKNOWN = 0.2, 0.28, 0.35, 0.8, 0.06, 1.0
+_ITEM, _WHERE, _WHERE_MORE, _MENTION, _FILLER, _UNKNOWN = 0.2, 0.3, 0.35, 0.8, 0.06, 1.0
 """Costs of reading a clause, a relation alone, each further one joined to it, or a thing alone; of skipping a joining
 word, and any other word."""
 
@@ -88,13 +88,13 @@ class TextParser:
             unusual = not self._is_usual(match)
             cost = _ITEM + _ALSO * match.label.also + _AMID * (amid and match.label.main_only) + _UNUSUAL * unusual
             cost -= _SAID * len(match.bound) * match.label.also
-            yield Item(match.end, match.label.key, match.bound, cost, fresh, match.label.also)
+            yield Item(match.end, match.label.key, match.bound, cost, start, fresh, match.label.also)
         for end, named in self._slot("target", start, DEPTH, top=True):
-            yield Item(end, "mention", (("target", named),), _MENTION, fresh)
+            yield Item(end, "mention", (("target", named),), _MENTION, start, fresh)
         turned = _TURNED if fresh and self.phase == "navigation" and self.keys[start] in self.reader.turns else 0.0
         for end, wheres in self._slot("where", start, DEPTH, top=True):
             cost = _WHERE + _WHERE_MORE * (_count(wheres) - 1) + turned
-            yield Item(end, "where", (("where", wheres),), cost, fresh)
+            yield Item(end, "where", (("where", wheres),), cost, start, fresh)
 
     def _is_usual(self, match: Match) -> bool:
         kind = match.label.key.removesuffix(BARE).rpartition(" ")[2]
@@ -121,11 +121,12 @@ class TextParser:
         if slot in ("thing", "other"):
             # The automaton tries the last one first: a plain noun phrase rather than one with a relation.
             return [*self._located_things(reader.nested, at, depth, top=False), *self._noun_phrases_at(at)]
-        if slot == "wall":
+        if slot in ("wall", "holder"):
             return [
                 (end, named)
                 for end, named in self._noun_phrases_at(at)
-                if isinstance(named, NounPhrase) and named.kind == "wall"
+                if isinstance(named, NounPhrase)
+                and (named.kind == "wall" if slot == "wall" else reader.noun_phrase_reader.is_collectible(named))
             ]
         if slot in ("landmark", "further", "detail"):
             return [
