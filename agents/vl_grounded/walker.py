@@ -62,17 +62,17 @@ class Walker:
         self._judge_last(depth)
         before = self._actions[-1] if self._actions else START
         street = self._network.street
-        seen = street.see(
+        (seen,) = street.see(
             self._network.reading,
             self._target,
             as_input(features)[None, None],
             torch.tensor([[before]]),
             torch.from_numpy(odometry(self._actions)[None, -1:]),
         )
-        mixed, self._after = street.step(self._network.reading, self._words, self._tokens, seen, 0, self.mind)
+        mixed, self._after = street.step(self._network.reading, self._words, self._tokens, seen, self.mind)
         values = street.output(mixed)[0]
         barred = set(self._barred)
-        if not is_in_reach(seen.target[0, 0], features):
+        if not is_in_reach(seen.target[0], features):
             barred.add(Action.INTERACT)
         action = max((each for each in range(ACTIONS) if each not in barred), key=lambda each: float(values[each]))
         if self._is_at_wall and action in _OPPOSITE:

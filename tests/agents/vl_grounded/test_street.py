@@ -52,6 +52,7 @@ def preferring(network: Grounded, *actions: int) -> Grounded:
 def test_a_walk_is_the_same_step_by_step_as_at_once(network: Grounded) -> None:
     random = np.random.default_rng(1)
     features = random.integers(0, 256, (6, 7, 7, len(CHANNEL_NAMES))).astype(np.uint8)
+    features[..., CHANNEL_NAMES.index("nearness of collectible")] = 0
     walker = Walker(network, TOKENS)
     depths = [np.full((4, 4), number, np.float32) for number in range(6)]
     actions = [walker.act(*given) for given in zip(features, depths, strict=True)]
@@ -61,7 +62,7 @@ def test_a_walk_is_the_same_step_by_step_as_at_once(network: Grounded) -> None:
     places = torch.from_numpy(odometry(actions[:-1]))[None]
     seen = street.see(network.reading, street.read_target(words, TOKENS), cells, before, places)
     values = street(network.reading, words, TOKENS, seen)[0]
-    assert values[:, :INTERACT].argmax(1).tolist() == actions  # Nothing fits: a pick-up is ruled out.
+    assert values[:, :INTERACT].argmax(1).tolist() == actions  # Nothing is near: a pick-up is ruled out.
 
 
 @pytest.mark.parametrize(("fits", "nearness", "expected"), [(0.9, 0.5, True), (0.1, 0.5, False), (0.9, 0.1, False)])
