@@ -112,6 +112,20 @@ class SimulatedBody(Body):
         """The pose (x, z, heading in radians) in the world."""
         return *self.to_world(self.x, self.z), self._origin[2] + self.angle
 
+    def begin_turn(self, things: Things) -> None:
+        """Begin a turn with its own collectibles in the same street.
+
+        Args:
+            things: the same furniture, then the turn's collectibles.
+        """
+        kept = int((~self._things.is_collectible).sum())
+        self._things = things
+        added = len(things.codes) - kept
+        self._confused = np.concatenate([self._confused[:kept], self._random.random((added, 3))])
+        self._wrong = self._wrong[:kept] + [self._drawn_names(number) for number in range(kept, len(things.codes))]
+        self.record_action(None)
+        self.landmarks.forget_collectibles()
+
     def to_world(self, x: float, z: float) -> tuple[float, float]:
         """Return the place in the world of one in the agent's own frame."""
         x0, z0, heading = self._origin
