@@ -91,8 +91,8 @@ class ChoosingTask:
         random = np.random.default_rng((self._seed, numbers.start))
         chosen = random.integers(self.count, size=len(numbers))
         half = len(numbers) // 2  # Half of the batch, which is in no order, is mirrored.
-        parts = (mirror(self._samples(chosen[:half])), self._samples(chosen[half:]))
-        sample = Sample(*map(np.concatenate, zip(*parts, strict=True)))
+        parts: Any = mirror(self._samples(chosen[:half])), self._samples(chosen[half:])
+        sample = Sample(*(np.concatenate(part) for part in zip(*parts, strict=True)))
         labels = torch.tensor(self._arrays["label"][chosen])
         labels[:half, 0] *= -1.0
         return loss_of(self.network(tensors_of(sample)), labels)
