@@ -23,7 +23,7 @@ from agents.learning.rollouts import Plan, play
 from arramon_client import load_agent
 from arramon_client.agent import Action, Agent, Observation
 from arramon_client.agent import Episode as Begun
-from arramon_client.plugin.arguments import parse_arguments
+from arramon_client.plugin.arguments import parse_arguments, parse_value
 from server.dataset.pictures.canvas import BLACK, GREEN, PINK, SWATCHES, WHITE, add_title, wrap_text
 from server.dataset.pictures.maps import ground_map
 from server.episodes.episode import Episode
@@ -187,7 +187,8 @@ def main() -> None:
     parser.add_argument("--episodes", type=int, default=40)
     parser.add_argument("--output", type=Path, default=Path("arramon-results/trajectories"))
     given = parser.parse_args()
-    agent = Watched(load_agent(given.agent, parse_arguments(given.agent_arg)))
+    arguments = {name: parse_value(value) for name, value in parse_arguments(given.agent_arg).items()}
+    agent = Watched(load_agent(given.agent, arguments))
     play(agent, Plan(given.data, given.split, (given.lang,), given.episodes, 224))
     split = read_split(folder_of(given.data, given.split))
     turns = [judge(split.episodes[episode_id], turn, way) for (episode_id, turn), way in sorted(agent.ways.items())]

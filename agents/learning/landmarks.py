@@ -38,6 +38,9 @@ FULL, MOST = 150.0, 4.0
 
 _NAMED = np.array([kind not in SURFACES for kind in KINDS])
 
+CROSSING_SAMPLES = 15
+"""Minimum number of samples of a zebra crossing."""
+
 _SIZES = np.array([len(KINDS), len(COLOURS), *(places.stop - places.start for places in look_slices().values())])
 """Number of names that exclude each other: kinds, colours, and the looks of each group."""
 
@@ -126,8 +129,13 @@ class SeenLandmarks(Landmarks):
         self._places: list[_Place] = []
 
     def add(self, sightings: Iterable[Sighting]) -> None:
-        """Add a frame's buildings and crossings."""
-        super().add(sighting for sighting in sightings if sighting.label in self._flat)
+        """Add a frame's buildings and crossings; of these only what is seen well, as others are in wrong places."""
+        super().add(
+            sighting
+            for sighting in sightings
+            if sighting.label in self._flat
+            and (sighting.pixels >= CROSSING_SAMPLES or self._labels[sighting.label].kind != "zebra_crossing")
+        )
 
     def add_things(self, things: Iterable[NamedThing], pose: tuple[float, float, float]) -> None:
         """Add a frame's things.
