@@ -8,13 +8,26 @@ from lang.patterns import Pattern, parse, spell_out, split_weight, with_fragment
 
 SLOTS = frozenset(
     (
-        *("thing", "other", "pair", "several", "joined", "landmark", "further", "detail", "target", "where"),
+        *(
+            "thing",
+            "other",
+            "pair",
+            "several",
+            "joined",
+            "landmark",
+            "further",
+            "detail",
+            "wall",
+            "holder",
+            "target",
+            "where",
+        ),
         *("noun", "which", "look", "look_after", "colour"),
         *("a", "b", "c"),
     )
 )
 """Slots that are neither words nor tables. Only read are "joined", two things that share a noun, "landmark" and
-"further", things that are not to be picked up, and "detail", a thing that describes the one before it."""
+"further", things that are not to be picked up, "wall", "holder", a collectible, and "detail", a thing that describes the one before it."""
 
 INSIDE = "~"
 """Marks the place in a noun of several words where what describes it stands: "the end of the ~street"."""
@@ -101,6 +114,9 @@ class Grammar:
         self.reading: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text["reading"]]
         self.folding: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text.get("folding", [])]
         self.openers: list[str] = text.get("openers", [])
+        owners = text.get("owners", {})
+        self.of: list[str] = owners.get("of", [])
+        self.own: list[str] = owners.get("own", [])
         self.asides: list[str] = text.get("asides", [])
         self.clumsy: list[str] = text.get("clumsy", [])
         self._classes = grammar.get("classes", {})

@@ -22,8 +22,8 @@ from lang.tokens import Tokenizer
 
 PHASES = ("navigation", "assembly")
 
-ALSO_IN_NAVIGATION = ("target", "landmark", "not target", "detail")
-"""Keys of clauses in navigation that are only read: of a thing that is passed, what is not to be
+ALSO_IN_NAVIGATION = ("turn with", "short of", "walk past zebra_crossing", "target", "landmark", "not target", "detail")
+"""Keys of clauses in navigation that are only read: of a turn and a walk along something, of a place shortly before something, of a thing that is passed, what is not to be
 picked up, and what describes the thing before it."""
 
 _Listed = Mapping[str, tuple[Pattern, ...]]
@@ -70,7 +70,10 @@ class Reader:
         }
         self.attached = self._automaton({"attached": grammar.attached, "nested": grammar.nested}, nested)
         self.nested = self._automaton({"nested": grammar.nested}, nested)
-        self.relations = self._automaton(grammar.where, {key: also[key] for key in also if key in grammar.where})
+        relations_of = {key.partition(" ")[0] for key in grammar.where}
+        self.relations = self._automaton(
+            grammar.where, {key: also[key] for key in also if key.partition(" ")[0] in relations_of}
+        )
         for relation, phrases in relations["phrases"].items():
             for phrase in set(phrases) - set(relations.get("by_themselves", [])):
                 self.relations.add_body(PatternLabel(relation, also=True), _phrase_body(relation, phrase, relations))

@@ -36,13 +36,16 @@ class Walker:
     Args:
         network: that chooses.
         tokens: the instruction, (1, T).
+
+    Attributes:
+        mind: what is remembered of the steps before the present one.
     """
 
     def __init__(self, network: Grounded, tokens: Tensor) -> None:
         self._network, self._tokens = network, tokens
         self._words = network.reading(tokens)
         self._target = network.street.read_target(self._words, tokens)
-        self._mind = self._after = network.street.first(tokens)
+        self.mind = self._after = network.street.first(tokens)
         self._actions: list[int] = []
         self._barred: set[int] = set()
         self._is_at_wall = False
@@ -59,17 +62,17 @@ class Walker:
         self._judge_last(depth)
         before = self._actions[-1] if self._actions else START
         street = self._network.street
-        seen = street.see(
+        (seen,) = street.see(
             self._network.reading,
             self._target,
             as_input(features)[None, None],
             torch.tensor([[before]]),
             torch.from_numpy(odometry(self._actions)[None, -1:]),
         )
-        mixed, self._after = street.step(self._network.reading, self._words, self._tokens, seen, 0, self._mind)
+        mixed, self._after = street.step(self._network.reading, self._words, self._tokens, seen, self.mind)
         values = street.output(mixed)[0]
         barred = set(self._barred)
-        if not is_in_reach(seen.target[0, 0], features):
+        if not is_in_reach(seen.target[0], features):
             barred.add(Action.INTERACT)
         action = max((each for each in range(ACTIONS) if each not in barred), key=lambda each: float(values[each]))
         if self._is_at_wall and action in _OPPOSITE:
@@ -88,7 +91,7 @@ class Walker:
             self._barred.add(action)
             self._is_at_wall |= action == Action.FORWARD
             return
-        self._mind = self._after
+        self.mind = self._after
         if action == Action.FORWARD:
             self._barred.clear()
             self._is_at_wall = False
