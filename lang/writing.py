@@ -46,6 +46,10 @@ SHORTER = 12
 _LABELS = "abc"
 
 
+class _Misleading(Exception):
+    """A clause of a draft says "straight" of what is not straight ahead."""
+
+
 class Writer:
     """Writes one language's instructions."""
 
@@ -61,16 +65,22 @@ class Writer:
         phase = "navigation" if isinstance(meaning, Navigation) else "assembly"
         voice = voice or draw_voice(self._grammar, random)
         drafts: list[str] = []
+        text = ""
         wanted = random.choice(DRAFTS[phase])
         for _ in range(ATTEMPTS):
             draft = _Draft(self._grammar, random, voice)
-            text = draft.navigation(meaning) if isinstance(meaning, Navigation) else draft.assembly(meaning)
+            try:
+                text = draft.navigation(meaning) if isinstance(meaning, Navigation) else draft.assembly(meaning)
+            except _Misleading:
+                continue
             words = [word.casefold().strip(MARKS) for word in text.split()]
             clumsy = _is_clumsy(words) or any(re.search(pattern, text) for pattern in self._grammar.clumsy)
             if len(words) >= FEWEST_WORDS and not clumsy:
                 drafts.append(text)
             if len(drafts) == wanted:
                 break
+        if not text:
+            raise ValueError("every wording says 'straight' of what is not straight ahead")
         return min(drafts, key=lambda each: len(each.split())) if drafts else text
 
 
@@ -188,6 +198,8 @@ class _Draft(Phraser):
         given = dict(nouns["thing"].given) if "thing" in nouns else {}
         fillers = self.table_fillers(clause.said) | self.thing_fillers(clause.said, nouns)
         text = self.render(pattern, fillers, {**self.features, **given, **marked})
+        if not clause.straight and self.grammar.straight and re.search(self.grammar.straight, text):
+            raise _Misleading(text)
         things = [value for value in clause.said.values() if isinstance(value, Thing)]
         self.focus = focus_of(
             tuple(things) * (2 if clause.key == "walk between" and "pair" in clause.said else 1), self.focus
