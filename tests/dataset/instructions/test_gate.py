@@ -34,6 +34,7 @@ MARKS = (
     mark("bin/0", -2.0, -10.0),
     mark("lamp_post/0", 2.4, -12.0),
     mark("hydrant/0", -0.5, -8.0),
+    mark("kiosk/0", -7.0, -14.0),
     mark("zebra_crossing/0", 5.0, -1.5),
 )
 
@@ -60,6 +61,7 @@ BARREL, CONE = Thing("barrel", "red", identity="barrel/0"), Thing("cone", identi
 BENCHES = Thing("bench", number="two", identity="bench/0+bench/1")
 CROSSING = Thing("intersection", identity="junction/0")
 BIN, POST = Thing("bin", identity="bin/0"), Thing("lamp_post", identity="lamp_post/0")
+KIOSK = Thing("kiosk", identity="kiosk/0")
 HYDRANT, ZEBRA = Thing("hydrant", identity="hydrant/0"), Thing("zebra_crossing", identity="zebra_crossing/0")
 FAR_BALL = replace(BALL, identity="collectible/3")
 
@@ -120,8 +122,11 @@ FALSE = [
     (told(Rotate("right", "at", CROSSING), Walk("past", (ZEBRA,), "right")), "zebra_crossing/0 is not on the right"),
     (told(Walk("past", (HYDRANT,), "left")), "hydrant/0 is not on the left"),
     (told(Walk("to", (CONE,))), "cone/0 is not straight ahead"),
-    (told(Face(BARREL), Rotate("right", "at", CROSSING)), "the path does not lead on as one faces barrel/0"),
-    (told(Walk("to", (CROSSING,)), Walk("past", (BENCHES,))), "bench/0 is not before one who is told of two"),
+    (told(Face(KIOSK), Rotate("right", "at", CROSSING)), "the path does not lead on as one faces kiosk/0"),
+    (
+        told(Rotate("right", "at", CROSSING), Walk("past", (CONE,)), Walk("past", (BENCHES,))),
+        "bench/0 is not before one who is told of two",
+    ),
     (told(target=replace(MUG, where=(Where("near", (FAR_BALL,)),))), "another is nearer to collectible/0"),
 ]
 
@@ -148,7 +153,7 @@ def test_the_target_is_told_apart_from_what_looks_like_it(
     target: Thing, more: tuple[Landmark, ...], is_clear: bool
 ) -> None:
     world = replace(WORLD, marks=(*MARKS, *more))
-    faults = faults_of_navigation(told(target=target), world)
+    faults = faults_of_navigation(told(Rotate("right", "at", CROSSING), target=target), world)
     assert faults == () if is_clear else "collectible/0 may be taken for collectible/9" in faults
 
 
