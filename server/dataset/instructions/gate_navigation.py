@@ -74,6 +74,8 @@ class _Check:
             since, things = self.at, things_of(step)
             for thing in things:
                 yield from self._described(thing)
+                if thing.kind == "intersection" and not thing.which:
+                    yield from self._first_intersection(thing, step)
                 yield from self._related(thing)
                 if thing.number:
                     yield from self._before_the_walker(thing)
@@ -174,6 +176,23 @@ class _Check:
             yield f"the path does not come to {thing.identity}"
         elif not _is_kind(junction, thing.kind, world.heading_before(max(near - 2, 0))):
             yield f"{thing.identity} is a {junction.kind}, not a {thing.kind}"
+
+    def _first_intersection(self, thing: Thing, step: Step) -> Iterator[str]:
+        """Yield each intersection that one comes to before the one that is meant, unless one cannot turn there."""
+        world = self._world
+        own = world.junction(thing.identity)
+        near = None if own is None else world.closest(own.x, own.z, self.at, own.radius + AT)
+        if world.graph is None or near is None:
+            return
+        sides = {"left": -90.0, "right": 90.0}
+        side = sides.get(step.direction) if isinstance(step, Rotate) and step.at == "at" else None
+        for other in world.graph.junctions:
+            at = world.closest(other.x, other.z, self.at, other.radius + 1.0)
+            arms = [arm for arm in other.arms if world.graph.road(arm.road).kind == "street"]
+            if at is None or other is own or len(arms) < 3 or not self.at + 1 < at < near - 2:
+                continue
+            if side is None or other.arm_towards(world.heading_before(max(at - 2, 0)) + side) is not None:
+                yield f"{other.identity} comes before the {thing.kind} {thing.identity}"
 
     # Where it is
 
@@ -317,11 +336,19 @@ class _Check:
         rights = [world.side_of(mark.x, mark.z, near) for mark in marks]
         if walk.side and any(right * (1.0 if walk.side == "right" else -1.0) < least for right in rights):
             yield f"{thing.identity} is not on the {walk.side}"
-        x, z = self._middle(walk.things)
-        is_amid = abs(world.side_of(x, z, near)) <= 2.5 and min(rights, default=0.0) < 0.0 < max(rights, default=0.0)
-        if walk.way == "between" and not is_amid:
+        if walk.way == "between" and not self._is_amid(walk.things, near):
             yield f"the path does not lead between {thing.identity} and {walk.things[1].identity}"
         self.at = max(self.at, near)
+
+    def _is_amid(self, things: tuple[Thing, ...], near: int) -> bool:
+        """Return whether two things stand on both sides of the path, more beside each other than one behind another."""
+        world = self._world
+        before, after = world.path[max(near - 2, 0)], world.path[min(near + 2, len(world.path) - 1)]
+        heading = math.degrees(math.atan2(after[0] - before[0], after[1] - before[1]))
+        here = Pose(*world.path[near], heading)
+        places = [here.local(mark.x, mark.z) for each in things for mark in world.landmarks(each.identity)]
+        (right, along), (other, far) = sorted(places)[0], sorted(places)[-1]
+        return right < 0.0 < other and abs(right + other) <= 5.0 and abs(along - far) <= other - right
 
     def _straight_to(self, things: tuple[Thing, ...]) -> Iterator[str]:
         """Yield what is wrong with a walk straight to things: that they are not ahead, or the way there bends."""

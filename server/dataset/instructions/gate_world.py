@@ -14,7 +14,7 @@ Place = tuple[float, float]
 STRIDE = 3
 """Places over which the path's direction is measured."""
 
-TURNED = {30.0: (10.0, 47.0), 90.0: (40.0, 140.0), 180.0: (135.0, 180.0)}
+TURNED = {30.0: (10.0, 48.0), 90.0: (44.0, 140.0), 180.0: (135.0, 180.0)}
 """Least and greatest bend that is called a turn by so many degrees, in degrees. The agent turns by multiples of 30: one
 is a slight turn, two to four are one to a side, five and six are one around."""
 

@@ -226,8 +226,8 @@ def _is_between(route: Route, waypoint: Waypoint, one: Landmark, other: Landmark
     number = route.nearest(Pose((one.x + other.x) / 2, (one.z + other.z) / 2, 0.0), waypoint.number)
     before, after = route.path[max(number - 2, 0)], route.path[min(number + 2, route.last)]
     here = Pose(*route.path[number], bearing(before, after))
-    rights = sorted(here.local(mark.x, mark.z)[0] for mark in (one, other))
-    return rights[0] < -0.3 and rights[1] > 0.3
+    (right, along), (more, far) = sorted(here.local(mark.x, mark.z) for mark in (one, other))
+    return right < -0.3 and more > 0.3 and abs(along - far) <= more - right
 
 
 def _is_ahead(pose: Pose, end: Pose) -> bool:

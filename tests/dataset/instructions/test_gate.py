@@ -116,6 +116,7 @@ FALSE = [
     (told(target=replace(MUG, where=(Where("near", (CONE,)),))), "collectible/0 is not near cone/0"),
     (told(target=replace(MUG, look="dotted")), "collectible/0 is a mug/red/striped, not red dotted mug"),
     (told(Walk("between", (NEAR, POST))), "the path does not lead between barrier/0 and lamp_post/0"),
+    (told(Walk("between", (BIN, Thing("bench", identity="bench/1")))), "the path does not lead between bin/0"),
     (told(Walk("past", (BENCHES,))), "the path turns by 90 degrees at its place 15, which is not said"),
     (told(Rotate("slightly right", "at", CROSSING)), "the path does not turn slightly right at junction/0"),
     (told(Rotate("around")), "the path does not turn around after its place 0"),
@@ -230,9 +231,16 @@ def test_a_corner_is_the_first_on_the_way() -> None:
         (Thing("corner", identity="junction/1"), "junction/1 is corner number 2 on the right, not the first"),
         (Thing("street", identity="street/2"), "street/2 is number 2 on the right, not the first"),
         (Thing("street", which="second", identity="street/2"), ""),
+        (Thing("intersection", identity="junction/1"), "junction/0 comes before the intersection junction/1"),
     ):
         faults = faults_of_navigation(told(Rotate("right", "at", thing), target=PLAIN), world)
         assert (fault in faults) if fault else not any("number" in each for each in faults), faults
+    walk = told(Walk("to", (Thing("intersection", identity="junction/1"),)), target=PLAIN)
+    assert "junction/0 comes before the intersection junction/1" in faults_of_navigation(walk, world)
+    t_junction = replace(GRAPH.junctions[0], arms=(ARMS[0], ARMS[2], ARMS[3]))
+    world = replace(world, graph=replace(graph, junctions=(t_junction, later)))
+    turn = told(Rotate("right", "at", Thing("intersection", identity="junction/1")), target=PLAIN)
+    assert not any("comes before" in each for each in faults_of_navigation(turn, world))
 
 
 def test_what_is_told_of_is_seen_on_the_way_to_it() -> None:
