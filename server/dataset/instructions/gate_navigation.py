@@ -347,7 +347,7 @@ class _Check:
         heading = math.degrees(math.atan2(after[0] - before[0], after[1] - before[1]))
         here = Pose(*world.path[near], heading)
         places = [here.local(mark.x, mark.z) for each in things for mark in world.landmarks(each.identity)]
-        (right, along), (other, far) = sorted(places)[0], sorted(places)[-1]
+        (right, along), (other, far) = min(places), max(places)
         return right < 0.0 < other and abs(right + other) <= 5.0 and abs(along - far) <= other - right
 
     def _straight_to(self, things: tuple[Thing, ...]) -> Iterator[str]:
