@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from lang.grammar import INSIDE, Grammar, forms_of
-from lang.matching import Phrasebook, SplitWords
+from lang.matching import OPTIONAL, Phrasebook, SplitWords
 
-PLAIN, SAME, PRONOUN = "", "same", "it"
+PLAIN, SAME, PRONOUN, OWN = "", "same", "it", "its"
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,7 +15,8 @@ class NounPhrase:
     """A noun phrase; its attributes are those of `lang.meaning.Thing`.
 
     Attributes:
-        back: SAME if it refers to an earlier thing of its kind, PRONOUN if to the last thing mentioned.
+        back: SAME if it refers to an earlier thing of its kind, PRONOUN if to the last thing mentioned, OWN if it is a
+            corner of the building mentioned last.
         number: as in `lang.meaning.Thing`; "several" for a plural without a number too.
     """
 
@@ -54,6 +55,9 @@ _JOINED_WITHIN = 5
 _DIVIDED_WITHIN = 5
 """Maximum number of words within a noun."""
 
+_CORNER, _OWNERS = "building_corner", ("building", "shop_sign")
+"""Kind of a corner with the look of its building, and kinds of what has one."""
+
 _PLURAL = "plural"
 """`_Word.kind` of a noun's form that is always a plural."""
 
@@ -68,16 +72,32 @@ class NounPhraseReader:
         grammar: of the language.
         lexicon: the content of its `lexicon.toml`, whose words for collectibles are recognised too.
         split: splits a text into comparison keys.
+        conjunctions: words that join two adjectives ("white and black").
+
+    Attributes:
+        known: all words that mean something; others may stand before a noun ("the rusty barrel").
     """
 
-    def __init__(self, grammar: Grammar, lexicon: Mapping[str, Any], split: SplitWords) -> None:
+    def __init__(
+        self,
+        grammar: Grammar,
+        lexicon: Mapping[str, Any],
+        split: SplitWords,
+        conjunctions: frozenset[str] = frozenset(),
+    ) -> None:
         self._grammar = grammar
         self._split = split
+        self._joining = conjunctions | {","}
+        self.known: frozenset[str] = frozenset()
         self._collectibles = frozenset((*lexicon["kinds"], ""))
         self._object_colours = frozenset(lexicon["colours"])
         self._book = Phrasebook()
         self._after = Phrasebook()
         self._divided = Phrasebook()
+        self._of, self._own = Phrasebook(), Phrasebook()
+        for book, phrases in ((self._of, grammar.of), (self._own, grammar.own)):
+            for phrase in phrases:
+                book.add(split(phrase), None)
         self._patterned = {
             split(phrase): kind for kind, phrases in lexicon["patterned_kinds"].items() for phrase in phrases
         }
@@ -129,10 +149,11 @@ class NounPhraseReader:
 
     def _add_adjectives(self, lexicon: Mapping[str, Any]) -> None:
         grammar = self._grammar
-        for role, listed in (("colour", grammar.colours), ("which", grammar.whiches)):
+        colours = (("colour", kind, listed) for kind, listed in grammar.colours_of.items())
+        for role, kind, listed in (("colour", "", grammar.colours), ("which", "", grammar.whiches), *colours):
             for value, patterns in listed.items():
                 for text in sorted({text for pattern in patterns for text in grammar.spellings(pattern)}):
-                    self._book.add(self._split(text), _Word(role, value))
+                    self._book.add(self._split(text), _Word(role, value, kind))
         for kind, looks in grammar.looks.items():
             for value, wordings in looks.items():
                 for wording in wordings:
@@ -152,7 +173,25 @@ class NounPhraseReader:
 
     def read(self, keys: Sequence[str], start: int) -> list[tuple[int, NounPhrase]]:
         """Return the noun phrases that begin at `keys[start]`, each with its end."""
-        return [*self._read_whole(keys, start), *self._read_divided(keys, start)]
+        found = [*self._read_whole(keys, start), *self._read_divided(keys, start)]
+        owns = any(True for _ in self._own.at(keys, start))
+        return [*found, *(corner for end, named in found for corner in self._corners(keys, end, named, owns=owns))]
+
+    def _corners(
+        self, keys: Sequence[str], end: int, named: NounPhrase, *, owns: bool
+    ) -> Iterator[tuple[int, NounPhrase]]:
+        """Yield a corner with its building: "corner of the bank", "the bank corner", "its corner"."""
+        if named.kind == "corner":
+            if owns:
+                yield end, replace(named, kind=_CORNER, back=OWN)
+            for at, _ in self._of.at(keys, end):
+                for after, owner in self._read_whole(keys, at):
+                    if owner.kind in _OWNERS:
+                        yield after, replace(named, kind=_CORNER, look=owner.look, colour=owner.colour)
+        elif named.kind in _OWNERS:
+            for after, word in self._nouns(keys, end):
+                if word.value == "corner":
+                    yield after, replace(named, kind=_CORNER, number="")
 
     def _read_divided(self, keys: Sequence[str], start: int) -> Iterator[tuple[int, NounPhrase]]:
         """Yield noun phrases whose adjectives stand within the noun: they are read as if they stood before it."""
@@ -177,10 +216,14 @@ class NounPhraseReader:
                 break
         found: dict[tuple[int, NounPhrase], None] = {}
         described: list[tuple[_Word, ...]] = []
+        joined = False
         while True:
             words = list(self._words(self._book, keys, at))
+            if not words and described and keys[at : at + 1] and keys[at] in self._joining:
+                joined, at = True, at + 1  # "the white and black mug"
+                words = [each for each in self._words(self._book, keys, at) if each[1].role in _DESCRIBING]
             for end, word in words:
-                if word.role == "noun":
+                if word.role == "noun" and (not joined or self._is_described(word.value, described)):
                     named = self._with_noun(keys, at, end, word, described, back)
                     found.update((each, None) for each in _other_than_mentioned(named, another=another))
             nouns = [end for end, word in words if word.role == "noun" and not word.look]
@@ -188,10 +231,31 @@ class NounPhraseReader:
             adjectives = [
                 (end, word) for end, word in words if word.role in _DESCRIBING and end > max(nouns, default=0)
             ]
+            if not adjectives and not words and at > start and self._is_unknown_adjective(keys, at):
+                at += 1
+                continue
             if not adjectives:
-                return list(found)
+                return list(found) or self._without_noun(at, described, another=another)
             at = adjectives[0][0]
             described.append(tuple(word for end, word in adjectives if end == at))
+
+    def _is_described(self, kind: str, described: Sequence[tuple[_Word, ...]]) -> bool:
+        """Return whether a kind is a collectible's that all of these adjectives suit."""
+        return kind in self._collectibles and all(any(self._suits(w, kind) for w in group) for group in described)
+
+    def _is_unknown_adjective(self, keys: Sequence[str], at: int) -> bool:
+        """Return whether a word is one of no meaning before a word of a noun phrase."""
+        is_unknown = bool(self.known) and keys[at : at + 1] and keys[at] not in self.known and keys[at] not in OPTIONAL
+        return bool(is_unknown) and any(True for _ in self._words(self._book, keys, at + 1))
+
+    def _without_noun(
+        self, end: int, described: Sequence[tuple[_Word, ...]], *, another: bool
+    ) -> list[tuple[int, NounPhrase]]:
+        """Return what stands for a noun by itself: "over another", "over a second"."""
+        which = next((word.value for group in described for word in group if word.role == "which"), "")
+        if another and not described:
+            return [(end, NounPhrase("", which="another"))]
+        return [(end, NounPhrase("", which=which))] if len(described) == 1 and which in ("second", "third") else []
 
     def read_joined(
         self, keys: Sequence[str], start: int, conjunctions: frozenset[str]
@@ -245,13 +309,42 @@ class NounPhraseReader:
         for group in described:
             suiting = [word for word in group if self._suits(word, kind)]
             if suiting:
-                word = min(suiting, key=lambda each: _DESCRIBING.index(each.role))
+                word = min(suiting, key=lambda each: (_DESCRIBING.index(each.role), each.kind != kind))
                 said[word.role] = word.value
         after = [(to, word.value) for to, word in self._words(self._after, keys, end) if self._suits(word, kind)]
         if after:
             end, said["look"] = after[0]
         number = said["two"] or said["several"] or ("several" if noun.kind == _PLURAL else "")
-        yield end, NounPhrase(kind, said["colour"], said["look"], said["which"], (), back, number)
+        named = NounPhrase(kind, said["colour"], said["look"], said["which"], (), back, number)
+        yield end, named
+        if kind in self._collectibles:
+            yield from self._described_behind(keys, end, named)
+
+    def _described_behind(self, keys: Sequence[str], at: int, named: NounPhrase) -> Iterator[tuple[int, NounPhrase]]:
+        """Yield a collectible with adjectives behind its noun: "the bucket: blue, striped", "the TV, the brown one"."""
+        said: dict[str, str] = {}
+        end = at
+        while at < len(keys):
+            words = [each for each in self._words(self._book, keys, at) if self._says_more(each[1], named)]
+            if words:
+                end = at = words[0][0]
+                said.update((word.role, word.value) for _, word in words[:1] if word.role != "modifier")
+            elif keys[at] in self._joining or keys[at] in OPTIONAL or self._is_determiner(keys, at):
+                at += 1
+            else:
+                break
+        follows = [word for _, word in self._words(self._book, keys, end) if word.role == "noun"]
+        if not said or any(getattr(named, role) for role in said) or any(word.value for word in follows):
+            return
+        ends = [to for to, word in self._words(self._book, keys, end) if word.role == "noun"]
+        yield max(ends, default=end), replace(named, **said)
+
+    def _says_more(self, word: _Word, named: NounPhrase) -> bool:
+        """Return whether a word describes the thing."""
+        return word.role in ("look", "colour", "modifier") and self._suits(word, named.kind)
+
+    def _is_determiner(self, keys: Sequence[str], at: int) -> bool:
+        return any(word.role == "determiner" for _, word in self._words(self._book, keys, at))
 
     def _suits(self, word: _Word, kind: str) -> bool:
         """Return whether the adjective can describe things of that kind."""
@@ -260,6 +353,8 @@ class NounPhraseReader:
                 word.kind == "collectible" and kind in self._collectibles
             )
         if word.role == "colour":
+            if word.kind:
+                return word.kind == kind
             return kind not in self._collectibles or word.value in self._object_colours
         return True
 
