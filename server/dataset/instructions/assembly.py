@@ -38,8 +38,8 @@ cells without it; and if the landmark is the agent."""
 
 WEIGHTS = {
     "left_of": 12.0, "right_of": 7.5, "in_front_of": 7.0, "behind": 26.0, "between": 9.0, "near": 3.0,
-    "diagonal_to": 0.25, "against wall": 9.0, "near wall": 3.5, "in_front_of you": 18.0, "left_of you": 3.0,
-    "right_of you": 3.0, "askew": 0.4, "far": 0.6, "your side": 1.0,
+    "diagonal_to": 0.25, "against wall": 9.0, "near wall": 3.5, "in_front_of you": 11.0, "left_of you": 2.0,
+    "right_of you": 2.0, "askew": 0.4, "far": 0.6, "your side": 0.6,
 }  # fmt: skip
 """Relative frequency with which people choose each relation where it holds. "askew" is two relations at once, "behind
 and to the left of". "far" is one of the first four across free cells: with a wall it may identify a cell that no

@@ -26,7 +26,7 @@ TURN_AT = 4.0
 TURN_REACH = 4
 """Places around the one nearest to a thing in which the path turns at it."""
 
-TOLD_BEND, AT_GOAL = 50.0, 5.0
+TOLD_BEND, AT_GOAL = 47.0, 5.0
 """A bend of the path by more degrees is said, unless it is within this distance of the target, in units."""
 
 ASIDE, ASIDE_ZEBRA = 0.9, 3.0
@@ -82,6 +82,7 @@ class _Check:
             yield from self._step(step)
             for thing in things if self._world.poses else ():
                 yield from self._visible(thing, since)
+                yield from self._rivals(thing, since)
         yield from self._untold_bends()
         yield from self._described(meaning.target)
         yield from self._related(meaning.target)
@@ -110,6 +111,20 @@ class _Check:
         for mark in self._world.landmarks(thing.identity) if thing.kind not in PLACES else ():
             if not self._world.is_visible(mark, since - HINDSIGHT, until):
                 yield f"{mark.identity} cannot be seen on the way to it"
+
+    def _rivals(self, thing: Thing, since: int) -> Iterator[str]:
+        """Yield each other thing of a name that is seen ahead, and clearly nearer than the one that is meant."""
+        world, marks = self._world, self._world.landmarks(thing.identity)
+        if thing.kind in PLACES or thing.which or thing.number or not marks:
+            return
+        view = Pose(*world.path[since], world.heading_after(since))
+        own = math.hypot(*view.local(marks[0].x, marks[0].z))
+        for other in world.marks:
+            right, ahead = view.local(other.x, other.z)
+            is_nearer = ahead > 1.0 and abs(right) <= ahead and math.hypot(right, ahead) < own - 2.0
+            is_rival = is_nearer and other not in marks and _is_called(thing, other)
+            if is_rival and world.is_visible(other, since, max(self.at, since + FORESIGHT)):
+                yield f"{other.identity} may be taken for {thing.identity}"
 
     def _before_the_walker(self, thing: Thing) -> Iterator[str]:
         world = self._world
@@ -347,7 +362,7 @@ class _Check:
         heading = math.degrees(math.atan2(after[0] - before[0], after[1] - before[1]))
         here = Pose(*world.path[near], heading)
         places = [here.local(mark.x, mark.z) for each in things for mark in world.landmarks(each.identity)]
-        (right, along), (other, far) = sorted(places)[0], sorted(places)[-1]
+        (right, along), (other, far) = min(places), max(places)
         return right < 0.0 < other and abs(right + other) <= 5.0 and abs(along - far) <= other - right
 
     def _straight_to(self, things: tuple[Thing, ...]) -> Iterator[str]:
