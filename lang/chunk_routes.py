@@ -48,12 +48,14 @@ class _Named:
         joined: what stands between it and the one before: "", "and", "comma" or "then".
         side: "left" or "right" if said before it.
         at: things that tell it apart ("the crossing by the bank"), passed as well.
+        again: whether a pronoun names it.
     """
 
     thing: Thing
     joined: str
     side: str = ""
     at: tuple["_Place", ...] = ()
+    again: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,7 +188,7 @@ class RouteReader:
         if not thing.look or not thing.colour:
             later = self._described_later(number)
             thing = replace(thing, look=thing.look or later.look, colour=thing.colour or later.colour)
-        if "there" in self._signs and not self._where and self._said:
+        if "there" in self._signs and not self._where and self._said and self._said[-1].kind not in _GROUND:
             self._where.append(Where("near", (self._said[-1],)))
         self._target = thing
         self._side = ""
@@ -235,7 +237,9 @@ class RouteReader:
             if chunk.kind != "and":
                 self._side = ""
         elif chunk.kind in ("it", "them") and self._said and self._next(number) == "behind":
-            self._named += [_Named(thing, "and") for thing in self._said[-2 if chunk.kind == "them" else -1 :]]
+            self._named += [
+                _Named(thing, "and", again=True) for thing in self._said[-2 if chunk.kind == "them" else -1 :]
+            ]
         elif chunk.kind == "all" and self._named:
             self._named = [replace(each, joined="comma") for each in self._named]
             self._joined = ""
@@ -354,12 +358,14 @@ class RouteReader:
             self._pass_beside(each, side)
             if each.thing.kind == "street":
                 continue
-            passed = [step for step in self.steps[-len(named) :] if isinstance(step, Walk) and step.way == "past"]
-            if any(each.thing.is_same(step.things[0]) for step in passed):
+            if each.again and any(step == Walk("past", (each.thing,), step.side) for step in self._last_walks(2)):
                 continue
             is_sided = number >= begins and (each.thing.kind not in _POINTS or each is named[-1])
             own = each.side or (side if is_sided else "")
             self.steps.append(Walk("past", (each.thing,), own))
+
+    def _last_walks(self, count: int) -> list[Walk]:
+        return [step for step in self.steps[-count:] if isinstance(step, Walk)]
 
     def _pass_beside(self, named: _Named, side: str = "") -> None:
         """Pass what tells a place of the way apart."""
@@ -458,7 +464,7 @@ class RouteReader:
         if turning:
             self._rotate(direction)
             return end
-        if verb in ("keep", "place", "be", "see", "pass"):
+        if verb in ("keep", "place", "be", "see") or (verb == "pass" and not self._places):
             return number
         if self._is_of_target(number, chosen) and not self._is_alone(number + 1, chosen):
             return number
@@ -512,7 +518,9 @@ class RouteReader:
                 return chunk.value in ("to", "towards", "by", "through", "along", "through_between") and (
                     self._closing_verb(n) not in ("be", "see", "keep", "place")
                 )
-            elif (chunk.kind == "and" and n + 1 < len(self.chunks) and self.chunks[n + 1].kind == SIDE) or chunk.kind not in ("and", "behind"):
+            elif (
+                chunk.kind == "and" and n + 1 < len(self.chunks) and self.chunks[n + 1].kind == SIDE
+            ) or chunk.kind not in ("and", "behind"):
                 return False
         return False
 
