@@ -278,7 +278,7 @@ class NounPhraseReader:
                     for to, named in self.read((*keys[start:at], *keys[noun:end]), 0)
                     if to == at - start + end - noun
                 ]
-                if noun > at + 1 and first and first[0] != second:
+                if at + 1 < noun < end and first and first[0] != second:
                     found.append((end, (replace(first[0], number=""), replace(second, number=""))))
         return found
 
