@@ -8,6 +8,7 @@ from pathlib import Path
 
 from agents.learning.extra import PLAYING, require
 from agents.learning.recipe import RECIPES, Place, Recipe, smoke
+from agents.learning.vision import FOLDER
 from arramon_client.errors import ArramonClientError
 
 MAP = "vl_map"
@@ -116,8 +117,10 @@ def _parser() -> argparse.ArgumentParser:
             _flag(name), type=float if name in ("first", "round_walks") else int, help=f"of {MAP} alone"
         )
     parser.add_argument("--lang", help="languages, separated by commas (default: en,hi)")
+    parser.add_argument("--align-lang", help="languages of the texts that --align pulls together (default: en,hi)")
+    parser.add_argument("--visual", type=Path, help="folder of a vision model of transformers, instead of --encoder")
     for each in fields(Recipe):
-        if each.name not in ("agent", "languages", "sees", "reads"):
+        if each.name not in ("agent", "languages", "aligned", "sees", "reads"):
             kind = type(each.default)
             parser.add_argument(_flag(each.name), type=kind, help="default: as the agent's recipe says")
     return parser
@@ -132,6 +135,12 @@ def _recipe(recipe: Recipe, given: argparse.Namespace) -> Recipe:
         recipe = smoke(recipe)
     if given.lang:
         recipe = replace(recipe, languages=tuple(given.lang.split(",")))
+    if given.align_lang:
+        recipe = replace(recipe, aligned=tuple(given.align_lang.split(",")))
+    if given.visual and given.encoder:
+        raise ValueError("--visual and --encoder both name what sees: give one of them")
+    if given.visual:
+        recipe = replace(recipe, encoder=f"{FOLDER}{given.visual}")
     changes = {each.name: getattr(given, each.name, None) for each in fields(Recipe)}
     return replace(recipe, **{name: value for name, value in changes.items() if value is not None and name != "agent"})
 

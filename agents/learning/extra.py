@@ -34,7 +34,9 @@ def require(modules: Sequence[str], who: str) -> None:
         )
 
 
-def open_agent(name: str, weights: str | None = None, seed: int = 0, temperature: float = 0.0) -> "LearnedAgent":
+def open_agent(
+    name: str, weights: str | None = None, seed: int = 0, temperature: float = 0.0, needs: Sequence[str] = PLAYING
+) -> "LearnedAgent":
     """Return a trained agent.
 
     Args:
@@ -42,11 +44,12 @@ def open_agent(name: str, weights: str | None = None, seed: int = 0, temperature
         weights: a file of other weights.
         seed: of the draws, where there are any.
         temperature: 0 takes the best action; above, actions are drawn by their values divided by it.
+        needs: modules that it needs.
 
     Raises:
         AgentLoadError: if the extra is not installed, or the weights cannot be read.
     """
-    require(PLAYING, f"agents.{name}")
+    require(needs, f"agents.{name}")
     import torch
 
     from agents.learning.agent import LearnedAgent
