@@ -68,7 +68,8 @@ class Imitation:
         self.policy = Policy(Model(config).to(place.device), tokenizer, encoder, {"recipe": recipe.as_json()})
         if recipe.reads and recipe.reader.startswith(PRETRAINED):
             states = open_states(recipe.reader.removeprefix(PRETRAINED))
-            states.prepare((own_pieces(tokenizer.encode(text)) for text in texts), place.cache, tell)
+            pieces = (own_pieces(tokenizer.encode(text)) for text in texts)
+            states.prepare(pieces, place.cache, tell, recipe.precision)
         self.optimizer = torch.optim.Adam(self.policy.model.parameters(), recipe.learning_rate)
         self.step, self.losses = 0, list[float]()
         self.best: dict[str, float] = {}
