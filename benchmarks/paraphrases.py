@@ -1,18 +1,20 @@
 """Measure the reader and the follower on the free paraphrases of `val_unseen_paraphrased`.
 
-    python benchmarks/paraphrases.py [--half development|test] [--lang en hi] [--show N] [--play N]
+    python benchmarks/paraphrases.py [--half development|test] [--lang en hi] [--show N] [--play N] [--batches]
 
 Whether the reader finds the target's name and the cell is known for all texts; whether it recovers the whole meaning is
 measured where a person has written it down (`server/dataset/paraphrases/agreement.py`). With --play the follower also
 plays N episodes, with the paraphrases and with the texts that the grammar wrote for the same episodes. Look at texts of
-the development half only; the test half is for figures.
+the development half only; the test half is for figures. With --batches the texts of the development half are read whose
+meanings were written down later, batch by batch.
 """
 
 import argparse
 import sys
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
@@ -27,6 +29,7 @@ from server.dataset.paraphrases.agreement import assembly_agrees, navigation_agr
 from server.dataset.paraphrases.collection import (
     HALVES,
     Paraphrase,
+    development_meanings,
     generated_episodes,
     paraphrased_episodes,
     paraphrased_section,
@@ -36,16 +39,22 @@ from server.dataset.paraphrases.room import room_before
 from server.dataset.trial import TrialWorld, play
 from server.episodes.episode import Episode
 
+PHASES = ("navigation", "assembly")
+
 METRICS = ("nDTW", "CTC-3", "PTC")
 
 
 def is_read(text: Paraphrase, phase: str) -> bool:
     """Return whether the reader recovers the whole meaning of a text, as a person wrote it down."""
     assert text.meaning is not None
+    return _agrees(text, phase, text.meaning)
+
+
+def _agrees(text: Paraphrase, phase: str, said: Mapping[str, Any]) -> bool:
     meaning = _read(text, phase)
     if isinstance(meaning, Navigation):
-        return navigation_agrees(meaning, text.meaning)
-    return isinstance(meaning, Assembly) and assembly_agrees(meaning, text.meaning)
+        return navigation_agrees(meaning, said)
+    return isinstance(meaning, Assembly) and assembly_agrees(meaning, said)
 
 
 def names_target(text: Paraphrase, episode: Episode) -> bool:
@@ -79,7 +88,7 @@ def _reading(texts: Sequence[Paraphrase], language: str, show: int) -> None:
         found["the target is named right"].append((text.manner, names_target(text, episode)))
         found["the assembly leads to the cell"].append((text.manner, leads_to_cell(text, episode)))
         if text.meaning is not None:
-            for phase in ("navigation", "assembly"):
+            for phase in PHASES:
                 right = is_read(text, phase)
                 found[f"whole meaning of {phase}"].append((text.manner, right))
                 if not right and show > 0:
@@ -89,6 +98,24 @@ def _reading(texts: Sequence[Paraphrase], language: str, show: int) -> None:
         manners = sorted({manner for manner, _ in results})
         by_manner = (f"{manner} {_share(right for each, right in results if each == manner)}" for manner in manners)
         print(f"{language} {name}: {_share(right for _, right in results)} of {len(results)}; {', '.join(by_manner)}")
+
+
+def _reading_batches(language: str, show: int) -> None:
+    found: dict[int, dict[str, list[tuple[bool, bool]]]] = defaultdict(lambda: defaultdict(list))
+    for written in development_meanings(language):
+        for phase in PHASES:
+            right = _agrees(written.text, phase, written.meaning)
+            found[written.batch][phase].append((right, phase in written.doubtful))
+            if not right and show > 0:
+                show -= 1
+                print(f"  {written.text.episode}/{written.text.turn} {phase}: {getattr(written.text, phase)}")
+    for batch, phases in sorted(found.items()):
+        for phase, results in phases.items():
+            sure = [right for right, is_doubtful in results if not is_doubtful]
+            shares = (
+                f"{_share(right for right, _ in results)} of {len(results)}, {_share(sure)} of {len(sure)} not doubtful"
+            )
+            print(f"{language} batch {batch}, whole meaning of {phase}: {shares}")
 
 
 def _share(results: Iterable[bool]) -> str:
@@ -123,7 +150,12 @@ def main() -> None:
     parser.add_argument("--lang", nargs="+", default=["en", "hi"], help="languages (default: both)")
     parser.add_argument("--show", type=int, default=0, metavar="N", help="print N texts that are not read")
     parser.add_argument("--play", type=int, default=0, metavar="N", help="let the follower play N episodes")
+    parser.add_argument("--batches", action="store_true", help="read the texts whose meanings were written down later")
     arguments = parser.parse_args()
+    if arguments.batches:
+        for language in arguments.lang:
+            _reading_batches(language, arguments.show)
+        return
     texts = [text for text in paraphrases() if text.half == arguments.half]
     ids = sorted({text.episode for text in texts}, key=int)[: arguments.play]
     for language in arguments.lang:

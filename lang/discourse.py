@@ -23,6 +23,9 @@ _AT = {"at": "near", "before": "in_front_of", "after": "behind"}
 _GROUND = ("street", "alley", "square")
 """Kinds of things that objects lie on."""
 
+_CROSSED = ("zebra_crossing", "intersection", "street", "square")
+"""Kinds of things that one goes over."""
+
 
 @dataclass(frozen=True, slots=True)
 class Item:
@@ -45,7 +48,7 @@ def things_in(bound: Mapping[str, object], kind: str, *, is_between: bool) -> tu
     """Return the things of a clause or relation; `kind` is the rest of its key ("same", "you")."""
     if kind in ("same", "you"):
         return (NounPhrase("", back=PRONOUN) if kind == "same" else NounPhrase("you"),)
-    things = tuple(bound[slot] for slot in ("thing", "landmark", "pair", "several", "other") if slot in bound)
+    things = tuple(bound[slot] for slot in ("thing", "landmark", "pair", "several", "other", "further") if slot in bound)
     if is_between and "pair" in bound:
         things = 2 * tuple(replace(each, number="") for each in things if isinstance(each, NounPhrase))
     joined = bound.get("joined")
@@ -84,7 +87,7 @@ class Discourse:
                 listed[-1] = self._with(listed[-1], where)
             elif kind in (*_STEPS, "landmark"):
                 found = self._step(item)
-                if found == [_AROUND] and last is not None and (item.also or last.also) and _on_the_spot(steps):
+                if found[:1] == [_AROUND] and last is not None and (item.also or last.also) and _on_the_spot(steps):
                     steps.pop()  # "Go back, turn right around": one turn, said twice.
                 if not (steps[-1:] == [_AROUND] and item.also and _on_the_spot(found)):
                     steps += found
@@ -197,7 +200,7 @@ class Discourse:
         things = self._things(things_in(bound, "same" if rest == ["same"] else "", is_between=key == "walk between"))
         if item.label == "landmark":
             things = tuple(thing for thing in things if thing.kind != "street")
-        things = tuple(map(self._of_last_kind, things))
+        things = tuple(self._of_last_kind(thing, _CROSSED if rest == ["zebra_crossing"] else ()) for thing in things)
         each = [things] if key == "walk between" or len(things) < 2 else [(thing,) for thing in things]
         direction, side = self._attribute(bound, "direction"), self._attribute(bound, "side")
         count = int(self._attribute(bound, "count") or 0)
@@ -209,11 +212,17 @@ class Discourse:
         self.mentioned_things += things
         return steps
 
-    def _of_last_kind(self, thing: Thing) -> Thing:
-        """Return a thing of the street, with the kind of the last one if its own is not said ("past a blue one")."""
-        if thing.kind or not (thing.colour or thing.which) or not self.mentioned_things:
+    def _of_last_kind(self, thing: Thing, kinds: tuple[str, ...] = ()) -> Thing:
+        """Return a thing of the street, with the kind of the last one if its own is not said ("past a blue one").
+
+        Args:
+            thing: as it is named.
+            kinds: of which it is, if that is known ("over another one").
+        """
+        if thing.kind or not (thing.colour or thing.which):
             return thing
-        return replace(thing, kind=self.mentioned_things[-1].kind)
+        said = [each.kind for each in self.mentioned_things if not kinds or each.kind in kinds]
+        return replace(thing, kind=said[-1]) if said else thing
 
     def _attribute(self, bound: Mapping[str, object], attribute: str) -> str:
         for slot, table in self.grammar.tables.items():

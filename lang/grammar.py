@@ -4,17 +4,17 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from lang.patterns import Pattern, parse, spell_out, split_weight
+from lang.patterns import Pattern, parse, spell_out, split_weight, with_fragments
 
 SLOTS = frozenset(
     (
-        *("thing", "other", "pair", "several", "joined", "landmark", "detail", "target", "where"),
+        *("thing", "other", "pair", "several", "joined", "landmark", "further", "detail", "target", "where"),
         *("noun", "which", "look", "look_after", "colour"),
         *("a", "b", "c"),
     )
 )
-"""Slots that are neither words nor tables. Only read are "joined", two things that share a noun, "landmark", a thing
-that is not to be picked up, and "detail", a thing that describes the one before it."""
+"""Slots that are neither words nor tables. Only read are "joined", two things that share a noun, "landmark" and
+"further", things that are not to be picked up, and "detail", a thing that describes the one before it."""
 
 INSIDE = "~"
 """Marks the place in a noun of several words where what describes it stands: "the end of the ~street"."""
@@ -100,6 +100,7 @@ class Grammar:
         self.spelling: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text["spelling"]]
         self.reading: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text["reading"]]
         self.openers: list[str] = text.get("openers", [])
+        self.asides: list[str] = text.get("asides", [])
         self.clumsy: list[str] = text.get("clumsy", [])
         self._classes = grammar.get("classes", {})
         self.words = {name: self._lexemes(f"words.{name}", entry) for name, entry in grammar["words"].items()}
@@ -146,7 +147,11 @@ class Grammar:
         self.target = self._tabled("target", phrases["target"])
         self.assembly = self._tabled("assembly", phrases["assembly"])
         self.joins = self._tabled("joins", phrases["joins"])
-        self.also_read = self._tabled("also_read", phrases["also_read"])
+        also_read = {
+            key: [with_fragments(text, phrases.get("fragments", {})) for text in texts]
+            for key, texts in phrases["also_read"].items()
+        }
+        self.also_read = self._tabled("also_read", also_read)
         for name, table, keys in (
             ("target", self.target, ("clause", "sentences", "same")),
             ("assembly", self.assembly, ("turn", "place", "place it")),

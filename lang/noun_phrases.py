@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from lang.grammar import INSIDE, Grammar, forms_of
-from lang.matching import Phrasebook, SplitWords
+from lang.matching import OPTIONAL, Phrasebook, SplitWords
 
 PLAIN, SAME, PRONOUN = "", "same", "it"
 
@@ -68,11 +68,23 @@ class NounPhraseReader:
         grammar: of the language.
         lexicon: the content of its `lexicon.toml`, whose words for collectibles are recognised too.
         split: splits a text into comparison keys.
+        conjunctions: words that join two adjectives ("white and black").
+
+    Attributes:
+        known: all words that mean something; others may stand before a noun ("the rusty barrel").
     """
 
-    def __init__(self, grammar: Grammar, lexicon: Mapping[str, Any], split: SplitWords) -> None:
+    def __init__(
+        self,
+        grammar: Grammar,
+        lexicon: Mapping[str, Any],
+        split: SplitWords,
+        conjunctions: frozenset[str] = frozenset(),
+    ) -> None:
         self._grammar = grammar
         self._split = split
+        self._joining = conjunctions | {","}
+        self.known: frozenset[str] = frozenset()
         self._collectibles = frozenset((*lexicon["kinds"], ""))
         self._object_colours = frozenset(lexicon["colours"])
         self._book = Phrasebook()
@@ -177,10 +189,14 @@ class NounPhraseReader:
                 break
         found: dict[tuple[int, NounPhrase], None] = {}
         described: list[tuple[_Word, ...]] = []
+        joined = False
         while True:
             words = list(self._words(self._book, keys, at))
+            if not words and described and keys[at : at + 1] and keys[at] in self._joining:
+                joined, at = True, at + 1  # "the white and black mug"
+                words = [each for each in self._words(self._book, keys, at) if each[1].role in _DESCRIBING]
             for end, word in words:
-                if word.role == "noun":
+                if word.role == "noun" and (not joined or word.value in self._collectibles):
                     named = self._with_noun(keys, at, end, word, described, back)
                     found.update((each, None) for each in _other_than_mentioned(named, another=another))
             nouns = [end for end, word in words if word.role == "noun" and not word.look]
@@ -188,10 +204,27 @@ class NounPhraseReader:
             adjectives = [
                 (end, word) for end, word in words if word.role in _DESCRIBING and end > max(nouns, default=0)
             ]
+            if not adjectives and not words and at > start and self._is_unknown_adjective(keys, at):
+                at += 1
+                continue
             if not adjectives:
-                return list(found)
+                return list(found) or self._without_noun(at, described, another=another)
             at = adjectives[0][0]
             described.append(tuple(word for end, word in adjectives if end == at))
+
+    def _is_unknown_adjective(self, keys: Sequence[str], at: int) -> bool:
+        """Return whether a word is one of no meaning before a word of a noun phrase."""
+        is_unknown = bool(self.known) and keys[at : at + 1] and keys[at] not in self.known and keys[at] not in OPTIONAL
+        return bool(is_unknown) and any(True for _ in self._words(self._book, keys, at + 1))
+
+    def _without_noun(
+        self, end: int, described: Sequence[tuple[_Word, ...]], *, another: bool
+    ) -> list[tuple[int, NounPhrase]]:
+        """Return what stands for a noun by itself: "over another", "over a second"."""
+        which = next((word.value for group in described for word in group if word.role == "which"), "")
+        if another and not described:
+            return [(end, NounPhrase("", which="another"))]
+        return [(end, NounPhrase("", which=which))] if len(described) == 1 and which in ("second", "third") else []
 
     def read_joined(
         self, keys: Sequence[str], start: int, conjunctions: frozenset[str]
@@ -251,7 +284,36 @@ class NounPhraseReader:
         if after:
             end, said["look"] = after[0]
         number = said["two"] or said["several"] or ("several" if noun.kind == _PLURAL else "")
-        yield end, NounPhrase(kind, said["colour"], said["look"], said["which"], (), back, number)
+        named = NounPhrase(kind, said["colour"], said["look"], said["which"], (), back, number)
+        yield end, named
+        if kind in self._collectibles:
+            yield from self._described_behind(keys, end, named)
+
+    def _described_behind(self, keys: Sequence[str], at: int, named: NounPhrase) -> Iterator[tuple[int, NounPhrase]]:
+        """Yield a collectible with adjectives behind its noun: "the bucket: blue, striped", "the TV, the brown one"."""
+        said: dict[str, str] = {}
+        end = at
+        while at < len(keys):
+            words = [each for each in self._words(self._book, keys, at) if self._says_more(each[1], named)]
+            if words:
+                end = at = words[0][0]
+                said.update((word.role, word.value) for _, word in words[:1] if word.role != "modifier")
+            elif keys[at] in self._joining or keys[at] in OPTIONAL or self._is_determiner(keys, at):
+                at += 1
+            else:
+                break
+        follows = [word for _, word in self._words(self._book, keys, end) if word.role == "noun"]
+        if not said or any(getattr(named, role) for role in said) or any(word.value for word in follows):
+            return
+        ends = [to for to, word in self._words(self._book, keys, end) if word.role == "noun"]
+        yield max(ends, default=end), replace(named, **said)
+
+    def _says_more(self, word: _Word, named: NounPhrase) -> bool:
+        """Return whether a word describes the thing."""
+        return word.role in ("look", "colour", "modifier") and self._suits(word, named.kind)
+
+    def _is_determiner(self, keys: Sequence[str], at: int) -> bool:
+        return any(word.role == "determiner" for _, word in self._words(self._book, keys, at))
 
     def _suits(self, word: _Word, kind: str) -> bool:
         """Return whether the adjective can describe things of that kind."""

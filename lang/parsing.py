@@ -31,11 +31,16 @@ of another kind than its pattern is for."""
 
 @dataclass(slots=True)
 class TextParser:
-    """One text being read, with a memo of what was found at each index."""
+    """One text being read, with a memo of what was found at each index.
+
+    Attributes:
+        written_only: whether patterns that are only read are left out.
+    """
 
     reader: "Reader"
     keys: tuple[str, ...]
     phase: str
+    written_only: bool = False
     _memo: dict[tuple[str, int, int, bool], list[tuple[int, object]]] = field(default_factory=dict)
 
     def items(self) -> list[tuple[int, Item]]:
@@ -57,12 +62,26 @@ class TextParser:
             at = chosen.end if chosen is not None else at + 1
         return items
 
+    def is_covered_by(self, items: list[tuple[int, Item]]) -> bool:
+        """Return whether clauses and joining words are all that the text consists of, with the object to pick up."""
+        if self.phase == "navigation" and not any(item.label.startswith("target") for _, item in items):
+            return False
+        at = 0
+        for start, item in [*items, (len(self.keys), None)]:
+            if any(key not in self.reader.fillers for key in self.keys[at:start]):
+                return False
+            if item is not None:
+                if item.label == "mention" or (item.label == "where" and self.phase == "navigation"):
+                    return False
+                at = item.end
+        return True
+
     def _items_at(self, start: int) -> Iterable[Item]:
         automaton = self.reader.clauses[self.phase]
         amid = start > 0 and self.keys[start - 1] not in self.reader.fillers
         fresh = start == 0 or self.keys[start - 1] in self.reader.openers
         for match in automaton.find(self.keys, start, lambda slot, at: self._slot(slot, at, DEPTH, top=True)):
-            if match.label.key.endswith(BARE) and not fresh:
+            if (match.label.key.endswith(BARE) and not fresh) or (match.label.also and self.written_only):
                 continue
             unusual = not self._is_usual(match)
             cost = _ITEM + _ALSO * match.label.also + _AMID * (amid and match.label.main_only) + _UNUSUAL * unusual
@@ -78,7 +97,7 @@ class TextParser:
     def _is_usual(self, match: Match) -> bool:
         kind = match.label.key.rpartition(" ")[2]
         return kind not in self.reader.noun_phrase_reader.kinds or all(
-            named.kind == kind for slot, named in match.bound if slot == "thing" and isinstance(named, NounPhrase)
+            named.kind in (kind, "") for slot, named in match.bound if slot == "thing" and isinstance(named, NounPhrase)
         )
 
     def _slot(self, slot: str, at: int, depth: int, *, top: bool) -> list[tuple[int, object]]:
@@ -98,7 +117,7 @@ class TextParser:
         if slot in ("thing", "other"):
             # The automaton tries the last one first: a plain noun phrase rather than one with a relation.
             return [*self._located_things(reader.nested, at, depth, top=False), *self._noun_phrases_at(at)]
-        if slot in ("landmark", "detail"):
+        if slot in ("landmark", "further", "detail"):
             return [
                 (end, named)
                 for end, named in self._slot("thing", at, depth, top=False)

@@ -5,6 +5,7 @@
 (this|that)     one of these
 [this|that]     one of these or nothing
 3* at the front of a pattern or of one of these: its weight; 0* is read and never written
+<name>          a fragment, put in as it stands; in what is only read
 ^ at the front  a main clause only: never transformed ("after walking ...")
 """
 
@@ -15,6 +16,7 @@ from typing import TypeAlias
 
 _PIECE = re.compile(r"\{([^{}:]+)(?::([^{}]+))?\}|([(\[|)\]])|(\d+(?:\.\d+)?)\*\s*|([^{}()\[\]|]+)|(.)", re.DOTALL)
 _WEIGHT = re.compile(r"(\d+(?:\.\d+)?)\*\s*")
+_FRAGMENT = re.compile(r"<(\w+)>")
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +74,19 @@ def parse(text: str) -> Pattern:
     main_only = rest.startswith("^")
     pieces = list(_PIECE.finditer(rest, 1 if main_only else 0))[::-1]
     return Pattern(_parse(pieces, "", text).options[0], main_only, text, weight)
+
+
+def with_fragments(text: str, fragments: Mapping[str, str]) -> str:
+    """Return the notation with the fragments that it names, and those that they name, put in.
+
+    Raises:
+        ValueError: if a fragment is not known; names the pattern.
+    """
+    while name := _FRAGMENT.search(text):
+        if name[1] not in fragments:
+            raise ValueError(f"pattern {text!r}: unknown fragment {name[1]!r}; expected one of {', '.join(fragments)}")
+        text = text[: name.start()] + fragments[name[1]] + text[name.end() :]
+    return text
 
 
 def split_weight(text: str) -> tuple[float, str]:

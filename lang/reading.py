@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from lang.discourse import BARE, Discourse
+from lang.discourse import BARE, Discourse, Item
 from lang.grammar import Grammar, Table
 from lang.lexicon import FUZZY_LENGTH, keys_of, within_one_edit
 from lang.matching import OPTIONAL, Automaton, PatternLabel, Phrasebook
@@ -44,7 +44,8 @@ class Reader:
     ) -> None:
         self._grammar = grammar
         self._tokenizer = tokenizer
-        self.noun_phrase_reader = NounPhraseReader(grammar, lexicon, self.split)
+        self.conjunctions = frozenset(relations["conjunctions"])
+        self.noun_phrase_reader = NounPhraseReader(grammar, lexicon, self.split, self.conjunctions)
         self.books = self._books()
         also = grammar.also_read
         nested = {key: also[key] for key in also if key == "nested"}
@@ -60,19 +61,22 @@ class Reader:
         self.nested = self._automaton({"nested": grammar.nested}, nested)
         self.relations = self._automaton(grammar.where, {key: also[key] for key in also if key in grammar.where})
         for relation, phrases in relations["phrases"].items():
-            for phrase in phrases:
+            for phrase in set(phrases) - set(relations.get("by_themselves", [])):
                 self.relations.add_body(PatternLabel(relation, also=True), _phrase_body(relation, phrase, relations))
         self.joins = {
             True: self._joins(("where", "where of more", "where after clause")),
             False: self._joins(("nested where",)),
         }
-        self.conjunctions = frozenset(relations["conjunctions"])
         self.exact_slots = frozenset(slot for slot, table in grammar.tables.items() if table.attribute == "exactly")
         tables = [table for table in grammar.tables.values() if table.attribute == "direction"]
         self.turns = frozenset(key for table in tables for key in self._only_words(table))
         self.fillers = self._fillers()
         self.openers = frozenset(key for word in grammar.openers for key in self.split(word)) | OPTIONAL
+        self._asides = Phrasebook()
+        for phrase in grammar.asides:
+            self._asides.add(self.split(phrase), None)
         self._vocabulary = frozenset(self._all_words())
+        self.noun_phrase_reader.known = self._vocabulary
         self._long = [word for word in self._vocabulary if len(word) >= FUZZY_LENGTH]
         self._never_fuzzy = frozenset(word.casefold() for word in lexicon["not_misspelt"])
         self._corrected: dict[str, str] = {}
@@ -94,7 +98,7 @@ class Reader:
         """
         if phase not in PHASES:
             raise ValueError(f"phase {phase!r}; expected {' or '.join(PHASES)}")
-        items = [item for _, item in TextParser(self, self._keys(text), phase).items()]
+        items = self._items(self._keys(text), phase)
         if not items:
             expected = "what to pick up" if phase == "navigation" else "where to place what"
             raise CannotRead(f"nothing understood in {text[:80]!r}; expected steps or {expected}")
@@ -118,6 +122,27 @@ class Reader:
             at = item.end
         rest = words.names(at, len(keys), set())
         return (*said, *(Said(thing=discourse.mention(named), manner="seen") for named in rest))
+
+    def _items(self, keys: tuple[str, ...], phase: str) -> list[Item]:
+        """Return the parts of a text: by the patterns that are written, if they cover all of it, or else by all patterns.
+
+        So what is read of free texts can be understood widely, and takes nothing from what is written.
+        """
+        written = TextParser(self, keys, phase, written_only=True)
+        parts = written.items()
+        if not written.is_covered_by(parts):
+            parts = TextParser(self, self._without_asides(keys), phase).items()
+        return [item for _, item in parts]
+
+    def _without_asides(self, keys: tuple[str, ...]) -> tuple[str, ...]:
+        """Return a text's words without those that only say how sure or how friendly the writer is."""
+        kept: list[str] = []
+        at = 0
+        while at < len(keys):
+            end = next((end for end, _ in self._asides.at(keys, at)), at)
+            kept += keys[at : at + 1] if end == at else ()
+            at = max(end, at + 1)
+        return tuple(kept)
 
     def _keys(self, text: str) -> tuple[str, ...]:
         """Return a text's words for comparison, with typing errors corrected."""
@@ -182,6 +207,7 @@ class Reader:
 
     def _all_words(self) -> Iterable[str]:
         yield from self.fillers
+        yield from self._asides.vocabulary
         yield from self.noun_phrase_reader.vocabulary
         for book in self.books.values():
             yield from book.vocabulary

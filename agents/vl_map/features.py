@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from agents.follower.map import CELL, SIDE, Map
-from agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURS, KINDS, LOOK_GROUPS, look_slices
+from agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURED, COLOURS, KINDS, LOOK_GROUPS, look_slices
 from agents.learning.landmarks import Belief
 from agents.learning.reader.slots import EMPTY, SLOTS, Row
 
@@ -99,6 +99,7 @@ _LOOK_PLACES = look_slices()
 _PATTERN = _LOOK_PLACES["pattern"]
 _GROUP_OF = {kind: group for group in LOOK_GROUPS for kind in group.kinds}
 _COLLECTIBLE = [KINDS.index(kind) for kind in COLLECTIBLES]
+_OF_SEVERAL_COLOURS = (*COLLECTIBLES, *COLOURED, "banner")
 _BUILDING, _CROSSING = KINDS.index("building"), KINDS.index("zebra_crossing")
 
 
@@ -108,6 +109,11 @@ class Named(NamedTuple):
     kinds: tuple[int, ...]
     colour: int | None
     look: int | None
+
+    @property
+    def has_colour(self) -> bool:
+        """Whether things of these kinds come in several colours: of others a colour ("the green tree") tells nothing."""
+        return any(KINDS[kind] in _OF_SEVERAL_COLOURS for kind in self.kinds)
 
 
 def named(row: Row, number: int) -> Named | None:
@@ -142,7 +148,7 @@ def match_of(rows: Sequence[Row], beliefs: Sequence[Belief]) -> Floats:
             if thing is None:
                 continue
             match = kinds[:, list(thing.kinds)].sum(1)
-            if thing.colour is not None:
+            if thing.colour is not None and thing.has_colour:
                 match = match * colours[:, thing.colour]
             if thing.look is not None:
                 match = match * looks[:, thing.look]
@@ -288,12 +294,16 @@ _MIRRORED_SLOTS = {
 
 
 def mirror(sample: Sample) -> Sample:
-    """Return what the policy would be given in a mirrored world, with left and right exchanged in the instruction."""
+    """Return what the policy would be given in a mirrored world, with left and right exchanged in the instruction.
+
+    Args:
+        sample: one, or several with one more axis in front.
+    """
     rows = sample.rows.copy()
     for slot, exchanged in _MIRRORED_SLOTS.items():
-        rows[:, slot] = exchanged[rows[:, slot]]
+        rows[..., slot] = exchanged[rows[..., slot]]
     things, trace = sample.things.copy(), sample.trace.copy()
-    things[:, [1, 3]] *= -1.0
-    trace[:, [1, 3]] *= -1.0
-    ground = sample.ground[-np.arange(DIRECTIONS) % DIRECTIONS]
+    things[..., [1, 3]] *= -1.0
+    trace[..., [1, 3]] *= -1.0
+    ground = sample.ground[..., -np.arange(DIRECTIONS) % DIRECTIONS, :, :]
     return sample._replace(rows=rows, ground=ground, things=things, trace=trace)

@@ -57,6 +57,7 @@ def test_smoke_of_the_map_agent(data: Path, tmp_path: Path) -> None:
     ("option", "message"),
     [
         (("--encoder", "pooled"), "vl_map has no option --encoder"),
+        (("--visual", "folder"), "vl_map has no option --visual"),
         (("--lang", "fr"), "the split 'train' has no language 'fr'; it has en, hi"),
         (("--data", "nowhere"), "cannot be read"),
     ],

@@ -8,7 +8,7 @@ import pytest
 
 from lang.meaning import Assembly, Face, Navigation, Rotate, Thing, Walk, Where
 from server.dataset.paraphrases.agreement import accounts_agree, assembly_agrees, navigation_agrees
-from server.dataset.paraphrases.collection import HALVES, Paraphrase, paraphrases, second_meanings
+from server.dataset.paraphrases.collection import HALVES, Paraphrase, development_meanings, paraphrases, second_meanings
 
 READ = Navigation(
     (
@@ -138,6 +138,15 @@ def test_two_people_who_read_one_text_agree_under_it() -> None:
     agreed = [accounts_agree(one, other) for one, other in pairs if one is not None]
     assert len(agreed) == len(second) == 20
     assert (sum(navigation for navigation, _ in agreed), sum(assembly for _, assembly in agreed)) == (17, 17)
+
+
+@pytest.mark.parametrize("language", ["en", "hi"])
+def test_later_meanings_are_of_other_texts_of_the_development_half(language: str) -> None:
+    written = development_meanings(language)
+    assert len({each.text.key for each in written}) == len(written)
+    for each in written:
+        assert (each.text.half, each.text.meaning) == (HALVES[0], None)
+        assert accounts_agree(each.meaning, each.meaning) == (True, True)
 
 
 def test_no_text_agrees_with_another_one() -> None:
