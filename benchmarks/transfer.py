@@ -104,6 +104,7 @@ def main() -> None:
     parser.add_argument("--cache", type=Path, default=Path("arramon-cache"))
     parser.add_argument("--rooms", type=int, default=4000)
     parser.add_argument("--seconds", type=float, default=60.0, help="of CPU time, to train a row once")
+    parser.add_argument("--rate", type=float, default=0.002, help="learning rate at first; it falls to 0")
     parser.add_argument("--seeds", default="1,2")
     parser.add_argument("--episodes", type=int, default=40)
     parser.add_argument("--rows", default=",".join(row.name for row in ROWS))
@@ -160,7 +161,9 @@ class Study:
         rooms = self._demonstrations()
         training = Imitation(recipe, Place(given.data, given.cache, given.runs / "unused"), rooms)
         began = time.process_time()
-        while time.process_time() - began < given.seconds:
+        while (used := (time.process_time() - began) / given.seconds) < 1.0:
+            for group in training.optimizer.param_groups:
+                group["lr"] = given.rate * (1.0 - used)
             training.update()
         eyes = self._remembered()
         policy = replace(training.policy, model=training.policy.model.eval(), encoder=eyes)
