@@ -35,7 +35,11 @@ def require(modules: Sequence[str], who: str) -> None:
 
 
 def open_agent(
-    name: str, weights: str | None = None, seed: int = 0, temperature: float = 0.0, needs: Sequence[str] = PLAYING
+    name: str,
+    weights: str | None = None,
+    seed: int = 0,
+    temperature: float | None = None,
+    needs: Sequence[str] = PLAYING,
 ) -> "LearnedAgent":
     """Return a trained agent.
 
@@ -43,7 +47,8 @@ def open_agent(
         name: under which it plays; also of its weights among those that come along.
         weights: a file of other weights.
         seed: of the draws, where there are any.
-        temperature: 0 takes the best action; above, actions are drawn by their values divided by it.
+        temperature: 0 takes the best action; above, actions are drawn by their values divided by it. None for that
+            with which the weights were validated.
         needs: modules that it needs.
 
     Raises:
@@ -60,4 +65,6 @@ def open_agent(
         policy = load_policy(find_weights(weights or name))
     except ValueError as error:
         raise AgentLoadError(f"agents.{name}: {error}") from error
+    if temperature is None:
+        temperature = float(policy.about.get("recipe", {}).get("temperature", 0.0))
     return LearnedAgent(policy, name=name, seed=seed, temperature=temperature)

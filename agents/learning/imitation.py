@@ -140,7 +140,7 @@ class Imitation:
                     rows, others = other_texts(chosen, texts, recipe.aligned, chance)
                     tokens = as_tokens(others, self.policy.tokenizer).to(self.place.device)
                     apart[f"{phase}/alignment"] = alignment_loss(text.of(rows), module.read(tokens))
-            losses[phase] = loss_of(values.float(), batch)
+            losses[phase] = loss_of(values.float(), batch, recipe.pick_up)
         total = torch.stack(list(losses.values())).mean()
         if apart:
             total = total + recipe.align * torch.stack(list(apart.values())).mean()
@@ -162,7 +162,7 @@ class Imitation:
         plan = Plan(self.place.data, recipe.validate, recipe.languages, recipe.validate_episodes, size)
         found, best = {}, self._best_model()
         for phase, metric in JUDGED.items():
-            agent = LearnedAgent(replace(self.policy, model=model), recipe.agent)
+            agent = LearnedAgent(replace(self.policy, model=model), recipe.agent, temperature=recipe.temperature)
             found[metric] = mean(play(agent, replace(plan, phases=(phase,))), metric)
             if found[metric] > self.best.get(phase, -1.0):
                 self.best[phase] = found[metric]
