@@ -20,7 +20,10 @@ GROUNDED = "vl_grounded"
 
 AGENTS = (*RECIPES, GROUNDED, MAP)
 
-OWN_OPTIONS = {MAP: ("walks", "rounds", "round_walks", "first", "again"), GROUNDED: ("inflection",)}
+OWN_OPTIONS = {
+    MAP: ("walks", "rounds", "round_walks", "first", "again"),
+    GROUNDED: ("inflection", "versions", "room_versions"),
+}
 """Options of one agent alone."""
 
 NEEDED = (*PLAYING, "sentencepiece", "tensorboardX", "gymnasium")

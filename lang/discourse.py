@@ -1,13 +1,13 @@
 """Interpretation of a text's parsed parts in order, resolving references such as "it" and "that bench"."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from lang.clauses import focus_of, step_of
 from lang.grammar import Grammar
 from lang.matching import Bindings
-from lang.meaning import TURNS, Assembly, Navigation, Rotate, Step, Thing, Where
-from lang.noun_phrases import PRONOUN, SAME, NounPhrase
+from lang.meaning import TURNS, Assembly, Navigation, Rotate, Step, Thing, Walk, Where
+from lang.noun_phrases import OWN, PRONOUN, SAME, NounPhrase
 from lang.outline import Part
 from lang.reference import map_mentions, repeats
 
@@ -20,6 +20,8 @@ _AROUND = Rotate("around")
 
 _AT = {"at": "near", "before": "in_front_of", "after": "behind"}
 
+_PLACED = {relation: at for at, relation in _AT.items()}
+
 _GROUND = ("street", "alley", "square")
 """Kinds of things that objects lie on."""
 
@@ -29,7 +31,7 @@ _CROSSED = ("zebra_crossing", "intersection", "street", "square")
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """A part of the text that was understood, up to but excluding `end`.
+    """A part of the text that was understood, from `start` up to but excluding `end`.
 
     Attributes:
         fresh: whether a clause may begin there.
@@ -40,15 +42,20 @@ class Item:
     label: str
     bound: Bindings
     cost: float
+    start: int = 0
     fresh: bool = False
     also: bool = False
 
 
 def things_in(bound: Mapping[str, object], kind: str, *, is_between: bool) -> tuple[NounPhrase, ...]:
     """Return the things of a clause or relation; `kind` is the rest of its key ("same", "you")."""
-    if kind in ("same", "you"):
-        return (NounPhrase("", back=PRONOUN) if kind == "same" else NounPhrase("you"),)
-    things = tuple(bound[slot] for slot in ("thing", "landmark", "pair", "several", "other", "further") if slot in bound)
+    if kind in ("same", "you", "corner"):
+        return (NounPhrase("", back=PRONOUN) if kind == "same" else NounPhrase(kind),)
+    things = tuple(
+        bound[slot]
+        for slot in ("thing", "landmark", "holder", "pair", "several", "other", "further", "wall")
+        if slot in bound
+    )
     if is_between and "pair" in bound:
         things = 2 * tuple(replace(each, number="") for each in things if isinstance(each, NounPhrase))
     joined = bound.get("joined")
@@ -78,16 +85,27 @@ class Discourse:
         mentioned: list[Thing] = []
         before: tuple[Where, ...] = ()
         last: Item | None = None
+        short_of: Thing | None = None
         for item in items:
             kind, bound = item.label.split()[0], dict(item.bound)
             listed = targets or mentioned
             if kind in ("not", "detail"):
                 continue
+            if kind == "short":
+                short_of = next(iter(self._things(things_in(bound, "", is_between=False))), None)
+                steps += [Walk("towards", (short_of,))] if short_of is not None else []
+                last = item
+                continue
             if listed and (where := self._place_of(item)) is not None:
                 listed[-1] = self._with(listed[-1], where)
             elif kind in (*_STEPS, "landmark"):
-                found = self._step(item)
-                if found[:1] == [_AROUND] and last is not None and (item.also or last.also) and _on_the_spot(steps):
+                if short_of is not None and item.label.removesuffix(BARE) == "turn":
+                    steps[-1:] = [Rotate(self._attribute(bound, "direction"), "before", short_of)]
+                    last, short_of = item, None
+                    continue
+                short_of = None
+                found = _at_place(before, self._step(item)) if item.also else self._step(item)
+                if found[:1] == [_AROUND] and _on_the_spot(steps) and (steps[-1] == _AROUND or item.also or last.also):
                     steps.pop()  # "Go back, turn right around": one turn, said twice.
                 if not (steps[-1:] == [_AROUND] and item.also and _on_the_spot(found)):
                     steps += found
@@ -102,7 +120,7 @@ class Discourse:
                 before = ()
             elif kind == "where" and listed:
                 listed[-1] = self._with(listed[-1], self._wheres(bound["where"]))
-            elif kind == "where" and item.fresh:
+            elif kind == "where" and (item.fresh or (item.end - item.start > 1 and _is_of_reader(bound["where"]))):
                 before += self._wheres(bound["where"])
         collectibles = [thing for thing in self.mentioned_things if thing.look in self.grammar.looks["collectible"]]
         candidates = targets or mentioned or collectibles or [Thing("")]
@@ -126,6 +144,9 @@ class Discourse:
             things = self._things(things_in(bound, "", is_between=False))
             return tuple(Where("near", (thing,)) for thing in things if thing.kind not in _GROUND)
         slight, _, side = self._attribute(bound, "direction").rpartition(" ")
+        about = self._things(things_in(bound, "", is_between=False))
+        if item.label.endswith(BARE) and item.label.split()[:2] in (["turn", "before"], ["turn", "after"]) and about:
+            return (Where(_AT[item.label.split()[1]], about[:1]),)  # "The mug, right before the tree."
         if item.label == "turn bare" or (item.label == "turn" and slight):
             return (Where(f"{side}_of", (Thing("you"),)),) if side in ("left", "right") else None
         return None
@@ -183,7 +204,8 @@ class Discourse:
             if "where" in bound:
                 if self.focus is None and item.label == "where":
                     self.focus = named[0] if named else None
-                wheres += self._wheres(bound["where"])
+                wheres += tuple(map(self._of_last_kinds, self._wheres(bound["where"])))
+        wheres = tuple(each for where in wheres for each in _plainly(where, wheres))
         landmarks = [thing for where in wheres for thing in where.things]
         carried = placed or [thing for thing in named if not any(thing.is_same(each) for each in landmarks)]
         thing = next(iter(carried), Thing("") if named and landmarks else next(iter(named), Thing("")))
@@ -194,15 +216,19 @@ class Discourse:
     def _step(self, item: Item) -> list[Step]:
         """Return a clause's step, one for each of its things ("past the bench and the cone"), or none if unclear."""
         bound = dict(item.bound)
+        direction, side = self._attribute(bound, "direction"), self._attribute(bound, "side")
         words = ("walk past" if item.label == "landmark" else item.label.removesuffix(BARE)).split()
         size = 2 if words[0] == "walk" or (len(words) > 1 and words[0] == "turn") else 1
         key, rest = " ".join(words[:size]), words[size:]
         things = self._things(things_in(bound, "same" if rest == ["same"] else "", is_between=key == "walk between"))
+        if words[1:2] == ["with"]:
+            self.focus = focus_of(things, self.focus)
+            self.mentioned_things += things
+            return [Rotate(direction), *(Walk("along", (thing,)) for thing in things)]
         if item.label == "landmark":
             things = tuple(thing for thing in things if thing.kind != "street")
         things = tuple(self._of_last_kind(thing, _CROSSED if rest == ["zebra_crossing"] else ()) for thing in things)
         each = [things] if key == "walk between" or len(things) < 2 else [(thing,) for thing in things]
-        direction, side = self._attribute(bound, "direction"), self._attribute(bound, "side")
         count = int(self._attribute(bound, "count") or 0)
         try:
             steps = [step_of(key, direction, about, side, count) for about in each]
@@ -219,10 +245,14 @@ class Discourse:
             thing: as it is named.
             kinds: of which it is, if that is known ("over another one").
         """
-        if thing.kind or not (thing.colour or thing.which):
+        if thing.kind or not (thing.colour or thing.which or thing.look):
             return thing
-        said = [each.kind for each in self.mentioned_things if not kinds or each.kind in kinds]
+        said = [each.kind for each in self.mentioned_things if each.kind and (not kinds or each.kind in kinds)]
         return replace(thing, kind=said[-1]) if said else thing
+
+    def _of_last_kinds(self, where: Where) -> Where:
+        """Return a relation to things with the kind of the last one where theirs is not said ("the yellow one")."""
+        return replace(where, things=tuple(map(self._of_last_kind, where.things)))
 
     def _attribute(self, bound: Mapping[str, object], attribute: str) -> str:
         for slot, table in self.grammar.tables.items():
@@ -256,6 +286,9 @@ class Discourse:
             last = next((thing for thing in reversed(self.mentioned_things) if thing.kind == named.kind), None)
             if last is not None:
                 return last
+        if named.back == OWN:
+            owners = [thing for thing in self.mentioned_things if thing.kind in ("building", "shop_sign", "wall")]
+            named = replace(named, colour=owners[-1].colour, look=owners[-1].look) if owners else named
         wheres = self._wheres(named.where)
         thing = Thing(named.kind, named.colour, named.look, named.which, wheres, named.number)
         return replace(thing, identity=self._identity(thing))
@@ -286,9 +319,41 @@ class Discourse:
         return tuple(wheres)
 
 
+def _plainly(where: Where, wheres: Sequence[Where]) -> Iterator[Where]:
+    """Yield what a relation in the room says: the corner of two walls is at both; what is left of a thing is near it."""
+    if where.relation == "between" and all(thing.kind == "wall" for thing in where.things):
+        yield from (Where("against", (thing,)) for thing in where.things)
+    elif where.relation != "near" or not any(_is_beside(each, where) for each in wheres):
+        yield where
+
+
+def _is_beside(where: Where, near: Where) -> bool:
+    return where.relation in ("left_of", "right_of", "in_front_of", "behind") and where.things[0].is_same(
+        near.things[0]
+    )
+
+
+def _at_place(places: tuple[Where, ...], steps: list[Step]) -> list[Step]:
+    """Return steps with the places that were told before them: "at the bank, where it opens up, go left"."""
+    told = [where for where in places if where.relation in _PLACED and where.things[0].kind != "you"]
+    if not told:
+        return steps
+    *others, last = told
+    walks: list[Step] = [Walk("past" if each.relation == "behind" else "to", each.things) for each in others]
+    if steps and isinstance(steps[0], Rotate) and steps[0].thing is None and steps[0] != _AROUND:
+        return [*walks, replace(steps[0], at=_PLACED[last.relation], thing=last.things[0]), *steps[1:]]
+    return [*walks, Walk("past" if last.relation == "behind" else "to", last.things), *steps]
+
+
 def _on_the_spot(steps: Sequence[Step]) -> bool:
     """Return whether the last step is a turn without a place."""
     return bool(steps) and isinstance(steps[-1], Rotate) and steps[-1].thing is None
+
+
+def _is_of_reader(placed: object) -> bool:
+    """Return whether relations are all to who reads them: "look left"."""
+    assert isinstance(placed, tuple)
+    return all(thing.kind == "you" for where in placed for thing in where.things)
 
 
 def _is_by_side(item: Item) -> bool:

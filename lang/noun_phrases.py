@@ -7,7 +7,7 @@ from typing import Any
 from lang.grammar import INSIDE, Grammar, forms_of
 from lang.matching import OPTIONAL, Phrasebook, SplitWords
 
-PLAIN, SAME, PRONOUN = "", "same", "it"
+PLAIN, SAME, PRONOUN, OWN = "", "same", "it", "its"
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,7 +15,8 @@ class NounPhrase:
     """A noun phrase; its attributes are those of `lang.meaning.Thing`.
 
     Attributes:
-        back: SAME if it refers to an earlier thing of its kind, PRONOUN if to the last thing mentioned.
+        back: SAME if it refers to an earlier thing of its kind, PRONOUN if to the last thing mentioned, OWN if it is a
+            corner of the building mentioned last.
         number: as in `lang.meaning.Thing`; "several" for a plural without a number too.
     """
 
@@ -54,6 +55,9 @@ _JOINED_WITHIN = 5
 _DIVIDED_WITHIN = 5
 """Maximum number of words within a noun."""
 
+_CORNER, _OWNERS = "building_corner", ("building", "shop_sign")
+"""Kind of a corner with the look of its building, and kinds of what has one."""
+
 _PLURAL = "plural"
 """`_Word.kind` of a noun's form that is always a plural."""
 
@@ -90,6 +94,10 @@ class NounPhraseReader:
         self._book = Phrasebook()
         self._after = Phrasebook()
         self._divided = Phrasebook()
+        self._of, self._own = Phrasebook(), Phrasebook()
+        for book, phrases in ((self._of, grammar.of), (self._own, grammar.own)):
+            for phrase in phrases:
+                book.add(split(phrase), None)
         self._patterned = {
             split(phrase): kind for kind, phrases in lexicon["patterned_kinds"].items() for phrase in phrases
         }
@@ -141,10 +149,11 @@ class NounPhraseReader:
 
     def _add_adjectives(self, lexicon: Mapping[str, Any]) -> None:
         grammar = self._grammar
-        for role, listed in (("colour", grammar.colours), ("which", grammar.whiches)):
+        colours = (("colour", kind, listed) for kind, listed in grammar.colours_of.items())
+        for role, kind, listed in (("colour", "", grammar.colours), ("which", "", grammar.whiches), *colours):
             for value, patterns in listed.items():
                 for text in sorted({text for pattern in patterns for text in grammar.spellings(pattern)}):
-                    self._book.add(self._split(text), _Word(role, value))
+                    self._book.add(self._split(text), _Word(role, value, kind))
         for kind, looks in grammar.looks.items():
             for value, wordings in looks.items():
                 for wording in wordings:
@@ -164,7 +173,25 @@ class NounPhraseReader:
 
     def read(self, keys: Sequence[str], start: int) -> list[tuple[int, NounPhrase]]:
         """Return the noun phrases that begin at `keys[start]`, each with its end."""
-        return [*self._read_whole(keys, start), *self._read_divided(keys, start)]
+        found = [*self._read_whole(keys, start), *self._read_divided(keys, start)]
+        owns = any(True for _ in self._own.at(keys, start))
+        return [*found, *(corner for end, named in found for corner in self._corners(keys, end, named, owns=owns))]
+
+    def _corners(
+        self, keys: Sequence[str], end: int, named: NounPhrase, *, owns: bool
+    ) -> Iterator[tuple[int, NounPhrase]]:
+        """Yield a corner with its building: "corner of the bank", "the bank corner", "its corner"."""
+        if named.kind == "corner":
+            if owns:
+                yield end, replace(named, kind=_CORNER, back=OWN)
+            for at, _ in self._of.at(keys, end):
+                for after, owner in self._read_whole(keys, at):
+                    if owner.kind in _OWNERS:
+                        yield after, replace(named, kind=_CORNER, look=owner.look, colour=owner.colour)
+        elif named.kind in _OWNERS:
+            for after, word in self._nouns(keys, end):
+                if word.value == "corner":
+                    yield after, replace(named, kind=_CORNER, number="")
 
     def _read_divided(self, keys: Sequence[str], start: int) -> Iterator[tuple[int, NounPhrase]]:
         """Yield noun phrases whose adjectives stand within the noun: they are read as if they stood before it."""
@@ -196,7 +223,7 @@ class NounPhraseReader:
                 joined, at = True, at + 1  # "the white and black mug"
                 words = [each for each in self._words(self._book, keys, at) if each[1].role in _DESCRIBING]
             for end, word in words:
-                if word.role == "noun" and (not joined or word.value in self._collectibles):
+                if word.role == "noun" and (not joined or self._is_described(word.value, described)):
                     named = self._with_noun(keys, at, end, word, described, back)
                     found.update((each, None) for each in _other_than_mentioned(named, another=another))
             nouns = [end for end, word in words if word.role == "noun" and not word.look]
@@ -211,6 +238,10 @@ class NounPhraseReader:
                 return list(found) or self._without_noun(at, described, another=another)
             at = adjectives[0][0]
             described.append(tuple(word for end, word in adjectives if end == at))
+
+    def _is_described(self, kind: str, described: Sequence[tuple[_Word, ...]]) -> bool:
+        """Return whether a kind is a collectible's that all of these adjectives suit."""
+        return kind in self._collectibles and all(any(self._suits(w, kind) for w in group) for group in described)
 
     def _is_unknown_adjective(self, keys: Sequence[str], at: int) -> bool:
         """Return whether a word is one of no meaning before a word of a noun phrase."""
@@ -247,7 +278,7 @@ class NounPhraseReader:
                     for to, named in self.read((*keys[start:at], *keys[noun:end]), 0)
                     if to == at - start + end - noun
                 ]
-                if noun > at + 1 and first and first[0] != second:
+                if at + 1 < noun < end and first and first[0] != second:
                     found.append((end, (replace(first[0], number=""), replace(second, number=""))))
         return found
 
@@ -278,7 +309,7 @@ class NounPhraseReader:
         for group in described:
             suiting = [word for word in group if self._suits(word, kind)]
             if suiting:
-                word = min(suiting, key=lambda each: _DESCRIBING.index(each.role))
+                word = min(suiting, key=lambda each: (_DESCRIBING.index(each.role), each.kind != kind))
                 said[word.role] = word.value
         after = [(to, word.value) for to, word in self._words(self._after, keys, end) if self._suits(word, kind)]
         if after:
@@ -322,6 +353,8 @@ class NounPhraseReader:
                 word.kind == "collectible" and kind in self._collectibles
             )
         if word.role == "colour":
+            if word.kind:
+                return word.kind == kind
             return kind not in self._collectibles or word.value in self._object_colours
         return True
 

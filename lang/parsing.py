@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 DEPTH = 2
 """Maximum nesting of landmarks described by landmarks."""
 
-_ITEM, _WHERE, _WHERE_MORE, _MENTION, _FILLER, _UNKNOWN = 0.2, 0.28, 0.35, 0.8, 0.06, 1.0
+_ITEM, _WHERE, _WHERE_MORE, _MENTION, _FILLER, _UNKNOWN = 0.2, 0.3, 0.35, 0.8, 0.06, 1.0
 """Costs of reading a clause, a relation alone, each further one joined to it, or a thing alone; of skipping a joining
 word, and any other word."""
 
@@ -54,27 +54,29 @@ class TextParser:
                 cost = item.cost + best[item.end][0]
                 if item.end > start and cost < best[start][0]:
                     best[start] = (cost, item)
-        items, at = [], 0
+        items: list[tuple[int, Item]] = []
+        at = 0
         while at < size:
             chosen = best[at][1]
             if chosen is not None:
+                last = items[-1][1] if items else None
+                if chosen.label == "where" and last is not None and last.label == "where" and last.end == at:
+                    chosen = replace(chosen, fresh=last.fresh)
                 items.append((at, chosen))
             at = chosen.end if chosen is not None else at + 1
         return items
 
     def is_covered_by(self, items: list[tuple[int, Item]]) -> bool:
         """Return whether clauses and joining words are all that the text consists of, with the object to pick up."""
-        if self.phase == "navigation" and not any(item.label.startswith("target") for _, item in items):
-            return False
-        at = 0
-        for start, item in [*items, (len(self.keys), None)]:
-            if any(key not in self.reader.fillers for key in self.keys[at:start]):
+        at, is_found = 0, self.phase == "assembly"
+        for start, item in items:
+            if item.label == "mention" or (item.label == "where" and not is_found) or self._skips_words(at, start):
                 return False
-            if item is not None:
-                if item.label == "mention" or (item.label == "where" and self.phase == "navigation"):
-                    return False
-                at = item.end
-        return True
+            at, is_found = item.end, is_found or item.label.startswith("target")
+        return is_found and not self._skips_words(at, len(self.keys))
+
+    def _skips_words(self, start: int, end: int) -> bool:
+        return any(key not in self.reader.fillers for key in self.keys[start:end])
 
     def _items_at(self, start: int) -> Iterable[Item]:
         automaton = self.reader.clauses[self.phase]
@@ -86,16 +88,18 @@ class TextParser:
             unusual = not self._is_usual(match)
             cost = _ITEM + _ALSO * match.label.also + _AMID * (amid and match.label.main_only) + _UNUSUAL * unusual
             cost -= _SAID * len(match.bound) * match.label.also
-            yield Item(match.end, match.label.key, match.bound, cost, fresh, match.label.also)
+            yield Item(match.end, match.label.key, match.bound, cost, start, fresh, match.label.also)
         for end, named in self._slot("target", start, DEPTH, top=True):
-            yield Item(end, "mention", (("target", named),), _MENTION, fresh)
+            yield Item(end, "mention", (("target", named),), _MENTION, start, fresh)
         turned = _TURNED if fresh and self.phase == "navigation" and self.keys[start] in self.reader.turns else 0.0
         for end, wheres in self._slot("where", start, DEPTH, top=True):
             cost = _WHERE + _WHERE_MORE * (_count(wheres) - 1) + turned
-            yield Item(end, "where", (("where", wheres),), cost, fresh)
+            yield Item(end, "where", (("where", wheres),), cost, start, fresh)
 
     def _is_usual(self, match: Match) -> bool:
-        kind = match.label.key.rpartition(" ")[2]
+        kind = match.label.key.removesuffix(BARE).rpartition(" ")[2]
+        if kind == "past" and any(isinstance(named, NounPhrase) and _is_kindless(named) for _, named in match.bound):
+            return False
         return kind not in self.reader.noun_phrase_reader.kinds or all(
             named.kind in (kind, "") for slot, named in match.bound if slot == "thing" and isinstance(named, NounPhrase)
         )
@@ -117,6 +121,13 @@ class TextParser:
         if slot in ("thing", "other"):
             # The automaton tries the last one first: a plain noun phrase rather than one with a relation.
             return [*self._located_things(reader.nested, at, depth, top=False), *self._noun_phrases_at(at)]
+        if slot in ("wall", "holder"):
+            return [
+                (end, named)
+                for end, named in self._noun_phrases_at(at)
+                if isinstance(named, NounPhrase)
+                and (named.kind == "wall" if slot == "wall" else reader.noun_phrase_reader.is_collectible(named))
+            ]
         if slot in ("landmark", "further", "detail"):
             return [
                 (end, named)
@@ -204,6 +215,10 @@ class TextParser:
             each = [(thing,) for thing in things] if relation != "between" else [things]
             found.append((match.end, tuple(RelationPhrase(relation, about, exactly) for about in each)))
         return list(dict.fromkeys(found))
+
+
+def _is_kindless(named: NounPhrase) -> bool:
+    return not named.kind and not named.back
 
 
 def _count(wheres: object) -> int:

@@ -145,6 +145,8 @@ def weigh_things(thing: Thing, room: Room, quarter: int, *, is_facing_stated: bo
     """
     if thing.kind == "you":
         return [(1.0, None)]
+    if thing.kind == "corner":  # Which one, nothing says that is understood.
+        return []
     if thing.kind == "wall":
         weights: list[tuple[float, Landmark]] = [
             (_matching(thing, look=look) * (1.0 if thing.look or q == quarter else 0.5), q)
