@@ -13,6 +13,8 @@ from agents.learning.checkpoint import as_input
 from agents.learning.demonstrations import Demonstration
 from agents.learning.paper import START
 from agents.learning.tokenizers import Tokenizer
+from arramon_client.agent import Action
+from arramon_client.environments.backend import NAVIGATION
 
 NO_ACTION = -1
 """Stands for the right action where there is none: after the end."""
@@ -78,12 +80,9 @@ def make_batch(
         share: of the steps that repeat the action before them, how many are learned from; of the others all are.
         seed: of the draw of these steps.
     """
-    encoded = [tokenizer.encode(text) for text in texts]
     count, steps = len(demonstrations), max(len(each.actions) for each in demonstrations)
-    tokens = np.zeros((count, max(map(len, encoded))), np.int64)
     before = np.full((count, steps), START, np.int64)
-    for row, (each, numbers) in enumerate(zip(demonstrations, encoded, strict=True)):
-        tokens[row, : len(numbers)] = numbers
+    for row, each in enumerate(demonstrations):
         before[row, 1 : len(each.actions)] = each.actions[:-1]
     chance = random.Random(seed)  # noqa: S311 - not for secrets
     learned = [learned_steps(each.actions, share, chance) for each in demonstrations]
@@ -97,12 +96,21 @@ def make_batch(
         actions[row, : len(chosen)] = each.actions[chosen]
     return Batch(
         demonstrations[0].phase,
-        torch.from_numpy(tokens),
+        as_tokens(texts, tokenizer),
         torch.from_numpy(before),
         torch.from_numpy(at),
         as_input(cells),
         torch.from_numpy(actions),
     )
+
+
+def as_tokens(texts: Sequence[str], tokenizer: Tokenizer) -> Tensor:
+    """Return texts as numbers, (B, T), 0 after the end of each."""
+    encoded = [tokenizer.encode(text) for text in texts]
+    tokens = np.zeros((len(texts), max(map(len, encoded), default=0)), np.int64)
+    for row, numbers in enumerate(encoded):
+        tokens[row, : len(numbers)] = numbers
+    return torch.from_numpy(tokens)
 
 
 def learned_steps(actions: Sequence[int] | npt.NDArray[np.uint8], share: float, chance: random.Random) -> list[int]:
@@ -114,19 +122,22 @@ def learned_steps(actions: Sequence[int] | npt.NDArray[np.uint8], share: float, 
     ]
 
 
-def loss_of(values: Tensor, batch: Batch) -> Tensor:
+def loss_of(values: Tensor, batch: Batch, pick_up: float = 1.0) -> Tensor:
     """Return the mean cross entropy of the right actions.
 
     Args:
         values: of all actions at the steps that are learned from, (B, L, 5).
         batch: with the right ones.
+        pick_up: weight of the pick-up in the streets; all others have 1.
     """
+    weights = torch.ones(values.shape[-1], device=values.device)
+    if batch.phase == NAVIGATION:
+        weights[Action.INTERACT] = pick_up
     return torch.nn.functional.cross_entropy(
-        values.flatten(0, 1), batch.actions.flatten(), ignore_index=NO_ACTION, reduction="mean"
+        values.flatten(0, 1), batch.actions.flatten(), weights, ignore_index=NO_ACTION, reduction="mean"
     )
 
 
 def draw_text(demonstration: Demonstration, languages: Sequence[str], chance: random.Random) -> str:
     """Return the instruction in one of the languages that it has, drawn evenly."""
-    there = [language for language in languages if language in demonstration.texts]
-    return demonstration.texts[chance.choice(there)]
+    return chance.choice(demonstration.read_in(languages))

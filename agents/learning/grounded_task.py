@@ -16,6 +16,7 @@ from agents.learning.checkpoint import as_input
 from agents.learning.demonstrations import Demonstration
 from agents.learning.eyes.grid import CHANNEL_NAMES
 from agents.learning.eyes.vocabulary import COLLECTIBLE_COLOURS, COLLECTIBLES, COLOURS, LOOK_GROUPS
+from agents.learning.grounded_exchange import Version
 from agents.learning.paper import START
 from agents.learning.room_views import RoomView
 from agents.learning.tokenizers import Tokenizer
@@ -26,6 +27,7 @@ from agents.vl_grounded.naming import KINDS, LOOKS
 from agents.vl_grounded.network import Grounded
 from agents.vl_grounded.odometry import odometry
 from arramon_client.environments.backend import NAVIGATION
+from lang.room import Standing
 
 NAMING, PLACING = 0.3, 1.0
 """Weights in the loss: of the names of the object to pick up, and of the room; the walk has 1."""
@@ -44,17 +46,40 @@ class Names(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """A navigation phase of the expert, with what follows from it."""
+    """A navigation phase of the expert, with what follows from it.
+
+    Attributes:
+        demonstration: the phase.
+        odometry: before each action, (S, NUMBERS).
+        versions: of its instruction.
+    """
 
     demonstration: Demonstration
     odometry: npt.NDArray[np.float32]
-    target: Names
+    versions: Sequence[Version]
 
     @classmethod
-    def of(cls, demonstration: Demonstration) -> "Walk":
-        """Return a demonstration with its odometry, and with the names of what was picked up as they were seen."""
-        actions = demonstration.actions.tolist()
-        return cls(demonstration, odometry(actions[:-1]), names_ahead(demonstration.features[-1]))
+    def of(cls, demonstration: Demonstration, versions: Sequence[Version] = ()) -> "Walk":
+        """Return a demonstration with its odometry; without versions its instruction is read as it is."""
+        places = odometry(demonstration.actions.tolist()[:-1])
+        return cls(demonstration, places, versions or (Version(demonstration.texts),))
+
+    def features(self, version: Version) -> npt.NDArray[np.uint8]:
+        """Return what is seen, with the things exchanged as in a version."""
+        seen = self.demonstration.features
+        return seen if version.exchange is None else seen[..., version.exchange.channels]
+
+
+@dataclass(frozen=True, eq=False)
+class Placing:
+    """A room as it is seen, with the versions of its instruction."""
+
+    view: RoomView
+    versions: Sequence[Version]
+
+    def things(self, version: Version) -> Sequence[Standing]:
+        """Return what stands there, with the things exchanged as in a version."""
+        return self.view.things if version.exchange is None else version.exchange.standing(self.view.things)
 
 
 class GroundedTask:
@@ -64,11 +89,11 @@ class GroundedTask:
         network: that learns.
         tokenizer: of the instructions.
         languages: in which they are read.
-        demonstrations: of the expert; those in the street are used.
-        views: of rooms.
+        walks: of the expert.
+        placings: rooms.
         batch: walks of a step; twice as many rooms.
         inflection: weight of the steps at which the expert's action changes; the others have 1.
-        seed: of order and languages.
+        seed: of order, languages and versions.
     """
 
     def __init__(
@@ -76,17 +101,16 @@ class GroundedTask:
         network: Grounded,
         tokenizer: Tokenizer,
         languages: Sequence[str],
-        demonstrations: Sequence[Demonstration],
-        views: Sequence[RoomView],
+        walks: Sequence[Walk],
+        placings: Sequence[Placing],
         batch: int,
         inflection: float,
         seed: int,
     ) -> None:
         self.network = network
         self._tokenizer, self._languages, self._inflection, self._seed = tokenizer, tuple(languages), inflection, seed
-        self._demonstrations = [each for each in demonstrations if each.phase == NAVIGATION]
-        self._walks = [Walk.of(each) for each in self._demonstrations]
-        self._views, self._batch = views, batch
+        self._walks, self._placings, self._batch = walks, placings, batch
+        self._demonstrations = [walk.demonstration for walk in walks]
         self._numbers: dict[str, list[int]] = {}
         self._pass, self._order = -1, list[list[int]]()
 
@@ -104,55 +128,57 @@ class GroundedTask:
         chance = random.Random(f"{self._seed}/{step}")  # noqa: S311 - not for secrets
         walks = [self._walks[row] for row in self._order[step % self.steps]]
         total = self._loss_of_walks(walks, chance)
-        if self._views:
-            views = chance.choices(self._views, k=2 * self._batch)
-            total = total + PLACING * self._loss_of_rooms(views, chance)
+        if self._placings:
+            placings = chance.choices(self._placings, k=2 * self._batch)
+            total = total + PLACING * self._loss_of_rooms(placings, chance)
         return total
 
     def _loss_of_walks(self, walks: Sequence[Walk], chance: random.Random) -> Tensor:
         network, steps = self.network, max(len(walk.demonstration.actions) for walk in walks)
-        tokens = self._read([walk.demonstration.texts for walk in walks], chance)
+        versions = [chance.choice(walk.versions) for walk in walks]
+        tokens = self._read(versions, chance)
         cells = np.zeros((len(walks), steps, *walks[0].demonstration.features.shape[1:]), np.uint8)
         before = np.full((len(walks), steps), START, np.int64)
         actions = np.full((len(walks), steps), NO_ACTION, np.int64)
         places = np.zeros((len(walks), steps, walks[0].odometry.shape[1]), np.float32)
-        for row, walk in enumerate(walks):
-            count = len(walk.demonstration.actions)
-            cells[row, :count], places[row, :count] = walk.demonstration.features, walk.odometry
+        named = []
+        for row, (walk, version) in enumerate(zip(walks, versions, strict=True)):
+            count, seen = len(walk.demonstration.actions), walk.features(version)
+            cells[row, :count], places[row, :count] = seen, walk.odometry
             before[row, 1:count], actions[row, :count] = walk.demonstration.actions[:-1], walk.demonstration.actions
+            named.append(names_ahead(seen[-1]))
         words = network.reading(tokens)
         target = network.street.read_target(words, tokens)
-        seen = network.street.see(
+        given = network.street.see(
             network.reading, target, as_input(cells), torch.from_numpy(before), torch.from_numpy(places)
         )
-        values = network.street(network.reading, words, tokens, seen)
+        values = network.street(network.reading, words, tokens, given)
         right = torch.from_numpy(actions)
         is_step = right != NO_ACTION
         weights = torch.where(right == torch.from_numpy(before), 1.0, self._inflection)[is_step]
         losses = functional.cross_entropy(values[is_step], right[is_step], reduction="none")
-        named = torch.tensor([walk.target for walk in walks])
         naming = sum(
             (
                 functional.cross_entropy(logits, names, ignore_index=-1, reduction="sum")
-                for logits, names in zip(network.reading.logits(target), named.unbind(1), strict=True)
+                for logits, names in zip(network.reading.logits(target), torch.tensor(named).unbind(1), strict=True)
             ),
             start=torch.zeros(()),
         )
         return (losses * weights).sum() / weights.sum() + NAMING * naming / len(walks)
 
-    def _loss_of_rooms(self, views: Sequence[RoomView], chance: random.Random) -> Tensor:
+    def _loss_of_rooms(self, placings: Sequence[Placing], chance: random.Random) -> Tensor:
         network = self.network
-        tokens = self._read([view.texts for view in views], chance)
-        values = network.room(
-            network.reading, network.reading(tokens), tokens, as_named([view.things for view in views])
-        )
-        right = torch.tensor([view.target[1] * COLUMNS + view.target[0] for view in views])
+        versions = [chance.choice(placing.versions) for placing in placings]
+        tokens = self._read(versions, chance)
+        there = as_named([placing.things(version) for placing, version in zip(placings, versions, strict=True)])
+        values = network.room(network.reading, network.reading(tokens), tokens, there)
+        right = torch.tensor([placing.view.target[1] * COLUMNS + placing.view.target[0] for placing in placings])
         return functional.cross_entropy(values, right)
 
-    def _read(self, texts: Sequence[dict[str, str]], chance: random.Random) -> Tensor:
+    def _read(self, versions: Sequence[Version], chance: random.Random) -> Tensor:
         """Return the numbers of texts, each in one of its languages drawn evenly, (B, T)."""
-        chosen = [each[chance.choice([language for language in self._languages if language in each])] for each in texts]
-        return self._tokens(chosen)
+        there = [[language for language in self._languages if language in version.texts] for version in versions]
+        return self._tokens([version.texts[chance.choice(each)] for version, each in zip(versions, there, strict=True)])
 
     def _tokens(self, texts: Sequence[str]) -> Tensor:
         for text in texts:

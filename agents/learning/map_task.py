@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -89,14 +90,17 @@ class ChoosingTask:
         """Return the cross-entropy of a batch: decisions drawn at random, each as it is or its mirror image."""
         random = np.random.default_rng((self._seed, numbers.start))
         chosen = random.integers(self.count, size=len(numbers))
-        sample = Sample(*(self._arrays[name][chosen] for name in Sample._fields))
-        labels = self._arrays["label"][chosen].copy()
-        # Half of the batch, which is in no order, is mirrored.
-        half = len(numbers) // 2
-        mirrored = mirror(Sample(*(part[:half] for part in sample)))
-        sample = Sample(*(np.concatenate([one, part[half:]]) for one, part in zip(mirrored, sample, strict=True)))
+        half = len(numbers) // 2  # Half of the batch, which is in no order, is mirrored.
+        parts: Any = mirror(self._samples(chosen[:half])), self._samples(chosen[half:])
+        sample = Sample(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+        labels = torch.tensor(self._arrays["label"][chosen])
         labels[:half, 0] *= -1.0
-        return loss_of(self.network(tensors_of(sample)), torch.from_numpy(labels))
+        return loss_of(self.network(tensors_of(sample)), labels)
+
+    def _samples(self, chosen: npt.NDArray[np.int64]) -> Sample:
+        """Return decisions by their numbers, with one more axis in front."""
+        arrays: Any = self._arrays
+        return Sample(*(arrays[name][chosen] for name in Sample._fields))
 
 
 def targets_of(labels: Tensor) -> Tensor:

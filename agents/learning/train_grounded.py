@@ -11,13 +11,16 @@ import torch
 from agents.learning.batches import epoch
 from agents.learning.checkpoint import SUFFIX
 from agents.learning.demonstrations import ROOMS, Demonstration, Source, collect, data_hash_of
-from agents.learning.grounded_task import GroundedTask
+from agents.learning.grounded_exchange import Version, versions
+from agents.learning.grounded_task import GroundedTask, Placing, Walk
+from agents.learning.grounded_words import begin, known_words
 from agents.learning.imitation import data_of, digest_of
+from agents.learning.reader.reader import WEIGHTS as READER
+from agents.learning.reader.weights import read_reader
 from agents.learning.recipe import Place
 from agents.learning.rollouts import Plan as Rollouts
 from agents.learning.rollouts import mean, play
 from agents.learning.room_views import RoomView, collect_views
-from agents.learning.tokenizers import Tokenizer, train_tokenizer
 from agents.learning.trainer import Plan, Trainer
 from agents.learning.training_run import train
 from agents.learning.vision import DEFAULT
@@ -25,7 +28,7 @@ from agents.learning.vision_eyes import load as load_eyes
 from agents.vl_grounded.agent import NAME, GroundedAgent
 from agents.vl_grounded.network import Grounded
 from agents.vl_grounded.weights import Weights, write_weights
-from arramon_client.environments.backend import NAVIGATION
+from arramon_client.environments.backend import ASSEMBLY, NAVIGATION
 
 Tell = Callable[[str], None]
 
@@ -48,6 +51,7 @@ class GroundedRecipe:
         languages: in which instructions are read.
         episodes: of `train`, the first ones in playing order; 0 for all.
         rooms: tasks that are drawn in the room alone, besides.
+        versions, room_versions: of each instruction of a walk, and of a room, that say the same of other things.
         passes: through the walks.
         batch: walks of a step; twice as many rooms.
         learning_rate: the highest.
@@ -60,6 +64,8 @@ class GroundedRecipe:
     languages: tuple[str, ...] = ("en", "hi")
     episodes: int = 0
     rooms: int = 2000
+    versions: int = 4
+    room_versions: int = 1
     passes: int = 15
     batch: int = 32
     learning_rate: float = 2e-3
@@ -71,7 +77,7 @@ class GroundedRecipe:
 
 def smoke(recipe: GroundedRecipe) -> GroundedRecipe:
     """Return a recipe that takes seconds and teaches next to nothing: it shows that everything works."""
-    return replace(recipe, episodes=4, rooms=0, passes=2, batch=4, validate_episodes=1)
+    return replace(recipe, episodes=4, rooms=0, versions=1, passes=2, batch=4, validate_episodes=1)
 
 
 def train_grounded(recipe: GroundedRecipe, place: Place, tell: Tell) -> Path:
@@ -90,21 +96,33 @@ def train_grounded(recipe: GroundedRecipe, place: Place, tell: Tell) -> Path:
     tell(f"{NAME}: {len(demonstrations)} walks")
     views = [view for source in sources for part in collect_views(source, place.cache) for view in part]
     tell(f"{NAME}: {len(views)} rooms")
-    texts = [each.texts for each in demonstrations] + [each.texts for each in views]
-    tokenizer = train_tokenizer("word", [text for each in texts for text in each.values()])
-    trainer = _trainer(recipe, tokenizer, demonstrations, views)
+    walks, placings = _versions(recipe, demonstrations, views)
+    said = [each.versions for each in walks] + [each.versions for each in placings]
+    texts = [version.texts for each in said for version in each]
+    network, vocabulary = read_reader(READER)
+    tokenizer = known_words([text for each in texts for text in each.values()], vocabulary)
+    tell(f"{NAME}: {len(texts)} instructions in each language, {tokenizer.size} words")
+
+    def make_task() -> GroundedTask:
+        grounded = Grounded(tokenizer.size)
+        begin(grounded.reading, tokenizer, network, vocabulary)
+        return GroundedTask(
+            grounded, tokenizer, recipe.languages, walks, placings, recipe.batch, recipe.inflection, recipe.seed
+        )
+
+    trainer = Trainer(_plan(recipe, demonstrations, views), make_task)
     train(trainer, place.output, NAME)
-    network = trainer.network
-    assert isinstance(network, Grounded)
+    grounded = trainer.network
+    assert isinstance(grounded, Grounded)
     eyes = load_eyes()
-    weights = Weights(network.eval(), tokenizer, eyes.fingerprint, {})
+    weights = Weights(grounded.eval(), tokenizer, eyes.fingerprint, {})
     about: dict[str, Any] = {
         "recipe": asdict(recipe) | {"languages": list(recipe.languages)},
         "data": f"{data_of(demonstrations)}, and {len(views)} rooms",
         "data_hash": data_hash_of(sources[0]),
         "updates": trainer.done,
         "cpu_seconds": round(trainer.seconds),
-        "parameters": sum(parameter.numel() for parameter in network.parameters()),
+        "parameters": sum(parameter.numel() for parameter in grounded.parameters()),
     }
     if recipe.validate_episodes:
         rollouts = Rollouts(place.data, recipe.validate, recipe.languages, recipe.validate_episodes, eyes.image_size)
@@ -125,31 +143,29 @@ def _sources(recipe: GroundedRecipe, data: Path) -> list[Source]:
     return sources
 
 
-def _trainer(
-    recipe: GroundedRecipe, tokenizer: Tokenizer, demonstrations: Sequence[Demonstration], views: Sequence[RoomView]
-) -> Trainer:
-    steps = recipe.passes * len(epoch(demonstrations, NAVIGATION, recipe.batch, ""))
+def _versions(
+    recipe: GroundedRecipe, demonstrations: Sequence[Demonstration], views: Sequence[RoomView]
+) -> tuple[list[Walk], list[Placing]]:
+    """Return walks and rooms with the versions of their instructions."""
+
+    def written(each: Demonstration | RoomView, phase: str, count: int) -> list[Version]:
+        seed = f"{recipe.seed}/{phase}/{each.episode_id}/{each.turn}"
+        return versions(each.texts, phase, recipe.languages, count, seed)
+
+    walks = [Walk.of(each, written(each, NAVIGATION, recipe.versions)) for each in demonstrations]
+    return walks, [Placing(view, written(view, ASSEMBLY, recipe.room_versions)) for view in views]
+
+
+def _plan(recipe: GroundedRecipe, demonstrations: Sequence[Demonstration], views: Sequence[RoomView]) -> Plan:
     learned = {name: value for name, value in asdict(recipe).items() if not name.startswith("validate")}
-    plan = Plan(
+    steps = recipe.passes * len(epoch(demonstrations, NAVIGATION, recipe.batch, ""))
+    return Plan(
         samples=steps * recipe.batch,
         batch=recipe.batch,
         rate=recipe.learning_rate,
         decay=DECAY,
         seed=recipe.seed,
         about=json.dumps([learned, digest_of(demonstrations), len(views)]),
-    )
-    return Trainer(
-        plan,
-        lambda: GroundedTask(
-            Grounded(tokenizer.size),
-            tokenizer,
-            recipe.languages,
-            demonstrations,
-            views,
-            recipe.batch,
-            recipe.inflection,
-            recipe.seed,
-        ),
     )
 
 

@@ -1,6 +1,6 @@
 """The names of things as the networks see and read them: kinds, colours and looks, from the features of a cell."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import torch
@@ -17,10 +17,6 @@ KINDS = ("collectible", *COLLECTIBLES, *FURNITURE, "building", *(f"{look} buildi
 LOOKS = tuple((group.name, look) for group in LOOK_GROUPS[:3] for look in group.looks)
 """Patterns of collectibles, shapes of banners, names of shops."""
 
-_PLACES = {name: number for number, name in enumerate(CHANNEL_NAMES)}
-_NOTHING = len(CHANNEL_NAMES)
-"""The place of a channel that is always 0."""
-
 
 class Named(NamedTuple):
     """What is in each of N places: kinds (..., N, K), colours (..., N, C) and looks (..., N, L), in [0, 1]."""
@@ -36,33 +32,34 @@ def named(cells: Tensor) -> Named:
     Args:
         cells: its features, (..., N, C).
     """
-    cells = torch.nn.functional.pad(cells, (0, 1))
-    return Named(*(cells[..., table.to(cells.device)].amax(-1) for table in _TABLES))
+    building = cells[..., _FACADES].amax(-1, keepdim=True)
+    cells = torch.cat([cells, building, torch.zeros_like(building)], -1)
+    colours = [cells.index_select(-1, each.to(cells.device)) for each in _COLOURS]
+    return Named(
+        cells.index_select(-1, _KINDS.to(cells.device)),
+        torch.stack(colours).amax(0),
+        cells.index_select(-1, _LOOKS.to(cells.device)),
+    )
 
 
-def _table(channels: Sequence[Sequence[str]]) -> Tensor:
-    """Return the places of each name's channels, (names, most); a name has its largest."""
-    most = max(map(len, channels))
-    return torch.tensor([[*(_PLACES[name] for name in names), *[_NOTHING] * (most - len(names))] for names in channels])
+_PLACES = {name: number for number, name in enumerate((*CHANNEL_NAMES, "building", "nothing"))}
+_FACADES = [_PLACES[f"facade:{look}"] for look in FACADES]
 
 
-def _channels_of(colour: str) -> list[str]:
-    names = (f"{of} colour:{colour}" if of else f"colour:{colour}" for of in ("", "furniture", "banner"))
-    return [name for name in names if name in _PLACES]
+def _table(names: Iterable[str]) -> Tensor:
+    """Return the places of channels; those that there are not are 0 everywhere."""
+    return torch.tensor([_PLACES.get(name, _PLACES["nothing"]) for name in names])
 
 
-_FACADE_CHANNELS = [f"facade:{look}" for look in FACADES]
-_TABLES = (
-    _table(
-        [
-            ["collectible"],
-            *([f"kind:{kind}"] for kind in COLLECTIBLES),
-            *([f"furniture:{kind}"] for kind in FURNITURE),
-            _FACADE_CHANNELS,
-            *([name] for name in _FACADE_CHANNELS),
-            ["start_tile"],
-        ]
-    ),
-    _table([_channels_of(colour) for colour in COLOURS]),
-    _table([[f"{group}:{look}"] for group, look in LOOKS]),
+_KINDS = _table(
+    [
+        "collectible",
+        *(f"kind:{kind}" for kind in COLLECTIBLES),
+        *(f"furniture:{kind}" for kind in FURNITURE),
+        "building",
+        *(f"facade:{look}" for look in FACADES),
+        "start_tile",
+    ]
 )
+_COLOURS = [_table(f"{of}colour:{colour}" for colour in COLOURS) for of in ("", "furniture ", "banner ")]
+_LOOKS = _table(f"{group}:{look}" for group, look in LOOKS)

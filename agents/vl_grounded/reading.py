@@ -11,8 +11,8 @@ from torch import Tensor, nn
 from agents.learning.eyes.vocabulary import COLOURS
 from agents.vl_grounded.naming import KINDS, LOOKS, Named
 
-EMBEDDING, HALF = 96, 96
-"""Numbers of a word, and of a word in the context of what is on one side of it."""
+EMBEDDING, HALF = 64, 96
+"""Numbers of a word, and of a word in the context of what is on one side of it: as in the learned reader."""
 
 WORD = 2 * HALF
 """H: numbers of a word in context."""

@@ -3,6 +3,7 @@
 In the comments B is the batch, S steps, T words, H = 192 numbers of a word, N = 49 cells, R = 3 reads.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import torch
@@ -20,14 +21,14 @@ CELLS, CELL, BRIEF, SCENE, ACT, STATE, READS = GRID * GRID, 64, 8, 96, 16, 192, 
 
 
 class Seen(NamedTuple):
-    """What is given at each of S steps beside the words.
+    """What is given at a step beside the words.
 
     Attributes:
-        cells: (B, S, N, CELL).
-        scene: all cells in brief, (B, S, SCENE).
-        there: what is named in each cell, (B, S, N, ...).
-        target: how well each cell fits the object that is to be picked up, (B, S, N).
-        walked: the last action and the odometry, (B, S, ...).
+        cells: (B, N, CELL).
+        scene: all cells in brief, (B, SCENE).
+        there: what is named in each cell, (B, N, ...).
+        target: how well each cell fits the object that is to be picked up, (B, N).
+        walked: the last action and the odometry, (B, ...).
     """
 
     cells: Tensor
@@ -69,8 +70,8 @@ class Street(nn.Module):
         read: Tensor = self.of_target(ask, words, tokens == 0, self.of_target.first(tokens))[0]
         return read[:, 0]
 
-    def see(self, reading: Reading, target: Tensor, cells: Tensor, before: Tensor, odometry: Tensor) -> Seen:
-        """Return what is given at S steps in a row.
+    def see(self, reading: Reading, target: Tensor, cells: Tensor, before: Tensor, odometry: Tensor) -> list[Seen]:
+        """Return what is given at each of S steps in a row.
 
         Args:
             reading: says what is meant.
@@ -87,33 +88,34 @@ class Street(nn.Module):
         scene = self.scene(self.brief(seen).flatten(2))
         flat = Named(*(part.flatten(1, 2) for part in there))  # (B, S N, ...)
         is_target = match(reading.meant(target[:, None]), flat)[:, 0].view(seen.shape[:3])
-        return Seen(seen, scene, there, is_target, torch.cat([self.act(before), odometry], -1))
+        walked = torch.cat([self.act(before), odometry], -1)
+        steps = [part.unbind(1) for part in (seen, scene, *there, is_target, walked)]
+        return [
+            Seen(cells, scene, Named(*there), target, walked)
+            for cells, scene, *there, target, walked in zip(*steps, strict=True)
+        ]
 
     def first(self, tokens: Tensor) -> Mind:
         """Return what is remembered before the first step."""
         zero = torch.zeros(len(tokens), STATE, device=tokens.device)
         return Mind(zero, zero, self.attention.first(tokens))
 
-    def step(
-        self, reading: Reading, words: Tensor, tokens: Tensor, seen: Seen, number: int, mind: Mind
-    ) -> tuple[Tensor, Mind]:
+    def step(self, reading: Reading, words: Tensor, tokens: Tensor, seen: Seen, mind: Mind) -> tuple[Tensor, Mind]:
         """Return what the action of a step is chosen from, (B, 2 STATE), and what is remembered after it."""
         read, looks = self.attention(mind.hidden, words, tokens == 0, mind.looks)  # (B, R, H)
-        cells = seen.cells[:, number]
-        maps = match(reading.meant(read), Named(*(part[:, number] for part in seen.there)))  # (B, R, N)
-        scores = (self.seek(read) @ cells.transpose(1, 2)) / CELL**0.5
-        found = scores.softmax(2) @ cells  # (B, R, CELL)
-        parts = [torch.cat([self.shorten(read), maps, found], 2).flatten(1)]
-        parts += [seen.target[:, number], seen.scene[:, number], seen.walked[:, number]]
-        mixed = nn.functional.relu(self.mix(torch.cat(parts, 1)))
+        maps = match(reading.meant(read), seen.there)  # (B, R, N)
+        scores = (self.seek(read) @ seen.cells.transpose(1, 2)) / CELL**0.5
+        found = scores.softmax(2) @ seen.cells  # (B, R, CELL)
+        of_words = torch.cat([self.shorten(read), maps, found], 2).flatten(1)
+        mixed = nn.functional.relu(self.mix(torch.cat([of_words, seen.target, seen.scene, seen.walked], 1)))
         hidden, cell = self.memory(self.dropout(mixed), (mind.hidden, mind.cell))
         return torch.cat([hidden, mixed], 1), Mind(hidden, cell, looks)
 
-    def forward(self, reading: Reading, words: Tensor, tokens: Tensor, seen: Seen) -> Tensor:
+    def forward(self, reading: Reading, words: Tensor, tokens: Tensor, seen: Sequence[Seen]) -> Tensor:
         """Return the values of all actions at all steps, (B, S, ACTIONS)."""
         mind, found = self.first(tokens), []
-        for number in range(seen.scene.shape[1]):
-            mixed, mind = self.step(reading, words, tokens, seen, number, mind)
+        for each in seen:
+            mixed, mind = self.step(reading, words, tokens, each, mind)
             found.append(mixed)
         values: Tensor = self.output(self.dropout(torch.stack(found, 1)))
         return values

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from agents.follower.map import CELL, SIDE, Map
-from agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURED, COLOURS, KINDS, LOOK_GROUPS, look_slices
+from agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURED, COLOURS, FURNITURE, KINDS, LOOK_GROUPS, look_slices
 from agents.learning.landmarks import Belief
 from agents.learning.reader.slots import EMPTY, SLOTS, Row
 
@@ -42,7 +42,7 @@ class Sample(NamedTuple):
     """What the policy is given for one decision. Right and ahead are the agent's own, in units.
 
     Attributes:
-        rows: (ROWS, slots) int64, numbers of values; all 0 after the instruction's end.
+        rows: (ROWS, slots) int64, numbers of values, `without_names`; all 0 after the instruction's end.
         ground: (DIRECTIONS, radii, GROUND_CHANNELS) uint8, 0 or 1; directions clockwise from ahead.
         things: (THINGS, THING_VALUES) float32: whether there is one; right, ahead; then of where the agent was nearest
             to it: right and ahead of it as it walked there, moves since; whether it is a collectible, a building, a
@@ -103,6 +103,31 @@ _OF_SEVERAL_COLOURS = (*COLLECTIBLES, *COLOURED, "banner")
 _BUILDING, _CROSSING = KINDS.index("building"), KINDS.index("zebra_crossing")
 
 
+_ALIKE = {
+    **dict.fromkeys(COLLECTIBLES, COLLECTIBLES[0]),
+    **dict.fromkeys((kind for kind in FURNITURE if kind != "zebra_crossing"), FURNITURE[0]),
+}
+_WITHOUT_NAMES = {
+    _slot(name): np.array(
+        [SLOTS[name].index(_ALIKE.get(value, value) if "kind" in name else "") for value in SLOTS[name]]
+    )
+    for names in (("kind1", "colour1", "look1"), ("kind2", "colour2", "look2"))
+    for name in names
+}
+
+
+def without_names(rows: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Return rows with all furniture named alike, all collectibles too, and no colours and looks.
+
+    How well landmarks match the names is told apart (`match_of`). Names themselves would be learned by heart: in few
+    sections each has its places.
+    """
+    rows = rows.copy()
+    for slot, alike in _WITHOUT_NAMES.items():
+        rows[..., slot] = alike[rows[..., slot]]
+    return rows
+
+
 class Named(NamedTuple):
     """What is said of a thing, as places in the probabilities of kinds, colours and looks; empty for nothing said."""
 
@@ -112,7 +137,7 @@ class Named(NamedTuple):
 
     @property
     def has_colour(self) -> bool:
-        """Whether things of these kinds come in several colours: of others a colour ("the green tree") tells nothing."""
+        """Whether things of these kinds come in several colours: of others one ("the green tree") tells nothing."""
         return any(KINDS[kind] in _OF_SEVERAL_COLOURS for kind in self.kinds)
 
 
@@ -189,7 +214,7 @@ def sample_of(rows: Sequence[Row], moment: Moment) -> tuple[Sample, list[Belief]
         ],
         np.float32,
     )
-    numbers = np.array([*rows, *[EMPTY] * (ROWS - len(rows))], np.int64)
+    numbers = without_names(np.array([*rows, *[EMPTY] * (ROWS - len(rows))], np.int64))
     return Sample(numbers, _ground(moment), things, padded, _trace(moment), state), beliefs
 
 
