@@ -13,7 +13,7 @@ _RELATIONS = {
     "on": "on_top_of", "on_top_of": "on_top_of", "near": "near", "along": "near", "at": "near", "by": "near",
     "against": "against", "in_front_of": "in_front_of", "beyond": "in_front_of", "before": "in_front_of",
     "behind": "behind", "after": "behind", "through": "behind", "between": "between", "through_between": "between",
-    "left_of": "left_of", "right_of": "right_of",
+    "left_of": "left_of", "right_of": "right_of", "diagonal": "diagonal_to",
 }  # fmt: skip
 """The relation that each phrase names; the others name none."""
 
@@ -24,6 +24,8 @@ _FIXED = ("wall", "corner")
 
 _DESCRIBING = ("of", "having")
 """Phrases after which the thing follows that they describe."""
+
+_STEPS_FROM = ("beyond", "before", "behind", "after")
 
 _SIDES = ("left", "right")
 
@@ -168,9 +170,16 @@ class RoomReader:
                 self._side = chunk.value
             else:
                 beside = _YOU
+                if self._open and self._is_more(number):  # "One ahead of the TV and one to the right."
+                    beside = self._open[-1].things[0]
                 if self._open and self._open[-1].relation == "near" and self._is_after_place(number):
                     beside = self._open.pop().things[0]  # "Beside it, on the left."
                 self._open.append(Where(f"{chunk.value}_of", (beside,)))
+
+    def _is_more(self, number: int) -> bool:
+        """Return whether a side goes on from a relation: "and" between them."""
+        before = self.chunks[number - 2 : number] if number > 1 else []
+        return [chunk.kind for chunk in before] == ["behind", "and"] and before[0].value in _STEPS_FROM
 
     def _is_after_place(self, number: int) -> bool:
         return number > 0 and self.chunks[number - 1].kind in ("behind", "yours")

@@ -29,11 +29,13 @@ _ATS = {"before": "before", "after": "after", "beyond": "after", "through": "aft
 
 _WHERES = {
     "at": "near", "near": "near", "in_front_of": "in_front_of", "before": "in_front_of", "behind": "behind",
-    "between": "between", "on_top_of": "on_top_of", "left_of": "left_of", "right_of": "right_of", "along": "near", "against": "near",
+    "between": "between", "on_top_of": "on_top_of", "left_of": "left_of", "right_of": "right_of", "along": "near",
+    "against": "near",
+    "diagonal": "diagonal_to",
 }  # fmt: skip
 """Relations of the target that phrases name; the others say that something has been passed or reached."""
 
-_SIGNS = ("there", "back_again", "which", "one_side", "other_side", "repeat")
+_SIGNS = ("there", "back_again", "which", "one_side", "other_side", "repeat", "until")
 """Words that change what the next chunks mean."""
 
 _MOVING = ("turn", "turn_round", "walk", "return", "become", "look")
@@ -236,6 +238,9 @@ class RouteReader:
                 self._resolve()
             if chunk.kind != "and":
                 self._side = ""
+        elif chunk.kind == "it" and self._next(number) == "behind" and self.chunks[number + 1].value == "in":
+            within = [thing for thing in self._said if thing.kind in _GROUND]
+            self._named += [_Named(thing, "and", again=True) for thing in (within or self._said)[-1:]]
         elif chunk.kind in ("it", "them") and self._said and self._next(number) == "behind":
             self._named += [
                 _Named(thing, "and", again=True) for thing in self._said[-2 if chunk.kind == "them" else -1 :]
@@ -287,6 +292,11 @@ class RouteReader:
     def _verb(self, value: str, number: int) -> None:
         if value in ("see", "be", "keep", "place") and "one_side" in self._signs:
             return
+        is_coming = value == "come"
+        if is_coming:
+            if not (self._named and self._named[-1].side):
+                self._signs.add("there")
+            value = "see"
         if value in ("see", "be", "keep", "place") and self._named:
             if self._target is not None:
                 self._where += [Where("near", (each.thing,)) for each in self._named]
@@ -300,7 +310,10 @@ class RouteReader:
                 self._pass(self._named[:-1])
                 last = self._named[-1]
                 self._pass_beside(last)
-                self._walk("past" if last.side else "until", last)
+                if is_coming and last.side:
+                    self._come_beside(last)
+                else:
+                    self._walk("past" if last.side else "until", last)
             self._named = []
             self._signs.discard("which")
         elif value == "pass" and self._target is None:
@@ -358,6 +371,14 @@ class RouteReader:
             self._pass_beside(each, side)
             if each.thing.kind == "street":
                 continue
+            last = self._last_walks(1)
+            if (
+                each.thing.kind not in _POINTS
+                and last
+                and last[0].way == "past"
+                and each.thing.is_same(last[0].things[0])
+            ):
+                continue
             if each.again and any(step == Walk("past", (each.thing,), step.side) for step in self._last_walks(2)):
                 continue
             is_sided = number >= begins and (each.thing.kind not in _POINTS or each is named[-1])
@@ -395,6 +416,11 @@ class RouteReader:
             else:
                 self._pass(place.named)
         self._places = []
+
+    def _come_beside(self, named: _Named) -> None:
+        if "until" in self._signs and self.steps[-1:] == [Walk("ahead")]:
+            self.steps.pop()  # "Go on until it is on your left" is one walk.
+        self._walk("beside", named)
 
     def _walk_to(self, way: str, named: _Named) -> None:
         self._pass_beside(named)
@@ -455,18 +481,24 @@ class RouteReader:
         direction = f"slightly {chunk.value}" if chunk.slight else chunk.value
         if self._named and not self._joined and verb != "turn":
             self._resolve()
-            self._pass(self._named, chunk.value)
+            if verb == "come":
+                self._pass(self._named[:-1], chunk.value)
+                self._come_beside(replace(self._named[-1], side=chunk.value))
+            else:
+                self._pass(self._named, chunk.value)
             self._named = []
-            return number
+            return number + (verb == "come")
         last = self.steps[-1] if self.steps else None
         if "repeat" in self._signs and isinstance(last, Rotate) and last.direction == direction:
             return end
         if turning:
             self._rotate(direction)
             return end
-        if verb in ("keep", "place", "be", "see") or (verb == "pass" and not self._places):
+        if verb in ("keep", "place", "be", "see", "come") or (verb == "pass" and not self._places):
             return number
         if self._is_of_target(number, chosen) and not self._is_alone(number + 1, chosen):
+            if self._places and self._is_after(number, "from"):
+                self._places[-1] = replace(self._places[-1], value=f"{chunk.value}_of")
             return number
         is_paired = bool(self._named) and bool(self._named[-1].side) and self._joined == "and"
         if following == THING and is_paired:
@@ -498,7 +530,12 @@ class RouteReader:
             return False
         if chunk.nominal or chunk.slight:
             return not any(self._is_alone(n, chosen) for n in range(number + 1, chosen))
+        if self._places and self._next(number) == "comma" and number + 2 == chosen:
+            return True
         return self._next(number) not in _BOUNDARIES and not self._is_way(number + 1)
+
+    def _is_after(self, number: int, value: str) -> bool:
+        return number > 0 and self.chunks[number - 1].kind == "behind" and self.chunks[number - 1].value == value
 
     def _is_alone(self, number: int, chosen: int) -> bool:
         """Return whether things are named there about which no more is said than on which side they are."""
@@ -516,7 +553,7 @@ class RouteReader:
                     return True
             elif chunk.kind == "behind" and chunk.value not in ("of", "having"):
                 return chunk.value in ("to", "towards", "by", "through", "along", "through_between") and (
-                    self._closing_verb(n) not in ("be", "see", "keep", "place")
+                    self._closing_verb(n) not in ("be", "see", "come", "keep", "place")
                 )
             elif (
                 chunk.kind == "and" and n + 1 < len(self.chunks) and self.chunks[n + 1].kind == SIDE

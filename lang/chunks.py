@@ -107,10 +107,10 @@ class Chunker:
         at += slight
         while at < len(keys) and ((slight and keys[at] in self._slight_more) or keys[at] in self._own):
             at += 1
-        fitting = [(len(phrase), side) for phrase, side in self._sides if tuple(keys[at : at + len(phrase)]) == phrase]
-        if fitting:
-            size, side = max(fitting)
-            at += size
+        fitting = [(self._end(phrase, keys, at), side) for phrase, side in self._sides]
+        end, side = max(fitting)
+        if end:
+            at = end
             nominal = next((each for each in self._nominal if tuple(keys[at : at + len(each)]) == each), ())
             yield Chunk(SIDE, start, at + len(nominal), side, slight=slight, nominal=bool(nominal))
 
