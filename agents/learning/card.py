@@ -26,7 +26,7 @@ def command_of(recipe: Recipe) -> str:
     default = Recipe(recipe.agent).as_json()
     skipped = ("agent", "sees", "reads", "languages")
     options = [
-        f"--{name.replace('_', '-')} {value}"
+        f"--align-lang {','.join(value)}" if name == "aligned" else f"--{name.replace('_', '-')} {value}"
         for name, value in given.items()
         if name not in skipped and value != default[name]
     ]
