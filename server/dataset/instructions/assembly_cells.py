@@ -12,7 +12,7 @@ def fitting_cells(meaning: Assembly, target: Cell, room: Room) -> tuple[Cell, ..
 
     "Left of" and "right of" a thing are all cells in line with it on that side, and to one's own side all that are not
     behind, unless they are "directly" there. "In front of" and "behind" mean the next cell if the target is the next.
-    Two such relations to one thing mean the cell diagonal to it. Where "on your left" is not in one's own row, what is
+    "Behind and to the left of" means all cells on both sides. Where "on your left" is not in one's own row, what is
     "near" or "left of" a thing may be in another row as well.
 
     Args:
@@ -50,9 +50,10 @@ def _fits(where: Where, cell: Cell, target: Cell, room: Room, quarter: int, is_l
     if where.relation in ("near", "against"):
         return _is_beside(offsets[0]) if is_loose else abs(right) + abs(ahead) == 1
     own = _offset(target, where.things[0], room, quarter)
-    if first != "you" and own[0] and own[1]:
-        return (right, ahead) == own
     is_next = where.exactly
+    if first != "you" and own[0] and own[1]:
+        sides = {"left_of": -right, "right_of": right, "behind": ahead, "in_front_of": -ahead}
+        return sides[where.relation] >= 1
     if where.relation in ("left_of", "right_of"):
         aside = right if where.relation == "right_of" else -right
         in_line = ahead == 0 or (not is_next and (ahead >= 0 if first == "you" else is_loose))

@@ -88,7 +88,7 @@ class _Check:
             for thing in things:
                 yield from self._described(thing)
                 if thing.kind in NOT_FIRST:
-                    yield from faults_of_place(self._world, self.at, thing, step)
+                    yield from faults_of_place(self._world, self._last_choice(), thing, step)
                 yield from self._related(thing)
                 if thing.number:
                     yield from self._before_the_walker(thing)
@@ -120,7 +120,7 @@ class _Check:
 
     def _visible(self, thing: Thing, since: int) -> Iterator[str]:
         """Yield each thing that cannot be recognised while its step is walked, from a place `since` the one before."""
-        until = self.at if self.at > since else since + FORESIGHT
+        until = self.at - 1 if self.at > since else since + FORESIGHT
         for mark in self._world.landmarks(thing.identity) if thing.kind not in PLACES else ():
             if not self._world.is_visible(mark, since - HINDSIGHT, until):
                 yield f"{mark.identity} cannot be seen on the way to it"
@@ -265,6 +265,10 @@ class _Check:
 
     # What one does there
 
+    def _last_choice(self) -> int:
+        """Return the index of the place after which streets open that one could take: a thing may stand at one."""
+        return self.at if self.at in (0, *self.turned) else max(self.at - 2, 0)
+
     def _face(self, thing: Thing) -> Iterator[str]:
         world, (x, z) = self._world, self._middle((thing,))
         here = world.path[self.at]
@@ -308,7 +312,7 @@ class _Check:
             yield f"the path does not turn {step.direction} {step.at} {step.thing.identity}"
             return
         if step.thing.kind in ("street", "alley"):
-            yield from faults_of_street(self._world, self.at, step.thing, step.direction, index)
+            yield from faults_of_street(self._world, self._last_choice(), step.thing, step.direction, index)
         elif step.thing.kind not in PLACES:
             yield from faults_of_turn_by(self._world, self.at, step, near, index)
         yield from self._turn_at(index)
