@@ -140,7 +140,7 @@ class Discourse:
     def _place_of(self, item: Item) -> tuple[Where, ...] | None:
         """Return what a clause says of where the target is, that has been named before it; None if it is none such."""
         bound = dict(item.bound)
-        if item.label == "landmark":
+        if item.label == "landmark" or (item.label.startswith("walk past") and item.also):
             things = self._things(things_in(bound, "", is_between=False))
             return tuple(Where("near", (thing,)) for thing in things if thing.kind not in _GROUND)
         slight, _, side = self._attribute(bound, "direction").rpartition(" ")
@@ -220,7 +220,10 @@ class Discourse:
         words = ("walk past" if item.label == "landmark" else item.label.removesuffix(BARE)).split()
         size = 2 if words[0] == "walk" or (len(words) > 1 and words[0] == "turn") else 1
         key, rest = " ".join(words[:size]), words[size:]
-        things = self._things(things_in(bound, "same" if rest == ["same"] else "", is_between=key == "walk between"))
+        named = things_in(bound, "same" if rest == ["same"] else "", is_between=key == "walk between")
+        if len(named) == 2 and not (named[1].kind or named[1].back):
+            named = named[0], replace(named[1], kind=named[0].kind)  # "The glass building and the brick one."
+        things = self._things(named)
         if words[1:2] == ["with"]:
             self.focus = focus_of(things, self.focus)
             self.mentioned_things += things

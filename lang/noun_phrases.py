@@ -174,7 +174,9 @@ class NounPhraseReader:
         """Return the noun phrases that begin at `keys[start]`, each with its end."""
         found = [*self._read_whole(keys, start), *self._read_divided(keys, start)]
         owns = any(True for _ in self._own.at(keys, start))
-        return [*found, *(corner for end, named in found for corner in self._corners(keys, end, named, owns=owns))]
+        corners = (corner for end, named in found for corner in self._corners(keys, end, named, owns=owns))
+        ends = {end for end, named in found if named.kind in ("corner", _CORNER)} if not owns else set()
+        return [*found, *(corner for corner in corners if corner[0] not in ends)]
 
     def _corners(
         self, keys: Sequence[str], end: int, named: NounPhrase, *, owns: bool
@@ -304,6 +306,8 @@ class NounPhraseReader:
             if not patterned:
                 return
             kind = self._patterned[tuple(keys[at:end])]
+        if kind == "building" and (shop := self._shop(described)):
+            kind, noun = "shop_sign", replace(noun, look=shop)
         said = {"look": noun.look, "colour": "", "which": "", "two": "", "several": ""}
         for group in described:
             suiting = [word for word in group if self._suits(word, kind)]
@@ -318,6 +322,10 @@ class NounPhraseReader:
         yield end, named
         if kind in self._collectibles:
             yield from self._described_behind(keys, end, named)
+
+    def _shop(self, described: Sequence[tuple[_Word, ...]]) -> str:
+        """Return which shop's building is described ("the brown cinema building")."""
+        return next((w.value for group in described for w in group if w.role == "look" and w.kind == "shop_sign"), "")
 
     def _described_behind(self, keys: Sequence[str], at: int, named: NounPhrase) -> Iterator[tuple[int, NounPhrase]]:
         """Yield a collectible with adjectives behind its noun: "the bucket: blue, striped", "the TV, the brown one"."""

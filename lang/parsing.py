@@ -132,7 +132,9 @@ class TextParser:
             return [
                 (end, named)
                 for end, named in self._slot("thing", at, depth, top=False)
-                if isinstance(named, NounPhrase) and named.kind and not reader.noun_phrase_reader.is_collectible(named)
+                if isinstance(named, NounPhrase)
+                and (named.kind or (slot == "further" and named.colour and not named.look))
+                and not (named.kind and reader.noun_phrase_reader.is_collectible(named))
             ]
         if slot == "target":
             found = [*self._noun_phrases_at(at), *self._located_things(reader.attached, at, depth, top=True)]
@@ -191,12 +193,18 @@ class TextParser:
             longer = [
                 (end, (*wheres, *placed))
                 for before, wheres in longer
-                for join in self.reader.joins[top].find(self.keys, before, lambda *_: ())
-                for end, placed in self._relations_at(join.end, depth)
+                for after in self._joins_at(before, top=top)
+                for end, placed in self._relations_at(after, depth)
             ]
             longer = list(dict.fromkeys(longer))
             found += longer
         return found
+
+    def _joins_at(self, at: int, *, top: bool) -> Iterator[int]:
+        """Yield where a further relation may begin; in free texts right there ("in the road just past the tree")."""
+        yield from (join.end for join in self.reader.joins[top].find(self.keys, at, lambda *_: ()))
+        if top and not self.written_only:
+            yield at
 
     def _relations_at(self, at: int, depth: int) -> list[tuple[int, tuple[RelationPhrase, ...]]]:
         """Return relations: a single one, or one to each of two things that share a noun."""
