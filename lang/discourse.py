@@ -91,6 +91,9 @@ class Discourse:
             listed = targets or mentioned
             if kind in ("not", "detail"):
                 continue
+            if kind == "all":
+                _put_aside(steps, self._attribute(bound, "side"))
+                continue
             if kind == "short":
                 short_of = next(iter(self._things(things_in(bound, "", is_between=False))), None)
                 steps += [Walk("towards", (short_of,))] if short_of is not None else []
@@ -125,7 +128,9 @@ class Discourse:
         collectibles = [thing for thing in self.mentioned_things if thing.look in self.grammar.looks["collectible"]]
         candidates = targets or mentioned or collectibles or [Thing("")]
         kinds = [thing for thing in candidates if thing.kind] or candidates
-        return Navigation(tuple(steps), self._in_full(kinds[-1], [*collectibles, *mentioned]))
+        most = max(bool(thing.colour) + bool(thing.look) for thing in kinds) if not targets else 0
+        fullest = [thing for thing in kinds if bool(thing.colour) + bool(thing.look) >= most]
+        return Navigation(tuple(steps), self._in_full(fullest[-1], [*collectibles, *mentioned]))
 
     @staticmethod
     def _place_of_turn(steps: list[Step]) -> tuple[Where, ...]:
@@ -346,6 +351,15 @@ def _at_place(places: tuple[Where, ...], steps: list[Step]) -> list[Step]:
     if steps and isinstance(steps[0], Rotate) and steps[0].thing is None and steps[0] != _AROUND:
         return [*walks, replace(steps[0], at=_PLACED[last.relation], thing=last.things[0]), *steps[1:]]
     return [*walks, Walk("past" if last.relation == "behind" else "to", last.things), *steps]
+
+
+def _put_aside(steps: list[Step], side: str) -> None:
+    """Say of the things passed last that all are on a side."""
+    for number in range(len(steps) - 1, -1, -1):
+        step = steps[number]
+        if not isinstance(step, Walk) or step.way != "past" or step.side:
+            return
+        steps[number] = replace(step, side=side)
 
 
 def _on_the_spot(steps: Sequence[Step]) -> bool:

@@ -143,11 +143,11 @@ class TextParser:
                 for end, named in found
                 if isinstance(named, NounPhrase) and reader.noun_phrase_reader.is_collectible(named)
             ]
-        number = {"pair": "two", "several": "several"}.get(slot)
+        numbers = {"pair": ("two",) if self.written_only else ("two", "several"), "several": ("several",)}.get(slot)
         return [
             (end, named)
             for end, named in self._noun_phrases_at(at)
-            if number is None or (isinstance(named, NounPhrase) and named.number == number)
+            if numbers is None or (isinstance(named, NounPhrase) and named.number in numbers)
         ]
 
     def names(self, start: int, end: int, known: set[str]) -> Iterator[NounPhrase]:

@@ -18,7 +18,7 @@ from lang.tokens import Tokenizer
 
 PHASES = ("navigation", "assembly")
 
-ALSO_IN_NAVIGATION = ("turn with", "short of", "walk past zebra_crossing", "target", "landmark", "not target", "detail")
+ALSO_IN_NAVIGATION = ("turn with", "short of", "all sides", "walk past zebra_crossing", "target", "landmark", "not target", "detail")
 """Keys of clauses in navigation that are only read: of a turn and a walk along something, of a place shortly before something, of a thing that is passed, what is not to be
 picked up, and what describes the thing before it."""
 
