@@ -25,6 +25,8 @@ _PLACED = {relation: at for at, relation in _AT.items()}
 _GROUND = ("street", "alley", "square")
 """Kinds of things that objects lie on."""
 
+_COLLECTIBLES = ("ball", "hourglass", "mug", "tv", "book", "bowl", "bucket")
+
 _CROSSED = ("zebra_crossing", "intersection", "street", "square")
 """Kinds of things that one goes over."""
 
@@ -209,6 +211,8 @@ class Discourse:
             if "where" in bound:
                 if self.focus is None and item.label == "where":
                     self.focus = named[0] if named else None
+                if wheres and wheres[-1].things[-1].kind in _COLLECTIBLES:
+                    self.focus = wheres[-1].things[-1]
                 wheres += tuple(map(self._of_last_kinds, self._wheres(bound["where"])))
         wheres = tuple(each for where in wheres for each in _plainly(where, wheres))
         landmarks = [thing for where in wheres for thing in where.things]
@@ -260,7 +264,7 @@ class Discourse:
 
     def _of_last_kinds(self, where: Where) -> Where:
         """Return a relation to things with the kind of the last one where theirs is not said ("the yellow one")."""
-        return replace(where, things=tuple(map(self._of_last_kind, where.things)))
+        return replace(where, things=tuple(self._of_last_kind(thing, _COLLECTIBLES) for thing in where.things))
 
     def _attribute(self, bound: Mapping[str, object], attribute: str) -> str:
         for slot, table in self.grammar.tables.items():
@@ -329,7 +333,9 @@ class Discourse:
 
 def _plainly(where: Where, wheres: Sequence[Where]) -> Iterator[Where]:
     """Yield what a relation in the room says: the corner of two walls is at both; what is left of a thing is near it."""
-    if where.relation == "between" and all(thing.kind == "wall" for thing in where.things):
+    if where.relation == "on_top_of" and where.things[0].kind == "corner":
+        yield replace(where, relation="near")
+    elif where.relation == "between" and all(thing.kind == "wall" for thing in where.things):
         yield from (Where("against", (thing,)) for thing in where.things)
     elif where.relation != "near" or not any(_is_beside(each, where) for each in wheres):
         yield where

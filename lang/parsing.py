@@ -24,9 +24,9 @@ _SAID = 0.01
 _TURNED = 0.35
 """Extra cost of a relation alone where a turn may begin: "left to the planter" is no place to the left of it."""
 
-_ALSO, _AMID, _UNUSUAL = 0.05, 0.3, 0.1
-"""Extra costs of a clause that is only read, of a main clause that begins after other words, and of one about a thing
-of another kind than its pattern is for."""
+_ALSO, _AMID, _UNUSUAL, _NAMELESS = 0.05, 0.3, 0.1, 0.02
+"""Extra costs of a clause that is only read, of a main clause that begins after other words, of one about a thing
+of another kind than its pattern is for, and about a thing of no kind where another pattern says the kind."""
 
 
 @dataclass(slots=True)
@@ -85,8 +85,8 @@ class TextParser:
         for match in automaton.find(self.keys, start, lambda slot, at: self._slot(slot, at, DEPTH, top=True)):
             if (match.label.key.endswith(BARE) and not fresh) or (match.label.also and self.written_only):
                 continue
-            unusual = not self._is_usual(match)
-            cost = _ITEM + _ALSO * match.label.also + _AMID * (amid and match.label.main_only) + _UNUSUAL * unusual
+            unusual = 0.0 if self._is_usual(match) else _NAMELESS if self._is_nameless(match) else _UNUSUAL
+            cost = _ITEM + _ALSO * match.label.also + _AMID * (amid and match.label.main_only) + unusual
             cost -= _SAID * len(match.bound) * match.label.also
             yield Item(match.end, match.label.key, match.bound, cost, start, fresh, match.label.also)
         for end, named in self._slot("target", start, DEPTH, top=True):
@@ -98,11 +98,17 @@ class TextParser:
 
     def _is_usual(self, match: Match) -> bool:
         kind = match.label.key.removesuffix(BARE).rpartition(" ")[2]
-        if kind == "past" and any(isinstance(named, NounPhrase) and _is_kindless(named) for _, named in match.bound):
+        if kind == "past" and self._is_nameless(match):
             return False
         return kind not in self.reader.noun_phrase_reader.kinds or all(
             named.kind in (kind, "") for slot, named in match.bound if slot == "thing" and isinstance(named, NounPhrase)
         )
+
+    @staticmethod
+    def _is_nameless(match: Match) -> bool:
+        """Return whether a match is about something whose kind is not said ("another one")."""
+        named = [value for _, value in match.bound if isinstance(value, NounPhrase)]
+        return any(not each.kind and not each.back for each in named)
 
     def _slot(self, slot: str, at: int, depth: int, *, top: bool) -> list[tuple[int, object]]:
         key = (slot, at, depth, top)
@@ -194,7 +200,7 @@ class TextParser:
                 (end, (*wheres, *placed))
                 for before, wheres in longer
                 for after in self._joins_at(before, top=top)
-                for end, placed in self._relations_at(after, depth)
+                for end, placed in self._relations_at(after, depth, is_joined=after > before)
             ]
             longer = list(dict.fromkeys(longer))
             found += longer
@@ -206,12 +212,17 @@ class TextParser:
         if top and not self.written_only:
             yield at
 
-    def _relations_at(self, at: int, depth: int) -> list[tuple[int, tuple[RelationPhrase, ...]]]:
+    def _relations_at(self, at: int, depth: int, *, is_joined: bool = True) -> list[tuple[int, tuple[RelationPhrase, ...]]]:
         """Return relations: a single one, or one to each of two things that share a noun."""
         found: list[tuple[int, tuple[RelationPhrase, ...]]] = []
         matches = list(
             self.reader.relations.find(self.keys, at, lambda slot, place: self._slot(slot, place, depth, top=False))
         )
+        matches = [
+            match
+            for match in matches
+            if not (match.label.also and self.written_only) and (is_joined or not match.label.main_only)
+        ]
         written = {match.end for match in matches if not match.label.also}
         for match in matches:
             if match.label.also and match.end in written:
@@ -223,10 +234,6 @@ class TextParser:
             each = [(thing,) for thing in things] if relation != "between" else [things]
             found.append((match.end, tuple(RelationPhrase(relation, about, exactly) for about in each)))
         return list(dict.fromkeys(found))
-
-
-def _is_kindless(named: NounPhrase) -> bool:
-    return not named.kind and not named.back
 
 
 def _count(wheres: object) -> int:
