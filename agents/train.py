@@ -3,8 +3,10 @@
 import argparse
 import shutil
 import sys
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
+from typing import Any
 
 from agents.learning.extra import PLAYING, require
 from agents.learning.recipe import RECIPES, Place, Recipe, smoke
@@ -13,10 +15,16 @@ from arramon_client.errors import ArramonClientError
 MAP = "vl_map"
 """The agent whose policy is trained in simulated walks, with a recipe of its own kind."""
 
-AGENTS = (*RECIPES, MAP)
+GROUNDED = "vl_grounded"
+"""The agent whose two networks are trained together, with a recipe of its own kind."""
 
-MAP_OPTIONS = ("walks", "rounds", "round_walks", "first", "again")
-"""Options of that agent alone."""
+AGENTS = (*RECIPES, GROUNDED, MAP)
+
+OWN_OPTIONS = {
+    MAP: ("walks", "rounds", "round_walks", "first", "again"),
+    GROUNDED: ("inflection", "versions", "room_versions"),
+}
+"""Options of one agent alone."""
 
 NEEDED = (*PLAYING, "sentencepiece", "tensorboardX", "gymnasium")
 
@@ -36,6 +44,8 @@ def main(arguments: list[str] | None = None) -> int:
         for name in names:
             if name == MAP:
                 _train_map(given)
+            elif name == GROUNDED:
+                _train_grounded(given)
             else:
                 _train(_recipe(RECIPES[name], given), _place(given), ship=given.ship)
     except (ArramonClientError, ValueError) as error:
@@ -47,7 +57,6 @@ def main(arguments: list[str] | None = None) -> int:
 def _train(recipe: Recipe, place: Place, *, ship: bool) -> None:
     import torch
 
-    from agents.learning.checkpoint import WEIGHTS
     from agents.learning.imitation import Imitation, demonstrations_of, train_data_hash
 
     torch.set_num_threads(1)  # Two processes of one thread do more than one of two.
@@ -61,42 +70,67 @@ def _train(recipe: Recipe, place: Place, *, ship: bool) -> None:
     training.run()
     _tell(f"{recipe.agent}: best {training.best}, in {training.weights}")
     if ship:
-        for path in (training.weights, training.weights.with_suffix(".md")):
-            shutil.copyfile(path, WEIGHTS / path.name)
+        _ship(training.weights)
 
 
 def _train_map(given: argparse.Namespace) -> None:
-    from agents.learning.checkpoint import WEIGHTS
     from agents.learning.map_training import MapRecipe
     from agents.learning.map_training import smoke as smoke_map
     from agents.learning.train_map import Validation, train_map
 
-    own = [each.name for each in fields(MapRecipe)]
-    given_all = {each.name: getattr(given, each.name, None) for each in (*fields(Recipe), *fields(MapRecipe))}
-    chosen = {
-        name: value for name, value in given_all.items() if value is not None and name not in ("agent", "languages")
-    }
-    validation = Validation(
-        **{
-            name: chosen.pop(option)
-            for name, option in (("split", "validate"), ("episodes", "validate_episodes"))
-            if option in chosen
-        }
-    )
-    other = [name for name in chosen if name not in own]
-    if other and not given.all:
-        raise ValueError(f"{MAP} has no option {_flag(other[0])}")
-    recipe = MapRecipe()
+    recipe, validation = MapRecipe(), Validation()
     if given.smoke:
         recipe, validation = smoke_map(recipe), replace(validation, episodes=1)
-    if given.lang:
-        recipe = replace(recipe, languages=tuple(given.lang.split(",")))
-    recipe = replace(recipe, **{name: value for name, value in chosen.items() if name in own})
+    chosen = _chosen(given)
+    for field, option in (("split", "validate"), ("episodes", "validate_episodes")):
+        if option in chosen:
+            validation = replace(validation, **{field: chosen.pop(option)})
+    recipe = replace(recipe, **_own(MAP, recipe, chosen, given))
     weights = train_map(recipe, validation, given.data, given.output, _tell)
     _tell(f"{MAP}: in {weights}")
     if given.ship:
-        for path in (weights, weights.with_suffix(".md")):
-            shutil.copyfile(path, WEIGHTS / path.name)
+        _ship(weights)
+
+
+def _train_grounded(given: argparse.Namespace) -> None:
+    from agents.learning.train_grounded import GroundedRecipe, train_grounded
+    from agents.learning.train_grounded import smoke as smoke_grounded
+
+    recipe = smoke_grounded(GroundedRecipe()) if given.smoke else GroundedRecipe()
+    recipe = replace(recipe, **_own(GROUNDED, recipe, _chosen(given), given))
+    weights = train_grounded(recipe, _place(given), _tell)
+    _tell(f"{GROUNDED}: in {weights}")
+    if given.ship:
+        _ship(weights)
+
+
+def _chosen(given: argparse.Namespace) -> dict[str, Any]:
+    """Return the values of a recipe that were named, by field, of agents with a recipe of their own kind."""
+    names = {each.name for each in fields(Recipe)} | {name for own in OWN_OPTIONS.values() for name in own}
+    named = {name: getattr(given, name, None) for name in names - {"agent", "languages"}}
+    return {name: value for name, value in named.items() if value is not None}
+
+
+def _own(agent: str, recipe: Any, chosen: Mapping[str, Any], given: argparse.Namespace) -> dict[str, Any]:
+    """Return what changes in a recipe of another kind.
+
+    Raises:
+        ValueError: if something was named that it does not have, unless all agents are trained.
+    """
+    own = {each.name for each in fields(recipe)}
+    other = sorted(set(chosen) - own)
+    if other and not given.all:
+        raise ValueError(f"{agent} has no option {_flag(other[0])}")
+    changes = {name: value for name, value in chosen.items() if name in own}
+    return changes | ({"languages": tuple(given.lang.split(","))} if given.lang else {})
+
+
+def _ship(weights: Path) -> None:
+    """Copy weights and model card to those that come along."""
+    from agents.learning.checkpoint import WEIGHTS
+
+    for path in (weights, weights.with_suffix(".md")):
+        shutil.copyfile(path, WEIGHTS / path.name)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -111,15 +145,14 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--processes", type=int, default=1, help="that draw demonstrations (default: %(default)s)")
     parser.add_argument("--device", default="auto", help="cpu, cuda, or auto: a GPU where there is one (default)")
     parser.add_argument("--checkpoint-steps", type=int, default=100, help="updates between checkpoints (%(default)s)")
-    for name in MAP_OPTIONS:
-        parser.add_argument(
-            _flag(name), type=float if name in ("first", "round_walks") else int, help=f"of {MAP} alone"
-        )
+    for agent, names in OWN_OPTIONS.items():
+        for name in names:
+            kind = float if name in ("first", "round_walks", "inflection") else int
+            parser.add_argument(_flag(name), type=kind, help=f"of {agent} alone")
     parser.add_argument("--lang", help="languages, separated by commas (default: en,hi)")
     for each in fields(Recipe):
         if each.name not in ("agent", "languages", "sees", "reads"):
-            kind = type(each.default)
-            parser.add_argument(_flag(each.name), type=kind, help="default: as the agent's recipe says")
+            parser.add_argument(_flag(each.name), type=type(each.default), help="default: as the agent's recipe says")
     return parser
 
 

@@ -28,7 +28,10 @@ from agents.learning.rollouts import Plan, play
 from arramon_client import load_agent
 
 LEARNED = ("language_only", "vision_only", "vl")
-AGENTS = ("random_walk", *LEARNED, "seeing_follower", "follower", "shortest_path")
+TRAINED_ONCE = ("vl_grounded", "vl_map")
+"""Agents that have learned as well, but not once for each seed: they play with the weights that come along."""
+
+AGENTS = ("random_walk", *LEARNED, *TRAINED_ONCE, "seeing_follower", "follower", "shortest_path")
 LANGUAGES = ("en", "hi")
 SPLITS = ("val_seen", "val_unseen")
 SENSORS = {"shortest_path": "pose,oracle", "random_walk": "pose"}
@@ -96,6 +99,8 @@ def main() -> None:
 
 def players_of(agent: str, folders: list[Path]) -> list[Player]:
     """Return an agent once for each of its seeds; that of a learned one is in its file of weights."""
+    if agent in TRAINED_ONCE:
+        return [Player(agent, 0, WEIGHTS / f"{agent}{SUFFIX}")]
     if agent not in LEARNED:
         return [Player(agent, seed, None) for seed in (CHANCE_SEEDS if agent == CHANCE else (0,))]
     files = [folder / f"{agent}{SUFFIX}" for folder in folders]

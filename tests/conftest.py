@@ -18,6 +18,8 @@ from tests.shared import shared_folder
 
 pytest_plugins = ["tests.postgres", "tests.proxy"]
 
+gc.disable()  # until everything is imported and collected: half of that time went into looking for garbage
+
 Server.fork = Forked
 recorded_migrations.install()
 forked_pools.install()
@@ -80,6 +82,7 @@ def pytest_collection_finish() -> None:
     """What modules and the collection hold is there to the end: no garbage collection is to look through it."""
     gc.collect()
     gc.freeze()
+    gc.enable()
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

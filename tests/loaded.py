@@ -2,6 +2,9 @@
 
 import gc
 
+gc.disable()  # until everything is imported
+
+# ruff: noqa: E402
 import agents.random_walk  # noqa: F401
 import arramon_client.cli  # noqa: F401
 import server.cli
@@ -16,3 +19,4 @@ recorded_migrations.record()
 # The forks do not look through what they share with this process, which would copy it, for what could be freed.
 gc.collect()
 gc.freeze()
+gc.enable()

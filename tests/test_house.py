@@ -129,7 +129,8 @@ def test_serve_imports_no_dataset_language_or_agent_code() -> None:
 def test_agents_at_play_import_nothing_of_the_server() -> None:
     """Nor what trains them."""
     code = (
-        "import sys, agents.seeing_follower, agents.vl_map.agent, agents.learning.vision_eyes; "
+        "import sys, agents.seeing_follower, agents.vl_map.agent, agents.vl_grounded.agent; "
+        "import agents.learning.vision_eyes; "
         "print([name for name in sys.modules if name.split('.')[0] == 'server' or 'simulated' in name])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)

@@ -52,6 +52,10 @@ class Agent:
         """Return what perceives the streets of an episode."""
         return Body(episode.labels)
 
+    def forget(self, body: Body) -> None:
+        """Remove what is not kept from one turn to the next."""
+        body.landmarks.forget()
+
     def make_walk(self, body: Body, meaning: Navigation, turn: int) -> Walk:  # noqa: ARG002
         """Return what plays a navigation phase of turn 1 or 2."""
         navigator = Navigator(body, meaning)
@@ -82,7 +86,7 @@ class Agent:
         memory.body.record_action(None)
         meaning = self.read(memory.episode.language, observation.instruction, observation.phase)
         if isinstance(meaning, Navigation):
-            memory.body.landmarks.forget()
+            self.forget(memory.body)
             memory.walk = self.make_walk(memory.body, meaning, observation.turn)
         else:
             memory.room = self.make_room(meaning, memory.episode)

@@ -78,6 +78,11 @@ class Landmarks:
         """Remove all landmarks."""
         self._by_label.clear()
 
+    def forget_collectibles(self) -> None:
+        """Remove all collectibles: each turn has its own."""
+        for number in [number for number in self._by_label if self._labels[number].kind in COLLECTIBLES]:
+            del self._by_label[number]
+
 
 def fits(thing: Thing, label: Label) -> bool:
     """Return whether a label matches a thing's attributes, as far as they are given."""

@@ -13,6 +13,8 @@ from agents.learning.checkpoint import as_input
 from agents.learning.demonstrations import Demonstration
 from agents.learning.paper import START
 from agents.learning.tokenizers import Tokenizer
+from arramon_client.agent import Action
+from arramon_client.environments.backend import NAVIGATION
 
 NO_ACTION = -1
 """Stands for the right action where there is none: after the end."""
@@ -114,15 +116,19 @@ def learned_steps(actions: Sequence[int] | npt.NDArray[np.uint8], share: float, 
     ]
 
 
-def loss_of(values: Tensor, batch: Batch) -> Tensor:
+def loss_of(values: Tensor, batch: Batch, pick_up: float = 1.0) -> Tensor:
     """Return the mean cross entropy of the right actions.
 
     Args:
         values: of all actions at the steps that are learned from, (B, L, 5).
         batch: with the right ones.
+        pick_up: weight of the pick-up in the streets; all others have 1.
     """
+    weights = torch.ones(values.shape[-1], device=values.device)
+    if batch.phase == NAVIGATION:
+        weights[Action.INTERACT] = pick_up
     return torch.nn.functional.cross_entropy(
-        values.flatten(0, 1), batch.actions.flatten(), ignore_index=NO_ACTION, reduction="mean"
+        values.flatten(0, 1), batch.actions.flatten(), weights, ignore_index=NO_ACTION, reduction="mean"
     )
 
 

@@ -82,7 +82,7 @@ def collect(source: Source, cache: Path, processes: int = 1) -> Iterator[Sequenc
         UsageError: if the data folder does not have the split or a language.
     """
     encoder = _encoder(source)
-    ids, data_hash = _episodes(source)
+    ids, data_hash = episodes_of(source)
     eyes = f"{encoder.name}/{encoder.fingerprint}" if encoder else ""
     key = f"{data_hash}/{'+'.join(source.languages)}/{eyes}/{_VERSION}"
     folder = cache / f"{source.split}-{hashlib.sha256(key.encode()).hexdigest()[:12]}"
@@ -147,12 +147,16 @@ def data_hash_of(source: Source) -> str:
     Raises:
         UsageError: if the data folder does not have the split or a language.
     """
-    return _episodes(source)[1]
+    return episodes_of(source)[1]
 
 
-def _episodes(source: Source) -> tuple[list[str], str]:
-    """Return the ids of the episodes, and the hash of their data."""
-    player = _backend(source).player(_settings(source, source.languages[0]))
+def episodes_of(source: Source) -> tuple[list[str], str]:
+    """Return the ids of the episodes of a source, and the hash of their data.
+
+    Raises:
+        UsageError: if the data folder does not have the split or a language.
+    """
+    player = backend_of(source).player(settings_of(source, source.languages[0]))
     info = player.split
     if source.split == ROOMS:
         return [f"room-{seed}" for seed in range(source.first, source.first + source.episodes)], "drawn"
@@ -164,18 +168,22 @@ def _encoder(source: Source) -> VisualEncoder | None:
     return open_encoder(source.encoder) if source.encoder else None
 
 
-def _backend(source: Source) -> Backend:
+def backend_of(source: Source) -> Backend:
+    """Return what plays the episodes of a source."""
     return open_backend(Options(data=source.data))
 
 
-def _settings(source: Source, language: str, size: int = 0) -> Settings:
+def settings_of(source: Source, language: str, size: int = 0, phases: tuple[str, ...] = PHASES) -> Settings:
+    """Return how the expert plays the episodes of a source, with images of a size, or with none if it is 0."""
+    if source.split == ROOMS:
+        phases = (ASSEMBLY,)
     return Settings(
         language=language,
         split=source.split,
         sensors=("rgb", "depth") if size else (),
         image_size=size or 8,
         expert=EXPERT,
-        phases=(ASSEMBLY,) if source.split == ROOMS else PHASES,
+        phases=phases,
         start=ASSEMBLY if source.split == ROOMS else NAVIGATION,
     )
 
@@ -191,10 +199,10 @@ class _Easel:
 
 @lru_cache(maxsize=1)
 def _easel(source: Source) -> _Easel:
-    backend, encoder = _backend(source), _encoder(source)
+    backend, encoder = backend_of(source), _encoder(source)
     first, *others = source.languages
-    player = backend.player(_settings(source, first, encoder.image_size if encoder else 0))
-    return _Easel(encoder, player, {language: backend.player(_settings(source, language)) for language in others})
+    player = backend.player(settings_of(source, first, encoder.image_size if encoder else 0))
+    return _Easel(encoder, player, {language: backend.player(settings_of(source, language)) for language in others})
 
 
 def _draw(source: Source, episode_id: str, path: Path) -> None:

@@ -34,14 +34,17 @@ def require(modules: Sequence[str], who: str) -> None:
         )
 
 
-def open_agent(name: str, weights: str | None = None, seed: int = 0, temperature: float = 0.0) -> "LearnedAgent":
+def open_agent(
+    name: str, weights: str | None = None, seed: int = 0, temperature: float | None = None
+) -> "LearnedAgent":
     """Return a trained agent.
 
     Args:
         name: under which it plays; also of its weights among those that come along.
         weights: a file of other weights.
         seed: of the draws, where there are any.
-        temperature: 0 takes the best action; above, actions are drawn by their values divided by it.
+        temperature: 0 takes the best action; above, actions are drawn by their values divided by it. None for that
+            with which the weights were validated.
 
     Raises:
         AgentLoadError: if the extra is not installed, or the weights cannot be read.
@@ -57,4 +60,6 @@ def open_agent(name: str, weights: str | None = None, seed: int = 0, temperature
         policy = load_policy(find_weights(weights or name))
     except ValueError as error:
         raise AgentLoadError(f"agents.{name}: {error}") from error
+    if temperature is None:
+        temperature = float(policy.about.get("recipe", {}).get("temperature", 0.0))
     return LearnedAgent(policy, name=name, seed=seed, temperature=temperature)

@@ -129,7 +129,7 @@ class Imitation:
             batch, module = batch.to(self.place.device), model.of(phase)
             with torch.autocast(self.place.device, torch.bfloat16, enabled=recipe.precision == "bfloat16"):
                 values, _ = module.act(module.read(batch.tokens), batch.cells, batch.before, at=batch.at)
-            losses[phase] = loss_of(values.float(), batch)
+            losses[phase] = loss_of(values.float(), batch, recipe.pick_up)
         total = torch.stack(list(losses.values())).mean()
         self.optimizer.zero_grad()
         total.backward()  # type: ignore[no-untyped-call]
@@ -149,7 +149,7 @@ class Imitation:
         plan = Plan(self.place.data, recipe.validate, recipe.languages, recipe.validate_episodes, size)
         found, best = {}, self._best_model()
         for phase, metric in JUDGED.items():
-            agent = LearnedAgent(replace(self.policy, model=model), recipe.agent)
+            agent = LearnedAgent(replace(self.policy, model=model), recipe.agent, temperature=recipe.temperature)
             found[metric] = mean(play(agent, replace(plan, phases=(phase,))), metric)
             if found[metric] > self.best.get(phase, -1.0):
                 self.best[phase] = found[metric]

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -38,9 +38,17 @@ FULL, MOST = 150.0, 4.0
 
 _NAMED = np.array([kind not in SURFACES for kind in KINDS])
 
-_GROUPS = tuple(look_slices().values())
+CROSSING_SAMPLES = 15
+"""Minimum number of samples of a zebra crossing."""
+
+_SIZES = np.array([len(KINDS), len(COLOURS), *(places.stop - places.start for places in look_slices().values())])
+"""Number of names that exclude each other: kinds, colours, and the looks of each group."""
+
+_STARTS = np.concatenate([[0], np.cumsum(_SIZES)])
 
 Floats = npt.NDArray[np.float32]
+
+_Number = TypeVar("_Number", np.float32, np.float64)
 
 
 class Belief(NamedTuple):
@@ -80,22 +88,32 @@ class _Place:
 
     def __init__(self, x: float, z: float) -> None:
         self.mark = Landmark(Label(""), x, z, math.inf)
-        self._sums = [np.zeros(len(names)) for names in (KINDS, COLOURS, LOOKS)]
+        self._sums = np.zeros(_STARTS[-1])
+        self._belief: Belief | None = None
 
     def add(self, named: NamedThing, x: float, z: float, distance: float) -> None:
         """Add a view of the thing."""
         weight = min(MOST, float(named.thing.mask.sum()) / FULL)  # Larger views count for more.
-        for total, chances in zip(self._sums, (named.kinds, named.colours, named.looks), strict=True):
-            total += weight * np.log(chances.astype(np.float64) + SURE)
-        self.mark.label = label_of(*self._sums)
+        chances = np.concatenate((named.kinds, named.colours, named.looks)).astype(np.float64)
+        self._sums += weight * np.log(chances + SURE)
+        self._belief = None
+        self.mark.label = label_of(*self._parts(self._sums))
         if distance < 0.9 * self.mark.nearest:
             self.mark.x, self.mark.z, self.mark.nearest = x, z, distance
 
     def belief(self) -> Belief:
         """Return the thing with what it may be."""
-        kinds, colours, looks = self._sums
-        groups = [_softmax(looks[places]) for places in _GROUPS]
-        return Belief(self.mark, _softmax(kinds), _softmax(colours), np.concatenate(groups))
+        if self._belief is None:
+            first = _STARTS[:-1]
+            raised = np.exp(self._sums - np.repeat(np.maximum.reduceat(self._sums, first), _SIZES))
+            shares = (raised / np.repeat(np.add.reduceat(raised, first), _SIZES)).astype(np.float32)
+            self._belief = Belief(self.mark, *self._parts(shares))
+        return self._belief
+
+    @staticmethod
+    def _parts(values: npt.NDArray[_Number]) -> tuple[npt.NDArray[_Number], ...]:
+        """Return the values of kinds, of colours and of looks."""
+        return values[: _STARTS[1]], values[_STARTS[1] : _STARTS[2]], values[_STARTS[2] :]
 
 
 class SeenLandmarks(Landmarks):
@@ -111,8 +129,13 @@ class SeenLandmarks(Landmarks):
         self._places: list[_Place] = []
 
     def add(self, sightings: Iterable[Sighting]) -> None:
-        """Add a frame's buildings and crossings."""
-        super().add(sighting for sighting in sightings if sighting.label in self._flat)
+        """Add a frame's buildings and crossings; of these only what is seen well, as others are in wrong places."""
+        super().add(
+            sighting
+            for sighting in sightings
+            if sighting.label in self._flat
+            and (sighting.pixels >= CROSSING_SAMPLES or self._labels[sighting.label].kind != "zebra_crossing")
+        )
 
     def add_things(self, things: Iterable[NamedThing], pose: tuple[float, float, float]) -> None:
         """Add a frame's things.
@@ -142,6 +165,11 @@ class SeenLandmarks(Landmarks):
         super().forget()
         self._places.clear()
 
+    def forget_collectibles(self) -> None:
+        """Remove all collectibles: each turn has its own."""
+        super().forget_collectibles()
+        self._places = [place for place in self._places if place.mark.label.kind not in COLLECTIBLES]
+
     def _add(self, named: NamedThing, x: float, z: float, distance: float) -> None:
         kind = KINDS[int(named.kinds.argmax())]
         for place in self._places:
@@ -159,9 +187,3 @@ class SeenLandmarks(Landmarks):
 def certain_beliefs(landmarks: Landmarks) -> list[Belief]:
     """Return every landmark that is known by a label, as if the label were certain."""
     return [Belief(mark, *certain(mark.label)) for mark in landmarks.marks()]
-
-
-def _softmax(sums: npt.NDArray[np.float64]) -> Floats:
-    raised = np.exp(sums - sums.max())
-    shares: Floats = (raised / raised.sum()).astype(np.float32)
-    return shares

@@ -1,8 +1,9 @@
 """What the policy of `vl_map` learns from: decisions with the right choice, kept as arrays, mirrored at random."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,9 +13,9 @@ from safetensors.numpy import save_file
 from torch import Tensor
 from torch.nn import functional
 
-from agents.learning.simulated.walks import Decided, Label
-from agents.vl_map.features import DIRECTIONS, Sample, mirror
-from agents.vl_map.network import PolicyNetwork, batch_of, directions_of, shares_of
+from agents.learning.simulated.walks import Decided
+from agents.vl_map.features import Sample, mirror
+from agents.vl_map.network import PolicyNetwork, directions_of, shares_of, tensors_of
 from agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS
 
 KEPT = {"rows": np.uint8, "match": np.float16}
@@ -69,68 +70,54 @@ class ChoosingTask:
     Args:
         network: that learns.
         seed: of the order of the decisions, and of mirroring.
-
-    Attributes:
-        count: of decisions to learn from.
     """
 
     def __init__(self, network: PolicyNetwork, seed: int) -> None:
         self.network, self._seed = network, seed
-        self._parts: list[Arrays] = []
-        self._ends: list[int] = []
+        self._arrays: Arrays = {}
 
     @property
     def count(self) -> int:
         """Number of decisions to learn from."""
-        return self._ends[-1] if self._ends else 0
+        return len(self._arrays["label"]) if self._arrays else 0
 
     def add(self, arrays: Arrays) -> None:
         """Add decisions."""
-        self._parts.append(arrays)
-        self._ends.append(self.count + len(arrays["label"]))
+        known = self._arrays
+        self._arrays = {name: np.concatenate([known[name], new]) if known else new for name, new in arrays.items()}
 
     def loss(self, numbers: range) -> Tensor:
         """Return the cross-entropy of a batch: decisions drawn at random, each as it is or its mirror image."""
         random = np.random.default_rng((self._seed, numbers.start))
-        samples, labels = [], []
-        for number in random.integers(self.count, size=len(numbers)).tolist():
-            sample, label = self._get(number)
-            if random.random() < 0.5:
-                sample, label = mirror(sample), label._replace(right=-label.right)
-            samples.append(sample)
-            labels.append(label)
-        return loss_of(self.network(batch_of(samples)), labels)
+        chosen = random.integers(self.count, size=len(numbers))
+        half = len(numbers) // 2  # Half of the batch, which is in no order, is mirrored.
+        parts: Any = mirror(self._samples(chosen[:half])), self._samples(chosen[half:])
+        sample = Sample(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+        labels = torch.tensor(self._arrays["label"][chosen])
+        labels[:half, 0] *= -1.0
+        return loss_of(self.network(tensors_of(sample)), labels)
 
-    def _get(self, number: int) -> tuple[Sample, Label]:
-        part = next(place for place, end in enumerate(self._ends) if number < end)
-        arrays = self._parts[part]
-        place = number - (self._ends[part - 1] if part else 0)
-        sample = Sample(*(arrays[name][place] for name in Sample._fields))
-        sample = sample._replace(match=sample.match.astype(np.float32))
-        right, ahead, thing = arrays["label"][place].tolist()
-        return sample, Label(right, ahead, int(thing))
+    def _samples(self, chosen: npt.NDArray[np.int64]) -> Sample:
+        """Return decisions by their numbers, with one more axis in front."""
+        arrays: Any = self._arrays
+        return Sample(*(arrays[name][chosen] for name in Sample._fields))
 
 
-def targets_of(labels: Sequence[Label]) -> Tensor:
-    """Return the share of each option that is right, (B, OPTIONS): of waypoints those around the right place."""
-    right, ahead = (torch.tensor([label[part] for label in labels]) for part in (0, 1))
+def targets_of(labels: Tensor) -> Tensor:
+    """Return the share of each option that is right, (B, OPTIONS): of waypoints those around the right place.
+
+    Args:
+        labels: (B, 3), as `Label`.
+    """
+    right, ahead, thing = labels.float().unbind(1)
     distance = torch.hypot(right, ahead).clamp(min=DISTANCES[0]).log()
     far = shares_of(distance, tuple(math.log(each) for each in DISTANCES))
     waypoints = (directions_of(right, ahead)[:, :, None] * far[:, None]).flatten(1)
-    targets = functional.pad(waypoints, (0, OPTIONS - WAYPOINTS))
-    assert waypoints.shape[1] == DIRECTIONS * len(DISTANCES)
-    for row, label in enumerate(labels):
-        if label.thing >= 0:
-            targets[row] = 0.0
-            targets[row, WAYPOINTS + label.thing] = 1.0
-    return targets
+    is_thing = (thing >= 0.0)[:, None]
+    things = functional.one_hot(thing.long().clamp(min=0), OPTIONS - WAYPOINTS)
+    return torch.cat([waypoints * ~is_thing, things * is_thing], 1)
 
 
-def loss_of(values: Tensor, labels: Sequence[Label]) -> Tensor:
-    """Return the mean cross-entropy of options' values, (B, OPTIONS)."""
+def loss_of(values: Tensor, labels: Tensor) -> Tensor:
+    """Return the mean cross-entropy of options' values, (B, OPTIONS), for labels, (B, 3)."""
     return -(targets_of(labels) * values.log_softmax(1)).sum(1).mean()
-
-
-def decisions_in(parts: Iterable[Arrays]) -> int:
-    """Return how many decisions there are."""
-    return sum(len(part["label"]) for part in parts)

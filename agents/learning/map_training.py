@@ -15,7 +15,7 @@ from agents.learning.map_task import Arrays, ChoosingTask, arrays_of, load_array
 from agents.learning.reader.reader import load as load_reader
 from agents.learning.simulated.body import Faults
 from agents.learning.simulated.courses import Course, training_courses
-from agents.learning.simulated.walks import Decided, Walked, walk
+from agents.learning.simulated.walks import Decided, walk
 from agents.learning.trainer import Plan, Trainer
 from agents.vl_map.network import PolicyNetwork, Sizes
 from agents.vl_map.policy import Policy
@@ -41,9 +41,9 @@ class MapRecipe:
     Attributes:
         languages: in which instructions are read.
         episodes: of each split, the first ones in playing order; 0 for all.
-        walks: of each turn, along its path.
+        walks: of each episode, along its paths.
         rounds: in which the policy walks by itself, at equal distances after `first` of all steps.
-        round_walks: turns of a round, drawn anew, as a share of all.
+        round_walks: episodes of a round, drawn anew, as a share of all.
         first: share of the steps before the first round.
         passes: through the decisions of the walks along paths.
         again: passes through all decisions after that, with those of a last round, and a learning rate that starts anew
@@ -180,13 +180,11 @@ class MapTraining:
 
     def _along_paths(self) -> list[Decided]:
         decided: list[Decided] = []
-        for number in range(self.recipe.walks * len(self._courses)):
-            course = self._courses[number % len(self._courses)]
-            # Each walk with another reading, the first not always with what was meant.
-            reading = (number // len(self._courses) + number) % len(course.readings)
-            decided += self._walk(course, reading, (self.recipe.seed, 0, number)).decisions
-            if number % 200 == 199:
-                self._tell(f"vl_map: {number + 1} walks, {len(decided)} decisions")
+        pairs = self._pairs
+        for number in range(self.recipe.walks * len(pairs)):
+            decided += self._walk(pairs[number % len(pairs)], number // len(pairs), (self.recipe.seed, 0, number))[0]
+            if number % 100 == 99:
+                self._tell(f"vl_map: walks of {number + 1} episodes, {len(decided)} decisions")
         return decided
 
     def _by_itself(self, number: int) -> list[Decided]:
@@ -194,22 +192,40 @@ class MapTraining:
         policy = Policy(self.network.eval())
         decided: list[Decided] = []
         picked = 0
-        count = max(1, round(self.recipe.round_walks * len(self._courses)))
+        count = max(1, round(self.recipe.round_walks * len(self._pairs)))
         for place in range(count):
-            course = chance.choice(self._courses)
-            reading = chance.randrange(len(course.readings))
-            walked = self._walk(course, reading, (self.recipe.seed, number, place), policy)
-            decided += walked.decisions
-            picked += walked.picked == 0
-        self._tell(f"vl_map: round {number}: {picked / count:.2f} of its walks end at the target")
+            pair = chance.choice(self._pairs)
+            walked, hits = self._walk(pair, chance.randrange(len(pair[0].readings)), (self.recipe.seed, number, place),
+                                      policy)  # fmt: skip
+            decided += walked
+            picked += hits
+        self._tell(f"vl_map: round {number}: {picked / count / 2:.2f} of its walks end at the target")
         return decided
 
-    def _walk(self, course: Course, reading: int, seed: Sequence[int], policy: Policy | None = None) -> Walked:
+    @property
+    def _pairs(self) -> list[tuple[Course, Course]]:
+        """The two turns of each episode."""
+        return list(zip(self._courses[::2], self._courses[1::2], strict=True))
+
+    def _walk(
+        self, pair: tuple[Course, Course], reading: int, seed: Sequence[int], policy: Policy | None = None
+    ) -> tuple[list[Decided], int]:
+        """Return the decisions of an episode's walks, the second from where the first ended, and targets picked up."""
         draws = np.random.default_rng(tuple(seed))
         faults = Faults().scaled(0.0 if draws.random() < PERFECT else draws.uniform(0.5, 1.5))
-        if policy is None:
-            return walk(course, course.readings[reading], faults, draws)
-        return walk(course, course.readings[reading], faults, draws, policy.choose, astray=0.05)
+        decided: list[Decided] = []
+        picked, body = 0, None
+        for course in pair:
+            # Each turn with another reading, the first not always with what was meant.
+            rows = course.readings[(reading + course.turn) % len(course.readings)]
+            if policy is None:
+                walked = walk(course, rows, faults, draws, body=body)
+            else:
+                walked = walk(course, rows, faults, draws, policy.choose, astray=0.05, body=body)
+            decided += walked.decisions
+            picked += walked.picked == 0
+            body = walked.body
+        return decided, picked
 
     def _train(self, end: int) -> None:
         trainer, losses = self.trainer, list[float]()

@@ -30,6 +30,9 @@ class Recipe:
         clip: largest norm of the gradient.
         share: of the steps at which the expert repeats its action, how many are learned from, drawn anew in each
             pass; all are where its action changes.
+        pick_up: weight of the pick-up among the right actions in the streets; the others have 1. One that takes nothing
+            costs a step, one that is missed the turn.
+        temperature: of the actions at play and in validation, see `agents.learning.agent.LearnedAgent`.
         seed: of weights, order and dropout.
         validate: split on which the best weights are chosen.
         validate_episodes: of it, the first ones.
@@ -52,6 +55,8 @@ class Recipe:
     learning_rate: float = 1e-3
     clip: float = 5.0
     share: float = 0.3
+    pick_up: float = 1.0
+    temperature: float = 0.0
     seed: int = 1
     validate: str = "val_seen"
     validate_episodes: int = 20

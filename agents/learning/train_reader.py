@@ -55,7 +55,7 @@ def main() -> None:
         return ReadingTask(ReaderNetwork(Sizes(len(vocabulary))), learned, options.seed)
 
     about = f"{len(drawn)} texts, {len(vocabulary)} words"
-    plan = Plan(options.rounds * len(drawn), batch=32, rate=0.003, seed=options.seed, about=about)
+    plan = Plan(options.rounds * len(drawn), batch=48, rate=0.003, seed=options.seed, about=about)
     trainer = Trainer(plan, make_task)
     train(trainer, options.out, "reader", lambda: _scores(trainer, tested))
     network = trainer.network
@@ -89,7 +89,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--data", type=Path, required=True, help="data folder")
     parser.add_argument("--split", default="train", help="split whose instructions are taken")
     parser.add_argument("--out", type=Path, required=True, help="folder for state, log and weights")
-    parser.add_argument("--texts", type=int, default=24_000, help="texts to write anew")
+    parser.add_argument("--texts", type=int, default=40_000, help="texts to write anew")
     parser.add_argument("--rounds", type=int, default=4, help="how often each text is learned from")
     parser.add_argument("--seed", type=int, default=0, help="of texts and first weights")
     parser.add_argument("--threads", type=int, default=1, help="threads of the computation")

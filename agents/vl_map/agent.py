@@ -29,6 +29,10 @@ class SeeingAgent(SeeingFollower):
         super().__init__(eyes, reader)
         self._policy = policy
 
+    def forget(self, body: Body) -> None:
+        """Remove what is not kept from one turn to the next."""
+        body.landmarks.forget_collectibles()
+
     def make_walk(self, body: Body, meaning: Navigation, turn: int) -> Walk:
         """Return what plays a navigation phase."""
         return walk_by(self._policy, body, meaning, turn)
@@ -47,6 +51,10 @@ class SegmentationAgent(Follower):
     def __init__(self, policy: Policy, reader: LearnedReader) -> None:
         super().__init__()
         self._policy, self._reader = policy, reader
+
+    def forget(self, body: Body) -> None:
+        """Remove what is not kept from one turn to the next."""
+        body.landmarks.forget_collectibles()
 
     def make_walk(self, body: Body, meaning: Navigation, turn: int) -> Walk:
         """Return what plays a navigation phase."""

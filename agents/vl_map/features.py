@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from agents.follower.map import CELL, SIDE, Map
-from agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURS, KINDS, LOOK_GROUPS, look_slices
+from agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURED, COLOURS, FURNITURE, KINDS, LOOK_GROUPS, look_slices
 from agents.learning.landmarks import Belief
 from agents.learning.reader.slots import EMPTY, SLOTS, Row
 
@@ -42,7 +42,7 @@ class Sample(NamedTuple):
     """What the policy is given for one decision. Right and ahead are the agent's own, in units.
 
     Attributes:
-        rows: (ROWS, slots) int64, numbers of values; all 0 after the instruction's end.
+        rows: (ROWS, slots) int64, numbers of values, `without_names`; all 0 after the instruction's end.
         ground: (DIRECTIONS, radii, GROUND_CHANNELS) uint8, 0 or 1; directions clockwise from ahead.
         things: (THINGS, THING_VALUES) float32: whether there is one; right, ahead; then of where the agent was nearest
             to it: right and ahead of it as it walked there, moves since; whether it is a collectible, a building, a
@@ -99,7 +99,33 @@ _LOOK_PLACES = look_slices()
 _PATTERN = _LOOK_PLACES["pattern"]
 _GROUP_OF = {kind: group for group in LOOK_GROUPS for kind in group.kinds}
 _COLLECTIBLE = [KINDS.index(kind) for kind in COLLECTIBLES]
+_OF_SEVERAL_COLOURS = (*COLLECTIBLES, *COLOURED, "banner")
 _BUILDING, _CROSSING = KINDS.index("building"), KINDS.index("zebra_crossing")
+
+
+_ALIKE = {
+    **dict.fromkeys(COLLECTIBLES, COLLECTIBLES[0]),
+    **dict.fromkeys((kind for kind in FURNITURE if kind != "zebra_crossing"), FURNITURE[0]),
+}
+_WITHOUT_NAMES = {
+    _slot(name): np.array(
+        [SLOTS[name].index(_ALIKE.get(value, value) if "kind" in name else "") for value in SLOTS[name]]
+    )
+    for names in (("kind1", "colour1", "look1"), ("kind2", "colour2", "look2"))
+    for name in names
+}
+
+
+def without_names(rows: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Return rows with all furniture named alike, all collectibles too, and no colours and looks.
+
+    How well landmarks match the names is told apart (`match_of`). Names themselves would be learned by heart: in few
+    sections each has its places.
+    """
+    rows = rows.copy()
+    for slot, alike in _WITHOUT_NAMES.items():
+        rows[..., slot] = alike[rows[..., slot]]
+    return rows
 
 
 class Named(NamedTuple):
@@ -108,6 +134,11 @@ class Named(NamedTuple):
     kinds: tuple[int, ...]
     colour: int | None
     look: int | None
+
+    @property
+    def has_colour(self) -> bool:
+        """Whether things of these kinds come in several colours: of others one ("the green tree") tells nothing."""
+        return any(KINDS[kind] in _OF_SEVERAL_COLOURS for kind in self.kinds)
 
 
 def named(row: Row, number: int) -> Named | None:
@@ -142,7 +173,7 @@ def match_of(rows: Sequence[Row], beliefs: Sequence[Belief]) -> Floats:
             if thing is None:
                 continue
             match = kinds[:, list(thing.kinds)].sum(1)
-            if thing.colour is not None:
+            if thing.colour is not None and thing.has_colour:
                 match = match * colours[:, thing.colour]
             if thing.look is not None:
                 match = match * looks[:, thing.look]
@@ -183,7 +214,7 @@ def sample_of(rows: Sequence[Row], moment: Moment) -> tuple[Sample, list[Belief]
         ],
         np.float32,
     )
-    numbers = np.array([*rows, *[EMPTY] * (ROWS - len(rows))], np.int64)
+    numbers = without_names(np.array([*rows, *[EMPTY] * (ROWS - len(rows))], np.int64))
     return Sample(numbers, _ground(moment), things, padded, _trace(moment), state), beliefs
 
 
@@ -288,12 +319,16 @@ _MIRRORED_SLOTS = {
 
 
 def mirror(sample: Sample) -> Sample:
-    """Return what the policy would be given in a mirrored world, with left and right exchanged in the instruction."""
+    """Return what the policy would be given in a mirrored world, with left and right exchanged in the instruction.
+
+    Args:
+        sample: one, or several with one more axis in front.
+    """
     rows = sample.rows.copy()
     for slot, exchanged in _MIRRORED_SLOTS.items():
-        rows[:, slot] = exchanged[rows[:, slot]]
+        rows[..., slot] = exchanged[rows[..., slot]]
     things, trace = sample.things.copy(), sample.trace.copy()
-    things[:, [1, 3]] *= -1.0
-    trace[:, [1, 3]] *= -1.0
-    ground = sample.ground[-np.arange(DIRECTIONS) % DIRECTIONS]
+    things[..., [1, 3]] *= -1.0
+    trace[..., [1, 3]] *= -1.0
+    ground = sample.ground[..., -np.arange(DIRECTIONS) % DIRECTIONS, :, :]
     return sample._replace(rows=rows, ground=ground, things=things, trace=trace)

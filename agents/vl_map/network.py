@@ -65,8 +65,12 @@ class Batch(NamedTuple):
 
 def batch_of(samples: list[Sample]) -> Batch:
     """Return samples as a batch."""
-    parts = [torch.from_numpy(np.stack(part)) for part in zip(*samples, strict=True)]
-    rows, *others = parts
+    return tensors_of(Sample(*(np.stack(part) for part in zip(*samples, strict=True))))
+
+
+def tensors_of(sample: Sample) -> Batch:
+    """Return the arrays of samples, with one more axis in front, as tensors."""
+    rows, *others = (torch.from_numpy(part) for part in sample)
     return Batch(rows.long(), *(other.float() for other in others))
 
 

@@ -17,7 +17,7 @@ from server.runs.accounts.quotas import Quota, Quotas
 from server.runs.storage.database import Database
 from tests import ROOT
 from tests.api.people import token_of
-from tests.conformance.breakers import answers, sets
+from tests.conformance.breakers.faults import answers, sets
 from tests.conformance.forwarder import Fault, Forwarder
 from tests.serving import Server
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 import torch
 from torch import Tensor
 from torch.nn import functional
@@ -14,6 +15,9 @@ from agents.learning.reader.words import UNKNOWN
 
 UNKNOWN_SHARE = 0.02
 """Share of words that are made unknown in training."""
+
+POOL = 50
+"""Batches whose examples are sorted by length: what is filled up to the longest of a batch is computed for nothing."""
 
 TESTED = 256
 """Texts that are read at a time."""
@@ -81,9 +85,21 @@ class ReadingTask:
             time, place = divmod(number, count)
             if time != getattr(self, "_time", None):
                 self._time = time
-                self._places = np.random.default_rng((self._seed, time)).permutation(count)
+                self._places = self._drawn(time, len(numbers))
             places.append(int(self._places[place]))
         return torch.tensor(places)
+
+    def _drawn(self, time: int, batch: int) -> npt.NDArray[np.int64]:
+        """Return the order of all examples: random, with those of about equal length together in a batch."""
+        random = np.random.default_rng((self._seed, time))
+        places = random.permutation(len(self._examples.texts))
+        words = (self._examples.texts != 0).sum(1).numpy()
+        batches: list[npt.NDArray[np.int64]] = []
+        for first in range(0, len(places), POOL * batch):
+            pool = places[first : first + POOL * batch]
+            pool = pool[np.argsort(words[pool], kind="stable")]
+            batches += [pool[place : place + batch] for place in range(0, len(pool), batch)]
+        return np.concatenate([batches[place] for place in random.permutation(len(batches))])
 
 
 @dataclass(frozen=True, slots=True)

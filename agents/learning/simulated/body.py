@@ -34,8 +34,8 @@ RAYS = 56
 _RIGHT = ((np.arange(RAYS) + 0.5) * 2.0 / RAYS - 1.0) * math.tan(math.radians(30.0))
 _TURNED, _LENGTH = np.arctan(_RIGHT), np.sqrt(1.0 + _RIGHT**2)
 
-CROSSING_SEEN = 14.0
-"""Distance up to which zebra crossings are seen, in units."""
+CROSSING_SEEN, CROSSING_SAMPLES = 14.0, 30
+"""Distance up to which perfect eyes see zebra crossings, in units; samples of a sighting of one."""
 
 _BUILDINGS = {label.look: number for number, label in enumerate(LABELS) if label.kind == "building"}
 _CROSSING = next(number for number, label in enumerate(LABELS) if label.kind == "zebra_crossing")
@@ -59,6 +59,7 @@ class Faults:
         facade: share of buildings whose facade is wrong.
         unclear: share of views of walls that show no facade clearly, for each unit of distance.
         place, displaced: error of a thing's place, as a share of its distance; share of views in which it is far off.
+        crossing: share of the distance to which perfect eyes see zebra crossings by which others see them less far.
     """
 
     missed: float = 0.22
@@ -67,9 +68,10 @@ class Faults:
     pattern: float = 0.03
     shape: float = 0.4
     facade: float = 0.03
-    unclear: float = 0.04
+    unclear: float = 0.07
     place: float = 0.025
     displaced: float = 0.04
+    crossing: float = 0.4
 
     def scaled(self, share: float) -> "Faults":
         """Return faults that are as many times as frequent."""
@@ -111,6 +113,20 @@ class SimulatedBody(Body):
     def world_pose(self) -> tuple[float, float, float]:
         """The pose (x, z, heading in radians) in the world."""
         return *self.to_world(self.x, self.z), self._origin[2] + self.angle
+
+    def begin_turn(self, things: Things) -> None:
+        """Begin a turn with its own collectibles in the same street.
+
+        Args:
+            things: the same furniture, then the turn's collectibles.
+        """
+        kept = int((~self._things.is_collectible).sum())
+        self._things = things
+        added = len(things.codes) - kept
+        self._confused = np.concatenate([self._confused[:kept], self._random.random((added, 3))])
+        self._wrong = self._wrong[:kept] + [self._drawn_names(number) for number in range(kept, len(things.codes))]
+        self.record_action(None)
+        self.landmarks.forget_collectibles()
 
     def to_world(self, x: float, z: float) -> tuple[float, float]:
         """Return the place in the world of one in the agent's own frame."""
@@ -169,13 +185,15 @@ class SimulatedBody(Body):
                 found.append(Sighting(label, x, z, math.hypot(x - own[0], z - own[1]), 2 * len(numbers)))
         things = self._things
         if things.is_crossing.any():
-            places = things.places[things.is_crossing]
+            places, reach = things.places[things.is_crossing], CROSSING_SEEN * (1.0 - self._faults.crossing)
             right, ahead = relative_to(places, (*place, self.world_pose[2]))
-            shown = (ahead > 0.5) & (np.abs(right) < ahead * 0.6) & (np.hypot(right, ahead) < CROSSING_SEEN)
+            shown = (ahead > 0.5) & (np.abs(right) < ahead * 0.6) & (np.hypot(right, ahead) < reach)
             shown &= self._world.are_in_sight(*place, places)
             for number in np.flatnonzero(shown).tolist():
                 x, z = _to_own(right[number : number + 1], ahead[number : number + 1], own)[0].tolist()
-                found.append(Sighting(_CROSSING, x, z, float(np.hypot(right[number], ahead[number])), 30))
+                x, z = (np.array([x, z]) + self._random.normal(0.0, 2.0 * self._faults.crossing, 2)).tolist()
+                far = float(np.hypot(right[number], ahead[number]))
+                found.append(Sighting(_CROSSING, x, z, far, CROSSING_SAMPLES))
         return found
 
     def _named(self, x: float, z: float, heading: float) -> list[NamedThing]:

@@ -14,15 +14,23 @@ from agents.learning.eyes.vocabulary import (
     FURNITURE,
     LOOK_GROUPS,
 )
-from lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
+from lang.meaning import TURNS, Assembly, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
 from server.episodes.splits import folder_of, read_split
 from server.sim.assets.furniture import COLOURS
+
+NAVIGATION = 0.7
+"""Share of texts for the street: they are longer than those for the room, and have more to be read."""
 
 MIXED = 0.4
 """Share of navigation texts whose steps are put together from several plans."""
 
 EXCHANGED = 0.8
 """Share of texts whose things are exchanged for others."""
+
+TURNED = 0.25
+"""Share of directions, sides and ordinals that are drawn anew where things are exchanged."""
+
+ORDINALS = ("first", "second", "third", "last")
 
 _LOOKS = {group.name: group.looks for group in LOOK_GROUPS}
 
@@ -72,9 +80,11 @@ def draw_samples(plans: Sequence[Meaning], languages: Sequence[str], count: int,
     """
     random = Random(seed)  # noqa: S311 - nothing here is a secret
     walks = [plan for plan in plans if isinstance(plan, Navigation)]
+    rooms = [plan for plan in plans if isinstance(plan, Assembly)]
     made = 0
     while made < count:
-        meaning = random.choice(plans)
+        in_street = not rooms or (walks and random.random() < NAVIGATION)
+        meaning: Meaning = random.choice(walks) if in_street else random.choice(rooms)
         if isinstance(meaning, Navigation) and random.random() < MIXED:
             meaning = _mixed(meaning, random.choice(walks), random)
         if random.random() < EXCHANGED:
@@ -106,7 +116,10 @@ def write_plans(plans: Sequence[Meaning], languages: Sequence[str], seed: int) -
 
 
 def exchange(meaning: Meaning, random: Random) -> Meaning:
-    """Return a meaning with other things in the places of its own: one thing remains one thing in all mentions."""
+    """Return a meaning with other things in the places of its own, and now and then another direction.
+
+    One thing remains one thing in all mentions.
+    """
     others: dict[str, tuple[str, str, str]] = {}
 
     def other(thing: Thing) -> Thing:
@@ -117,14 +130,19 @@ def exchange(meaning: Meaning, random: Random) -> Meaning:
         # A thing is named as fully as it was: another's colour and look are said where its own were.
         colour, look = colour if thing.colour else "", look if thing.look else ""
         where = tuple(replace(each, things=tuple(map(other, each.things))) for each in thing.where)
-        return replace(thing, kind=kind if thing.kind else "", colour=colour, look=look, where=where)
+        which = drawn(thing.which, ORDINALS) if thing.which in ORDINALS else thing.which
+        return replace(thing, kind=kind if thing.kind else "", colour=colour, look=look, which=which, where=where)
+
+    def drawn(said: str, values: Sequence[str]) -> str:
+        return random.choice(values) if said and random.random() < TURNED else said
 
     def step_with(step: Step) -> Step:
         if isinstance(step, Walk):
-            return replace(step, things=tuple(map(other, step.things)))
+            return replace(step, things=tuple(map(other, step.things)), side=drawn(step.side, ("left", "right")))
         if isinstance(step, Face):
             return Face(other(step.thing))
-        return replace(step, thing=other(step.thing)) if step.thing is not None else step
+        thing = other(step.thing) if step.thing is not None else None
+        return replace(step, direction=drawn(step.direction, TURNS), thing=thing)
 
     if isinstance(meaning, Navigation):
         return Navigation(tuple(map(step_with, meaning.steps)), other(meaning.target))

@@ -54,13 +54,25 @@ class Guide:
     def __init__(self, course: Course, body: SimulatedBody) -> None:
         self._course, self._body = course, body
         self._at = 0
+        self._way: list[tuple[float, float]] = []
 
     def label(self, beliefs: Sequence[Belief]) -> Label | None:
-        """Return the right decision; None if none is in sight.
+        """Return the right decision: onward along the path, or back along the way that led off it; None if neither.
 
         Args:
             beliefs: the landmarks of the sample.
         """
+        onward = self._onward(beliefs)
+        x, z, _ = self._body.world_pose
+        if onward is not None:
+            self._way = [(x, z)]
+            return onward
+        seen = [place for place in self._way if self._course.world.is_free(x, z, *place)]
+        self._way.append((x, z))
+        near = [place for place in seen if 0.7 < math.hypot(place[0] - x, place[1] - z) <= IN_SIGHT]
+        return self._to(near[0], -1) if near else None
+
+    def _onward(self, beliefs: Sequence[Belief]) -> Label | None:
         course, body = self._course, self._body
         x, z, _ = body.world_pose
         path, arcs = course.path, course.arcs
@@ -117,11 +129,13 @@ class Walked:
         path: (n, 2) of distinct positions (x, z) in the world.
         picked: number of the collectible that was picked up; None if none was.
         decisions: those for which something right was in sight.
+        body: that walked, at the end.
     """
 
     path: npt.NDArray[np.float64]
     picked: int | None
     decisions: Sequence[Decided]
+    body: SimulatedBody
 
 
 def walk(
@@ -131,6 +145,7 @@ def walk(
     random: np.random.Generator,
     choose: Choose | None = None,
     astray: float = 0.3,
+    body: SimulatedBody | None = None,
 ) -> Walked:
     """Walk a course and keep the decisions.
 
@@ -141,8 +156,12 @@ def walk(
         random: draws faults and wrong turns.
         choose: the policy; None to follow the right decisions.
         astray: share of decisions that are not followed exactly.
+        body: that walked the turn before, and goes on from where it is; None for one at the course's start.
     """
-    body = SimulatedBody(course.world, course.things, course.start, faults, random)
+    if body is None:
+        body = SimulatedBody(course.world, course.things, course.start, faults, random)
+    else:
+        body.begin_turn(course.things)
     guide = Guide(course, body)
     decisions: list[Decided] = []
 
@@ -158,7 +177,7 @@ def walk(
         return _exactly(followed)
 
     navigator = MapNavigator(body, rows, decide, course.turn)
-    path = [course.start[:2]]
+    path = [body.to_world(body.x, body.z)]
     picked = None
     for left in range(STEPS_PER_PHASE, 0, -1):
         body.look()
@@ -173,7 +192,7 @@ def walk(
         here = body.to_world(body.x, body.z)
         if math.dist(here, path[-1]) > 1e-6:
             path.append(here)
-    return Walked(np.array(path), picked, decisions)
+    return Walked(np.array(path), picked, decisions, body)
 
 
 def _reached(course: Course, body: SimulatedBody) -> int | None:
@@ -213,16 +232,19 @@ def score(courses: Sequence[Course], choose: Choose, reading: int, faults: Fault
     """Return how a policy walks turns: mean nDTW, shares that pick up the target, and that end within 3 units of it.
 
     Args:
-        courses: turns.
+        courses: turns of episodes, in order: a second turn begins where the first one ended.
         choose: the policy.
         reading: number of the reading.
         faults: of the eyes.
         seed: of the faults.
     """
     rows: list[tuple[float, float, float]] = []
+    body = None
     for number, course in enumerate(courses):
         draws = np.random.default_rng((seed, number))
-        walked = walk(course, course.readings[min(reading, len(course.readings) - 1)], faults, draws, choose, 0.0)
+        rows_read = course.readings[min(reading, len(course.readings) - 1)]
+        walked = walk(course, rows_read, faults, draws, choose, 0.0, body if course.turn > 1 else None)
+        body = walked.body
         far = float(np.hypot(*(walked.path[-1] - course.target)))
         value = ndtw([tuple(p) for p in walked.path.tolist()], [tuple(p) for p in course.path.tolist()])
         rows.append((value, float(walked.picked == 0), float(far < 3.0)))

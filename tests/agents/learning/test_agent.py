@@ -93,6 +93,23 @@ def test_weights_come_back_as_they_were(tmp_path: Path, sees: bool, reads: bool)
         assert torch.equal(value, again.model.state_dict()[name])
 
 
+@pytest.mark.parametrize(("given", "expected"), [(None, 5.0), (0.0, 0.0)])
+def test_it_plays_at_the_temperature_of_its_recipe(tmp_path: Path, given: float | None, expected: float) -> None:
+    made = policy()
+    made.about["recipe"] = {"temperature": 5.0}
+    save_policy(made, tmp_path / "w")
+    agents = [
+        extra.open_agent("vl", str(tmp_path / "w"), temperature=given),
+        LearnedAgent(made, "vl", temperature=expected),
+        LearnedAgent(made, "vl", temperature=5.0 - expected),
+    ]
+    for agent in agents:
+        agent.begin(Episode("1", "en", "val_seen"))
+    seen = [observation("1", step) for step in range(20)]
+    played, same, other = ([agent.act([each])[0] for each in seen] for agent in agents)
+    assert played == same != other
+
+
 def test_bad_weights_are_told(tmp_path: Path) -> None:
     (tmp_path / "text").write_text("no weights")
     write_tensors(tmp_path / "other", {"tokenizer": torch.zeros(1, dtype=torch.uint8)}, {"format": 0})

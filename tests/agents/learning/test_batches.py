@@ -1,6 +1,7 @@
 """Batches: which steps are learned from, and what stands in the tensors for each."""
 
 import random
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -55,3 +56,14 @@ def test_padding_has_no_part_in_the_loss() -> None:
     loss = loss_of(values, batch)
     values[1, 2:] = 100.0 * torch.randn(2, 5)
     assert torch.equal(loss_of(values, batch), loss)
+
+
+@pytest.mark.parametrize(("phase", "expected"), [("navigation", 0.0), ("assembly", 3.0)])
+def test_the_pick_up_has_a_weight_of_its_own_in_the_streets(phase: str, expected: float) -> None:
+    """All values say "forward"; with a weight of 0 only the right steps forward count."""
+    demonstrated = replace(demonstration([0, 3]), phase=phase)
+    batch = make_batch([demonstrated], ["go"], Words.train(["go"], least=1))
+    values = torch.zeros(1, 2, 5)
+    values[..., 0] = 6.0
+    usual = loss_of(values[:, :1], replace(batch, actions=batch.actions[:, :1])).item()
+    assert loss_of(values, batch, 0.0).item() == pytest.approx(usual + expected, abs=1e-5)

@@ -9,6 +9,7 @@ from agents import train
 from agents.learning.checkpoint import load_policy
 from agents.learning.recipe import RECIPES
 from agents.learning.rollouts import Plan, play
+from agents.vl_grounded.weights import read_weights
 from agents.vl_map.weights import read_policy
 from arramon_client import load_agent
 
@@ -25,6 +26,25 @@ def test_smoke(agent: str, data: Path, tmp_path: Path) -> None:
     assert list((tmp_path / "out" / "log" / agent).iterdir())
     played = load_agent(f"agents.{agent}", {"weights": str(weights)})
     assert len(play(played, Plan(data, "val_seen", ("en",), 1, 224))) == 1
+
+
+def test_smoke_of_the_grounded_agent(data: Path, tmp_path: Path) -> None:
+    """Its training goes on from its saved state with the same outcome, and refuses options of other agents."""
+    folders = ["--data", str(data), "--cache", str(tmp_path / "cache"), "--output", str(tmp_path / "out")]
+    command = ["--agent", "vl_grounded", "--smoke", *folders]
+    assert train.main(command) == 0
+    weights = tmp_path / "out" / "vl_grounded.safetensors"
+    first = read_weights(weights)
+    assert set(first.about["validation"]) == {"nDTW", "CTC-3", "PTC"}
+    assert "python -m agents.train --agent vl_grounded --lang en,hi" in weights.with_suffix(".md").read_text()
+    played = load_agent("agents.vl_grounded", {"weights": str(weights)})
+    assert len(play(played, Plan(data, "val_seen", ("hi",), 1, 224))) == 1
+    weights.unlink()
+    assert train.main([*command, "--validate-episodes", "0"]) == 0
+    again = read_weights(weights).network
+    assert all(torch.equal(*both) for both in zip(first.network.parameters(), again.parameters(), strict=True))
+    assert train.main([*command, "--seed", "2"]) == 1
+    assert train.main([*command, "--share", "0.5"]) == 1
 
 
 def test_smoke_of_the_map_agent(data: Path, tmp_path: Path) -> None:

@@ -94,6 +94,7 @@ def test_things_are_given_as_the_agent_faces_them() -> None:
         (Thing("cone", "red"), [0, 0, 0, 0]),
         (Thing("", "red", "dotted"), [0, 0, 1, 0]),
         (Thing("bench"), [0, 1, 0, 0]),
+        (Thing("bench", "brown"), [0, 1, 0, 0]),  # Benches are brown: their label does not say so.
         (Thing("intersection"), [0, 0, 0, 0]),
     ],
 )

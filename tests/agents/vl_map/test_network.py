@@ -69,7 +69,9 @@ def test_shares(value: float, shares: list[float]) -> None:
 
 
 def test_what_is_right() -> None:
-    targets = targets_of([Label(0.0, 4.0, -1), Label(-math.sqrt(6.5 * 10.0), 0.0, -1), Label(1.0, 1.0, 2)])
+    targets = targets_of(
+        torch.tensor([Label(0.0, 4.0, -1), Label(-math.sqrt(6.5 * 10.0), 0.0, -1), Label(1.0, 1.0, 2)])
+    )
     assert targets.sum(1).tolist() == pytest.approx([1.0, 1.0, 1.0])
     assert targets[0, DISTANCES.index(4.0)] == pytest.approx(1.0)
     left = 18 * len(DISTANCES)

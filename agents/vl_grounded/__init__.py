@@ -1,0 +1,38 @@
+"""Agent that reads on as it walks, and scores what it sees by what it has read. It needs the extra `agents`."""
+
+from agents.learning.extra import PLAYING, require
+from arramon_client.agent import Agent
+from arramon_client.errors import AgentLoadError
+
+__all__ = ["make_agent"]
+
+
+def make_agent(weights: str | None = None) -> Agent:
+    """Return the agent with the weights that come along, or with others.
+
+    Args:
+        weights: a file that `python -m agents.train --agent vl_grounded` wrote.
+
+    Raises:
+        AgentLoadError: if the extra is not installed, or the weights cannot be read.
+    """
+    require(PLAYING, "agents.vl_grounded")
+    import torch
+
+    from agents.learning.checkpoint import find_weights
+    from agents.learning.vision_eyes import load as load_eyes
+    from agents.vl_grounded.agent import GroundedAgent
+    from agents.vl_grounded.weights import read_weights
+
+    torch.set_num_threads(1)  # A step is small: threads that wait for each other cost more than they do.
+    eyes = load_eyes()
+    try:
+        found = read_weights(find_weights(weights or "vl_grounded"))
+    except ValueError as error:
+        raise AgentLoadError(f"agents.vl_grounded: {error}") from error
+    if found.eyes != eyes.fingerprint:
+        raise AgentLoadError(
+            f"agents.vl_grounded: its weights were trained on the visual encoder {found.eyes}, but {eyes.fingerprint} "
+            "is installed"
+        )
+    return GroundedAgent(found, eyes)

@@ -1,0 +1,82 @@
+"""Looking around in the room from its start tile: which way to turn, and what was seen, as places of named things."""
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+import torch
+
+from agents.learning.eyes.names import NamedThing
+from agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURS
+from agents.learning.room_memory import SeenRoom
+from agents.learning.sight import LABELS
+from agents.shortest_path.room import COLUMNS
+from agents.vl_grounded.naming import KINDS, LOOKS, Named
+from agents.vl_grounded.room import CELLS, LEVELS
+from arramon_client.agent import Action
+from lang.room import START, Standing
+
+WAY = (*[Action.LEFT] * 3, *[Action.RIGHT] * 6)
+"""Turns that show everything that is not behind the start tile, where there is only a wall."""
+
+TURN = 30
+
+
+class Look:
+    """A look around.
+
+    Attributes:
+        heading: in degrees clockwise from the first one.
+    """
+
+    def __init__(self) -> None:
+        self.heading = 0
+        self._turns = list(WAY)
+        self._seen = SeenRoom(LABELS)
+        self._headings: set[int] = set()
+
+    @property
+    def is_new(self) -> bool:
+        """Whether the present frame shows what was not looked at yet."""
+        return self.heading not in self._headings
+
+    def add(self, things: Sequence[NamedThing]) -> None:
+        """Add what is named in the present frame."""
+        self._headings.add(self.heading)
+        self._seen.add_things(things, START, self.heading)
+
+    def turn(self) -> Action | None:
+        """Return the next turn, and count it as made; None at the end."""
+        if not self._turns:
+            return None
+        action = self._turns.pop(0)
+        self.heading += TURN if action == Action.RIGHT else -TURN
+        return action
+
+    def things(self) -> tuple[Standing, ...]:
+        """Return what was seen so far."""
+        return self._seen.room().things
+
+
+def as_named(rooms: Sequence[Sequence[Standing]]) -> Named:
+    """Return the things in rooms as a batch, (B, CELLS LEVELS, ...): cells row by row, each with its levels."""
+    parts = [
+        np.zeros((len(rooms), CELLS * LEVELS, size), np.float32) for size in (len(KINDS), len(COLOURS), len(LOOKS))
+    ]
+    for number, things in enumerate(rooms):
+        for thing in things:
+            place = (thing.row * COLUMNS + thing.column) * LEVELS + min(thing.level, LEVELS) - 1
+            for part, row in zip(parts, _rows(thing.kind, thing.colour, thing.look), strict=True):
+                part[number, place] = row
+    return Named(*map(torch.from_numpy, parts))
+
+
+@lru_cache
+def _rows(kind: str, colour: str, look: str) -> tuple[npt.NDArray[np.float32], ...]:
+    """Return kinds, colours and looks of a collectible."""
+    kinds, colours, looks = (np.zeros(size, np.float32) for size in (len(KINDS), len(COLOURS), len(LOOKS)))
+    kinds[[KINDS.index("collectible"), KINDS.index(kind, 1, 1 + len(COLLECTIBLES))]] = 1.0
+    colours[COLOURS.index(colour)] = 1.0
+    looks[LOOKS.index(("pattern", look))] = 1.0
+    return kinds, colours, looks

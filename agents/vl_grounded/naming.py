@@ -1,0 +1,65 @@
+"""The names of things as the networks see and read them: kinds, colours and looks, from the features of a cell."""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import torch
+from torch import Tensor
+
+from agents.learning.eyes.grid import CHANNEL_NAMES
+from agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURS, FURNITURE, LOOK_GROUPS
+
+FACADES = next(group.looks for group in LOOK_GROUPS if group.name == "facade")
+
+KINDS = ("collectible", *COLLECTIBLES, *FURNITURE, "building", *(f"{look} building" for look in FACADES), "start_tile")
+"""Kinds; the first and "building" stand for any of theirs."""
+
+LOOKS = tuple((group.name, look) for group in LOOK_GROUPS[:3] for look in group.looks)
+"""Patterns of collectibles, shapes of banners, names of shops."""
+
+
+class Named(NamedTuple):
+    """What is in each of N places: kinds (..., N, K), colours (..., N, C) and looks (..., N, L), in [0, 1]."""
+
+    kinds: Tensor
+    colours: Tensor
+    looks: Tensor
+
+
+def named(cells: Tensor) -> Named:
+    """Return what the visual encoder "eyes" has named in each cell.
+
+    Args:
+        cells: its features, (..., N, C).
+    """
+    building = cells[..., _FACADES].amax(-1, keepdim=True)
+    cells = torch.cat([cells, building, torch.zeros_like(building)], -1)
+    colours = [cells.index_select(-1, each.to(cells.device)) for each in _COLOURS]
+    return Named(
+        cells.index_select(-1, _KINDS.to(cells.device)),
+        torch.stack(colours).amax(0),
+        cells.index_select(-1, _LOOKS.to(cells.device)),
+    )
+
+
+_PLACES = {name: number for number, name in enumerate((*CHANNEL_NAMES, "building", "nothing"))}
+_FACADES = [_PLACES[f"facade:{look}"] for look in FACADES]
+
+
+def _table(names: Iterable[str]) -> Tensor:
+    """Return the places of channels; those that there are not are 0 everywhere."""
+    return torch.tensor([_PLACES.get(name, _PLACES["nothing"]) for name in names])
+
+
+_KINDS = _table(
+    [
+        "collectible",
+        *(f"kind:{kind}" for kind in COLLECTIBLES),
+        *(f"furniture:{kind}" for kind in FURNITURE),
+        "building",
+        *(f"facade:{look}" for look in FACADES),
+        "start_tile",
+    ]
+)
+_COLOURS = [_table(f"{of}colour:{colour}" for colour in COLOURS) for of in ("", "furniture ", "banner ")]
+_LOOKS = _table(f"{group}:{look}" for group, look in LOOKS)

@@ -1,0 +1,43 @@
+"""Dead reckoning from an agent's own actions: where it is, seen from where it began, as numbers for a network."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from arramon_client.agent import Action
+
+HEADINGS = 12
+"""Headings of the agent, 30 degrees apart."""
+
+NUMBERS = HEADINGS + 7
+"""Numbers of a step: its heading; the start's place, seen from here; the distance to it; steps since the last turn;
+turns since the last step, to the right; steps and actions so far."""
+
+
+def odometry(actions: Sequence[int]) -> npt.NDArray[np.float32]:
+    """Return the numbers before the first action and after each one, (n + 1, NUMBERS), all of the order of 1.
+
+    Args:
+        actions: of a navigation phase, without those that had no effect.
+    """
+    rows = np.zeros((len(actions) + 1, NUMBERS), np.float32)
+    x = z = 0.0
+    heading = ahead = turned = walked = 0
+    for number in range(len(actions) + 1):
+        sin, cos = math.sin(heading * math.pi / 6), math.cos(heading * math.pi / 6)
+        right, front = x * cos - z * sin, x * sin + z * cos
+        rows[number, heading] = 1.0
+        rows[number, HEADINGS:] = (
+            -right / 10, -front / 10, math.hypot(x, z) / 20, min(ahead, 20) / 10, turned / 6, walked / 30, number / 50,
+        )  # fmt: skip
+        if number == len(actions):
+            break
+        action = actions[number]
+        if action == Action.FORWARD:
+            x, z, ahead, turned, walked = x + sin, z + cos, ahead + 1, 0, walked + 1
+        elif action in (Action.LEFT, Action.RIGHT):
+            turn = 1 if action == Action.RIGHT else -1
+            heading, turned, ahead = (heading + turn) % HEADINGS, turned + turn, 0
+    return rows

@@ -1,0 +1,68 @@
+"""The network that finds the cell of the room in which the object is to be placed.
+
+It reads the instruction in a few steps. Each says what is meant, which scores the things in the room, and where the
+cell lies from it: a value for each difference of columns and rows. The sums of these are the values of the cells.
+
+In the comments B is the batch, T words, H = 192 numbers of a word, N = 20 cells.
+"""
+
+import torch
+from torch import Tensor, nn
+
+from agents.shortest_path.room import COLUMNS, ROWS
+from agents.vl_grounded.naming import Named
+from agents.vl_grounded.reading import DROPOUT, WORD, Attention, Reading, match
+
+CELLS, LEVELS, STEPS, STATE = COLUMNS * ROWS, 2, 5, 128
+"""N; things in a cell that are told apart, one on the other; steps in which an instruction is read; the state."""
+
+OFFSETS = (2 * COLUMNS - 1) * (2 * ROWS - 1)
+"""Differences of columns and rows."""
+
+
+class RoomReader(nn.Module):
+    """Finds the target cell."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.attention = Attention(STATE, 2)
+        self.memory = nn.LSTMCell(2 * WORD + 2 * LEVELS + 2, STATE)
+        self.offsets = nn.Linear(STATE + WORD, OFFSETS * LEVELS)
+        self.anywhere = nn.Linear(STATE, CELLS)
+        self.filled = nn.Linear(STATE, LEVELS)
+        self.dropout = nn.Dropout(DROPOUT)
+        self.register_buffer("between", _differences(), persistent=False)
+
+    def forward(self, reading: Reading, words: Tensor, tokens: Tensor, there: Named) -> Tensor:
+        """Return the values of all cells, (B, N), row by row.
+
+        Args:
+            reading: says what is meant.
+            words: in context, (B, T, H).
+            tokens: (B, T).
+            there: things by cell and level, (B, N LEVELS, ...); 0 where nothing is.
+        """
+        count = len(tokens)
+        hidden = cell = words.new_zeros(count, STATE)
+        looks = self.attention.first(tokens)
+        is_filled = there.kinds.amax(-1).view(count, CELLS, LEVELS)
+        values = words.new_zeros(count, CELLS)
+        for _ in range(STEPS):
+            read, looks = self.attention(hidden, words, tokens == 0, looks)  # (B, 2, H): a thing, and a relation
+            fits = match(reading.meant(read[:, :1]), there)[:, 0].view(count, CELLS, LEVELS)
+            known = torch.cat([read.flatten(1), fits.sum(1), fits.amax(1), is_filled.sum(1) / 10], 1)
+            hidden, cell = self.memory(self.dropout(known), (hidden, cell))
+            offsets = self.offsets(self.dropout(torch.cat([hidden, read[:, 1]], 1))).view(count, LEVELS, OFFSETS)
+            by_thing = offsets[:, :, self.between]  # (B, LEVELS, N of the cell, N of the thing)
+            values = values + torch.einsum("blnm,bml->bn", by_thing, fits)
+        values = values + self.anywhere(self.dropout(hidden))
+        found: Tensor = values + (is_filled * self.filled(hidden)[:, None]).sum(2)
+        return found
+
+
+def _differences() -> Tensor:
+    """Return which of OFFSETS lies from each cell to each other, (N, N)."""
+    column, row = torch.arange(CELLS) % COLUMNS, torch.arange(CELLS) // COLUMNS
+    columns = column[:, None] - column + COLUMNS - 1
+    rows = row[:, None] - row + ROWS - 1
+    return rows * (2 * COLUMNS - 1) + columns

@@ -1,0 +1,110 @@
+"""One navigation phase: the network's actions, with a guard on the pick-up and a rule after a step that was blocked."""
+
+import numpy as np
+import numpy.typing as npt
+import torch
+from torch import Tensor
+
+from agents.learning.checkpoint import as_input
+from agents.learning.eyes.grid import CHANNEL_NAMES
+from agents.learning.paper import ACTIONS, START
+from agents.learning.vision import GRID
+from agents.vl_grounded.network import Grounded
+from agents.vl_grounded.odometry import odometry
+from arramon_client.agent import Action
+
+FITS = 0.25
+"""How well a thing must fit the described object to be picked up."""
+
+NEAR = 1.0 / (1.0 + 3.6)
+"""Nearness that it must have: a little farther than the pick-up reaches."""
+
+_NEARNESS = CHANNEL_NAMES.index("nearness of collectible")
+_MIDDLE = [cell for cell in range(GRID * GRID) if 2 <= cell % GRID <= 4]
+"""Cells straight ahead."""
+
+_OPPOSITE = {Action.LEFT: Action.RIGHT, Action.RIGHT: Action.LEFT}
+
+
+class Walker:
+    """Plays one navigation phase.
+
+    An action without any effect, a blocked step or a pick-up of nothing, is as if it had not been taken: the network
+    chooses again, from the same state, among the others. After a blocked step the agent turns on in the direction that
+    it chooses until it can walk: it does not turn back to the wall.
+
+    Args:
+        network: that chooses.
+        tokens: the instruction, (1, T).
+
+    Attributes:
+        mind: what is remembered of the steps before the present one.
+    """
+
+    def __init__(self, network: Grounded, tokens: Tensor) -> None:
+        self._network, self._tokens = network, tokens
+        self._words = network.reading(tokens)
+        self._target = network.street.read_target(self._words, tokens)
+        self.mind = self._after = network.street.first(tokens)
+        self._actions: list[int] = []
+        self._barred: set[int] = set()
+        self._is_at_wall = False
+        self._last: npt.NDArray[np.float32] | None = None
+
+    @torch.inference_mode()
+    def act(self, features: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> int:
+        """Return the next action.
+
+        Args:
+            features: of the present frame, (7, 7, C).
+            depth: the frame's.
+        """
+        self._judge_last(depth)
+        before = self._actions[-1] if self._actions else START
+        street = self._network.street
+        (seen,) = street.see(
+            self._network.reading,
+            self._target,
+            as_input(features)[None, None],
+            torch.tensor([[before]]),
+            torch.from_numpy(odometry(self._actions)[None, -1:]),
+        )
+        mixed, self._after = street.step(self._network.reading, self._words, self._tokens, seen, self.mind)
+        values = street.output(mixed)[0]
+        barred = set(self._barred)
+        if not is_in_reach(seen.target[0], features):
+            barred.add(Action.INTERACT)
+        action = max((each for each in range(ACTIONS) if each not in barred), key=lambda each: float(values[each]))
+        if self._is_at_wall and action in _OPPOSITE:
+            self._barred.add(_OPPOSITE[Action(action)])
+        self._actions.append(action)
+        self._last = depth.copy()
+        return action
+
+    def _judge_last(self, depth: npt.NDArray[np.float32]) -> None:
+        """Take back the last action if it had no effect, and remember its step otherwise."""
+        if self._last is None:
+            return
+        action = self._actions[-1]
+        if action not in _OPPOSITE and np.array_equal(depth, self._last):
+            self._actions.pop()
+            self._barred.add(action)
+            self._is_at_wall |= action == Action.FORWARD
+            return
+        self.mind = self._after
+        if action == Action.FORWARD:
+            self._barred.clear()
+            self._is_at_wall = False
+        else:
+            self._barred -= {Action.FORWARD, Action.INTERACT}
+
+
+def is_in_reach(fits: Tensor, features: npt.NDArray[np.uint8]) -> bool:
+    """Return whether something like the described object is ahead, and near.
+
+    Args:
+        fits: how well each cell fits it, (N,).
+        features: (7, 7, C).
+    """
+    near = features.reshape(GRID * GRID, -1)[_MIDDLE, _NEARNESS] >= NEAR * 255
+    return bool(((fits[_MIDDLE] >= FITS).numpy() & near).any())

@@ -1,0 +1,53 @@
+"""The room: looking around, things as the network is given them, and the way to the cell that it finds."""
+
+import pytest
+
+torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
+
+from agents.vl_grounded.look import WAY, Look, as_named  # noqa: E402
+from agents.vl_grounded.naming import KINDS  # noqa: E402
+from agents.vl_grounded.network import Grounded  # noqa: E402
+from agents.vl_grounded.placer import Placer  # noqa: E402
+from agents.vl_grounded.room import CELLS, LEVELS  # noqa: E402
+from lang.room import Standing  # noqa: E402
+
+
+def test_a_look_around_shows_each_heading_once() -> None:
+    look, headings = Look(), []
+    while True:
+        if look.is_new:
+            headings.append(look.heading)
+            look.add([])
+        if look.turn() is None:
+            break
+    assert headings == [0, -30, -60, -90, 30, 60, 90]
+
+
+def test_things_by_cell_and_level() -> None:
+    things = (Standing("mug", "red", "dotted", 1, 2, 1), Standing("tv", "blue", "striped", 1, 2, 2))
+    there = as_named([things, ()])
+    assert there.kinds.shape == (2, CELLS * LEVELS, len(KINDS))
+    filled = [divmod(place, LEVELS) for place in there.kinds[0, :, 0].nonzero()[:, 0].tolist()]
+    assert filled == [(2 * 5 + 1, 0), (2 * 5 + 1, 1)]
+    assert there.kinds[1].sum() == 0
+
+
+@pytest.mark.parametrize(
+    ("steps_left", "cell", "expected"),
+    [
+        (150, 2 + 5 * 1, [*WAY, *[1] * 3, 3]),  # Straight ahead of the start tile, after the look around.
+        (20, 2 + 5 * 1, [3]),  # Without time to look.
+        (20, 3, [2, 2, 2, 3]),
+        (20, 2 + 5 * 2, [0, 3]),
+    ],
+)
+def test_the_way(steps_left: int, cell: int, expected: list[int]) -> None:
+    torch.manual_seed(1)
+    network = Grounded(9).eval()
+    with torch.no_grad():
+        network.room.anywhere.bias[cell] = 100.0
+    placer = Placer(network, torch.tensor([[2, 3]]))
+    actions: list[int] = []
+    while not actions or actions[-1] != 3:
+        actions.append(placer.act([], steps_left - len(actions)))
+    assert actions == expected
