@@ -38,6 +38,7 @@ class Item:
     Attributes:
         fresh: whether a clause may begin there.
         also: whether its pattern is only read.
+        joined: whether only a comma or "and" stands before it.
     """
 
     end: int
@@ -47,6 +48,7 @@ class Item:
     start: int = 0
     fresh: bool = False
     also: bool = False
+    joined: bool = False
 
 
 def things_in(bound: Mapping[str, object], kind: str, *, is_between: bool) -> tuple[NounPhrase, ...]:
@@ -88,7 +90,7 @@ class Discourse:
         before: tuple[Where, ...] = ()
         last: Item | None = None
         short_of: Thing | None = None
-        for item in items:
+        for item in _with_shared_sides(items):
             kind, bound = item.label.split()[0], dict(item.bound)
             listed = targets or mentioned
             if kind in ("not", "detail"):
@@ -233,6 +235,8 @@ class Discourse:
         if len(named) == 2 and not (named[1].kind or named[1].back):
             named = named[0], replace(named[1], kind=named[0].kind)  # "The glass building and the brick one."
         things = self._things(named)
+        if rest == ["crossed"]:
+            return [Walk("past", (Thing("street"),))]
         if words[1:2] == ["with"]:
             self.focus = focus_of(things, self.focus)
             self.mentioned_things += things
@@ -296,6 +300,8 @@ class Discourse:
             return self.focus or (self.mentioned_things[-1] if self.mentioned_things else Thing(""))
         if named.back == SAME:
             last = next((thing for thing in reversed(self.mentioned_things) if thing.kind == named.kind), None)
+            if last is None and named.kind == "building":
+                last = next((thing for thing in reversed(self.mentioned_things) if thing.kind == "shop_sign"), None)
             if last is not None:
                 return last
         if named.back == OWN:
@@ -359,13 +365,35 @@ def _at_place(places: tuple[Where, ...], steps: list[Step]) -> list[Step]:
     return [*walks, Walk("past" if last.relation == "behind" else "to", last.things), *steps]
 
 
+def _with_shared_sides(items: Sequence[Item]) -> list[Item]:
+    """Return items where things that are only listed have the side of the last one ("bench, bin, booth on your left")."""
+    found = list(items)
+    for last, item in enumerate(items):
+        side = [value for value in item.bound if value[0] == "side"]
+        first = last
+        while first > 0 and items[first].joined and items[first].label == items[first - 1].label == "landmark":
+            first -= 1
+        is_list = first < last and not (items[first].joined and items[first - 1].label.startswith("walk"))
+        if side and is_list and not any(slot == "side" for each in items[first:last] for slot, _ in each.bound):
+            found[first:last] = [
+                each if _is_crossed(each) else replace(each, bound=(*each.bound, *side)) for each in items[first:last]
+            ]
+    return found
+
+
+def _is_crossed(item: Item) -> bool:
+    """Return whether a clause names something that one goes over, which is on no side."""
+    return any(isinstance(named, NounPhrase) and named.kind in _CROSSED for _, named in item.bound)
+
+
 def _put_aside(steps: list[Step], side: str) -> None:
     """Say of the things passed last that all are on a side."""
     for number in range(len(steps) - 1, -1, -1):
         step = steps[number]
         if not isinstance(step, Walk) or step.way != "past" or step.side:
             return
-        steps[number] = replace(step, side=side)
+        if not any(thing.kind in _CROSSED for thing in step.things):
+            steps[number] = replace(step, side=side)
 
 
 def _on_the_spot(steps: Sequence[Step]) -> bool:

@@ -112,6 +112,7 @@ class Grammar:
         self.sentence_end: str = text["sentence_end"]
         self.spelling: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text["spelling"]]
         self.reading: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text["reading"]]
+        self.free_reading: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text.get("free_reading", [])]
         self.openers: list[str] = text.get("openers", [])
         owners = text.get("owners", {})
         self.of: list[str] = owners.get("of", [])

@@ -175,8 +175,8 @@ class NounPhraseReader:
         found = [*self._read_whole(keys, start), *self._read_divided(keys, start)]
         owns = any(True for _ in self._own.at(keys, start))
         corners = (corner for end, named in found for corner in self._corners(keys, end, named, owns=owns))
-        ends = {end for end, named in found if named.kind in ("corner", _CORNER)} if not owns else set()
-        return [*found, *(corner for corner in corners if corner[0] not in ends)]
+        ends = {end for end, named in found if named.kind == _CORNER or (named.kind == "corner" and named.which)}
+        return [*found, *(corner for corner in corners if owns or corner[0] not in ends)]
 
     def _corners(
         self, keys: Sequence[str], end: int, named: NounPhrase, *, owns: bool

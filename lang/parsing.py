@@ -21,6 +21,9 @@ word, and any other word."""
 _SAID = 0.01
 """By how much a clause that is only read costs less for each slot that it fills: one that says more is preferred."""
 
+_WHERE_JOINED = 0.08
+"""Extra cost of each further relation that is joined to one within a clause that is only read."""
+
 _TURNED = 0.35
 """Extra cost of a relation alone where a turn may begin: "left to the planter" is no place to the left of it."""
 
@@ -62,6 +65,8 @@ class TextParser:
                 last = items[-1][1] if items else None
                 if chosen.label == "where" and last is not None and last.label == "where" and last.end == at:
                     chosen = replace(chosen, fresh=last.fresh)
+                if last is not None and self._is_joined(last.end, at):
+                    chosen = replace(chosen, joined=True)
                 items.append((at, chosen))
             at = chosen.end if chosen is not None else at + 1
         return items
@@ -75,6 +80,10 @@ class TextParser:
             at, is_found = item.end, is_found or item.label.startswith("target")
         return is_found and not self._skips_words(at, len(self.keys))
 
+    def _is_joined(self, start: int, end: int) -> bool:
+        """Return whether nothing but commas and "and" stands between two words."""
+        return start < end and all(key == "," or key in self.reader.conjunctions for key in self.keys[start:end])
+
     def _skips_words(self, start: int, end: int) -> bool:
         return any(key not in self.reader.fillers for key in self.keys[start:end])
 
@@ -87,7 +96,7 @@ class TextParser:
                 continue
             unusual = 0.0 if self._is_usual(match) else _NAMELESS if self._is_nameless(match) else _UNUSUAL
             cost = _ITEM + _ALSO * match.label.also + _AMID * (amid and match.label.main_only) + unusual
-            cost -= _SAID * len(match.bound) * match.label.also
+            cost += match.label.also * (_WHERE_JOINED * _more_wheres(match) - _SAID * len(match.bound))
             yield Item(match.end, match.label.key, match.bound, cost, start, fresh, match.label.also)
         for end, named in self._slot("target", start, DEPTH, top=True):
             yield Item(end, "mention", (("target", named),), _MENTION, start, fresh)
@@ -234,6 +243,10 @@ class TextParser:
             each = [(thing,) for thing in things] if relation != "between" else [things]
             found.append((match.end, tuple(RelationPhrase(relation, about, exactly) for about in each)))
         return list(dict.fromkeys(found))
+
+
+def _more_wheres(match: Match) -> int:
+    return sum(_count(value) - 1 for slot, value in match.bound if slot == "where")
 
 
 def _count(wheres: object) -> int:

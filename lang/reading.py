@@ -18,7 +18,7 @@ from lang.tokens import Tokenizer
 
 PHASES = ("navigation", "assembly")
 
-ALSO_IN_NAVIGATION = ("turn with", "short of", "all sides", "walk past zebra_crossing", "target", "landmark", "not target", "detail")
+ALSO_IN_NAVIGATION = ("turn with", "short of", "all sides", "walk past crossed", "walk past zebra_crossing", "target", "landmark", "not target", "detail")
 """Keys of clauses in navigation that are only read: of a turn and a walk along something, of a place shortly before something, of a thing that is passed, what is not to be
 picked up, and what describes the thing before it."""
 
@@ -101,7 +101,7 @@ class Reader:
         """
         if phase not in PHASES:
             raise ValueError(f"phase {phase!r}; expected {' or '.join(PHASES)}")
-        items = self._items(self._keys(text), phase)
+        items = self._items(text, phase)
         if not items:
             expected = "what to pick up" if phase == "navigation" else "where to place what"
             raise CannotRead(f"nothing understood in {text[:80]!r}; expected steps or {expected}")
@@ -126,15 +126,16 @@ class Reader:
         rest = words.names(at, len(keys), set())
         return (*said, *(Said(thing=discourse.mention(named), manner="seen") for named in rest))
 
-    def _items(self, keys: tuple[str, ...], phase: str) -> list[Item]:
-        """Return the parts of a text: by the patterns that are written, if they cover all of it, or else by all patterns.
+    def _items(self, text: str, phase: str) -> list[Item]:
+        """Return the parts of a text: by the patterns that are written, if they cover it, or else by all patterns.
 
         So what is read of free texts can be understood widely, and takes nothing from what is written.
         """
-        written = TextParser(self, keys, phase, written_only=True)
+        written = TextParser(self, self._keys(text), phase, written_only=True)
         parts = written.items()
         if not written.is_covered_by(parts):
-            parts = TextParser(self, self._without_asides(keys), phase).items()
+            keys = self._without_asides(self._keys(text, self._grammar.free_reading))
+            parts = TextParser(self, keys, phase).items()
         return [item for _, item in parts]
 
     def _without_asides(self, keys: tuple[str, ...]) -> tuple[str, ...]:
@@ -147,9 +148,14 @@ class Reader:
             at = max(end, at + 1)
         return tuple(kept)
 
-    def _keys(self, text: str) -> tuple[str, ...]:
-        """Return a text's words for comparison, with typing errors corrected."""
-        for pattern, replacement in self._grammar.reading:
+    def _keys(self, text: str, rules: Iterable[tuple[str, str]] = ()) -> tuple[str, ...]:
+        """Return a text's words for comparison, with typing errors corrected.
+
+        Args:
+            text: as it is given.
+            rules: further regular expressions and what takes the place of what they find.
+        """
+        for pattern, replacement in (*self._grammar.reading, *rules):
             text = re.sub(pattern, replacement, text)
         return tuple(map(self._correct, self.split(self._tokenizer.normalise(text))))
 
