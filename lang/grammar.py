@@ -27,7 +27,8 @@ SLOTS = frozenset(
     )
 )
 """Slots that are neither words nor tables. Only read are "joined", two things that share a noun, "landmark" and
-"further", things that are not to be picked up, "wall", "holder", a collectible, and "detail", a thing that describes the one before it."""
+"further", things that are not to be picked up, "wall", "holder", a thing that can be picked up, and "detail", one that
+describes the thing before it."""
 
 INSIDE = "~"
 """Marks the place in a noun of several words where what describes it stands: "the end of the ~street"."""

@@ -95,9 +95,9 @@ class NounPhraseReader:
         self._after = Phrasebook()
         self._divided = Phrasebook()
         self._of, self._own = Phrasebook(), Phrasebook()
-        for book, phrases in ((self._of, grammar.of), (self._own, grammar.own)):
-            for phrase in phrases:
-                book.add(split(phrase), None)
+        for book, texts in ((self._of, grammar.of), (self._own, grammar.own)):
+            for text in texts:
+                book.add(split(text), None)
         self._patterned = {
             split(phrase): kind for kind, phrases in lexicon["patterned_kinds"].items() for phrase in phrases
         }
@@ -306,11 +306,13 @@ class NounPhraseReader:
             if not patterned:
                 return
             kind = self._patterned[tuple(keys[at:end])]
+        if kind == "corner" and any(w.role == "look" and w.kind == "building" for group in described for w in group):
+            kind = _CORNER  # "The brick corner."
         if kind == "building" and (shop := self._shop(described)):
             kind, noun = "shop_sign", replace(noun, look=shop)
         said = {"look": noun.look, "colour": "", "which": "", "two": "", "several": ""}
         for group in described:
-            suiting = [word for word in group if self._suits(word, kind)]
+            suiting = [word for word in group if self._suits(word, kind)] or ([] if kind else list(group))
             if suiting:
                 word = min(suiting, key=lambda each: _DESCRIBING.index(each.role))
                 said[word.role] = word.value
@@ -344,7 +346,10 @@ class NounPhraseReader:
         if not said or any(getattr(named, role) for role in said) or any(word.value for word in follows):
             return
         ends = [to for to, word in self._words(self._book, keys, end) if word.role == "noun"]
-        yield max(ends, default=end), replace(named, **said)
+        yield (
+            max(ends, default=end),
+            replace(named, colour=said.get("colour", named.colour), look=said.get("look", named.look)),
+        )
 
     def _says_more(self, word: _Word, named: NounPhrase) -> bool:
         """Return whether a word describes the thing."""

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 DEPTH = 2
 """Maximum nesting of landmarks described by landmarks."""
 
-_ITEM, _WHERE, _WHERE_MORE, _MENTION, _FILLER, _UNKNOWN = 0.2, 0.3, 0.35, 0.8, 0.06, 1.0
+_ITEM, _WHERE, _WHERE_MORE, _MENTION, _FILLER, _UNKNOWN = 0.2, 0.28, 0.37, 0.8, 0.06, 1.0
 """Costs of reading a clause, a relation alone, each further one joined to it, or a thing alone; of skipping a joining
 word, and any other word."""
 
@@ -221,7 +221,9 @@ class TextParser:
         if top and not self.written_only:
             yield at
 
-    def _relations_at(self, at: int, depth: int, *, is_joined: bool = True) -> list[tuple[int, tuple[RelationPhrase, ...]]]:
+    def _relations_at(
+        self, at: int, depth: int, *, is_joined: bool = True
+    ) -> list[tuple[int, tuple[RelationPhrase, ...]]]:
         """Return relations: a single one, or one to each of two things that share a noun."""
         found: list[tuple[int, tuple[RelationPhrase, ...]]] = []
         matches = list(

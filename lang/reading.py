@@ -6,6 +6,7 @@ from typing import Any
 
 from lang.discourse import BARE, Discourse, Item
 from lang.grammar import Grammar, Table
+from lang.itinerary import read_navigation
 from lang.lexicon import FUZZY_LENGTH, keys_of, within_one_edit
 from lang.matching import OPTIONAL, Automaton, PatternLabel, Phrasebook
 from lang.meaning import Meaning
@@ -18,9 +19,13 @@ from lang.tokens import Tokenizer
 
 PHASES = ("navigation", "assembly")
 
-ALSO_IN_NAVIGATION = ("turn with", "short of", "all sides", "walk past crossed", "walk past zebra_crossing", "target", "landmark", "not target", "detail")
-"""Keys of clauses in navigation that are only read: of a turn and a walk along something, of a place shortly before something, of a thing that is passed, what is not to be
-picked up, and what describes the thing before it."""
+ALSO_IN_NAVIGATION = (
+    *("turn with", "short of", "all sides", "walk past crossed", "walk past zebra_crossing"),
+    *("target", "landmark", "not target", "detail"),
+)
+"""Keys of clauses in navigation that are only read: of a turn and a walk along something, of a place shortly before
+something, of the side of all that was passed last, of a walk over what is not named or is a crossing; of a thing that
+is passed, what is not to be picked up, and what describes the thing before it."""
 
 _Listed = Mapping[str, tuple[Pattern, ...]]
 
@@ -106,7 +111,7 @@ class Reader:
             expected = "what to pick up" if phase == "navigation" else "where to place what"
             raise CannotRead(f"nothing understood in {text[:80]!r}; expected steps or {expected}")
         discourse = Discourse(self._grammar)
-        return discourse.navigation(items) if phase == "navigation" else discourse.assembly(items)
+        return read_navigation(discourse, items) if phase == "navigation" else discourse.assembly(items)
 
     def outline(self, text: str) -> tuple[Said, ...]:
         """Return the turns of a navigation instruction and the things that it mentions, in order; `outline` says how.
@@ -127,7 +132,7 @@ class Reader:
         return (*said, *(Said(thing=discourse.mention(named), manner="seen") for named in rest))
 
     def _items(self, text: str, phase: str) -> list[Item]:
-        """Return the parts of a text: by the patterns that are written, if they cover it, or else by all patterns.
+        """Return the parts of a text, by the patterns that are written if they cover it, or else by all.
 
         So what is read of free texts can be understood widely, and takes nothing from what is written.
         """
