@@ -4,7 +4,8 @@
 
 Every row starts its own server process and plays for some seconds with the client's own play loop. The rows alternate,
 round by round, so that changes of the machine's speed affect all of them; the table shows medians. The first row is the
-baseline of the ratios: one core in process, rules and frames alone, without gRPC, journal or client.
+baseline of the ratios: one core in process, rules and frames of the same random walk alone, without gRPC, journal or
+client.
 """
 
 import argparse
@@ -20,7 +21,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from itertools import cycle, islice
+from itertools import cycle
 from pathlib import Path
 
 from common import data_or_sample
@@ -123,7 +124,7 @@ class Measured:
         rate: steps per second.
         mean, p50, p99: milliseconds from an action to the next observation of its episode.
         memory: resident memory of the server's processes, in MB.
-        work: CPU time of the server's processes per step, in milliseconds.
+        work: CPU time of the server's processes per step, in milliseconds; in process, of this one.
         own: CPU time of the client per step, in milliseconds.
         ready: seconds until the server listens.
     """
@@ -139,24 +140,33 @@ class Measured:
 
 
 def in_process(split: Split, seconds: float, size: int = 224) -> Measured:
-    """Measure rules and frames of 16 episodes in turn, in this process."""
-    worlds, limits = Worlds({split.name: split}), Limits()
-    episodes = islice(cycle(split.episodes.values()), 16)
-    sessions = [Session(e, worlds.ground(split.name, e), limits) for e in episodes]
-    for session in sessions:
-        worlds.render(split.name, session.episode, session.state, size)
-    steps, started = 0, time.perf_counter()
+    """Measure rules and frames of 16 episodes in turn, in this process: what the served rows draw, and nothing else.
+
+    The episodes come in the order of a run, and the same agent plays them: how long a frame takes depends on what is
+    seen. An agent that always walks against the same wall sees little, and is drawn in half the time.
+    """
+    worlds, limits, agent = Worlds({split.name: split}), Limits(), RandomWalk()
+    waiting = cycle(split.in_playing_order(next(iter(split.languages))))
+
+    def begin() -> Session:
+        episode = next(waiting)
+        return Session(episode, worlds.ground(split.name, episode), limits)
+
+    for section in {episode.section: episode for episode in split.episodes.values()}.values():
+        worlds.render(split.name, section, Session(section, worlds.ground(split.name, section), limits).state, size)
+    sessions = [begin() for _ in range(16)]
+    steps, started, worked = 0, time.perf_counter(), time.process_time()
     while time.perf_counter() - started < seconds:
         for number, session in enumerate(sessions):
+            session.apply(Action(agent.draw(session.episode.episode_id, session.state.step)))
             if session.state.finished:
-                session = Session(session.episode, worlds.ground(split.name, session.episode), limits)
-                sessions[number] = session
-            session.apply(Action((steps * 7 + number * 3) % 3))
+                session = sessions[number] = begin()
             worlds.render(split.name, session.episode, session.state, size)
             steps += 1
+    work = time.process_time() - worked
     rate = steps / (time.perf_counter() - started)
     worlds.close()
-    return Measured(rate)
+    return Measured(rate, work=1e3 * work / steps)
 
 
 @contextmanager

@@ -80,7 +80,7 @@ class Soak:
             for number, address in enumerate(addresses)
             for access in (credentials(there, folder, f"team-{number}", options.hosted),)
         ]
-        seconds = 60.0 * max(options.spread, 0.2)
+        seconds = 60.0 * (options.spread or 0.2)
         self._rude = RudeStreams(self._players, self._shown, options.rude, seconds, random.Random(options.seed))  # noqa: S311
         self._faults = Faults(there, self._players, self._chance, folder)
         self.made, self.stuck = Counter[str](), list[str]()

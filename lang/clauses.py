@@ -16,10 +16,12 @@ class Clause:
     Attributes:
         key: key in the table of `phrases.toml`: "turn", "turn at", "face", "walk past".
         said: value of each slot that must be filled.
+        straight: whether it may say that what it leads to is straight ahead.
     """
 
     key: str
     said: Mapping[str, Value]
+    straight: bool = True
 
 
 def clause_of(step: Step) -> Clause:
@@ -30,7 +32,7 @@ def clause_of(step: Step) -> Clause:
         return Clause(f"turn {step.at}", {"direction": step.direction, **thing_slots((step.thing,))})
     if isinstance(step, Face):
         return Clause("face", thing_slots((step.thing,)))
-    return Clause(f"walk {step.way}", _said_of(step))
+    return Clause(f"walk {step.way}", _said_of(step), step.straight)
 
 
 def _said_of(walk: Walk) -> dict[str, Value]:

@@ -114,12 +114,14 @@ class Grammar:
         self.spelling: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text["spelling"]]
         self.reading: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text["reading"]]
         self.free_reading: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text.get("free_reading", [])]
+        self.folding: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text.get("folding", [])]
         self.openers: list[str] = text.get("openers", [])
         owners = text.get("owners", {})
         self.of: list[str] = owners.get("of", [])
         self.own: list[str] = owners.get("own", [])
         self.asides: list[str] = text.get("asides", [])
         self.clumsy: list[str] = text.get("clumsy", [])
+        self.straight: str = text.get("straight", "")
         self._classes = grammar.get("classes", {})
         self.words = {name: self._lexemes(f"words.{name}", entry) for name, entry in grammar["words"].items()}
         self._slots: frozenset[str] = frozenset(self.words)
@@ -133,6 +135,9 @@ class Grammar:
         self.also_nouns: dict[str, list[str]] = things["also_read"]
         self.also_looks: dict[str, dict[str, list[str]]] = things.get("also_read_looks", {})
         self.colours = self._tabled("colours", things["colours"])
+        self.colours_of = {
+            kind: self._tabled(f"colours_of.{kind}", listed) for kind, listed in things.get("colours_of", {}).items()
+        }
         self.whiches = self._tabled("whiches", things["whiches"])
         self.looks = {
             kind: {value: self._wordings(f"looks.{kind}.{value}", texts) for value, texts in looks.items()}

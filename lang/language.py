@@ -36,7 +36,7 @@ class Language:
 
     Args:
         folder: contains `language.toml`, `lexicon.toml`, `relations.toml`, `grammar.toml`, `things.toml` and
-            `phrases.toml`, all described in those of `lang/en`.
+            `phrases.toml`, all described in those of `lang/en`; possibly `chunks.toml`, described in that of `lang/hi`.
 
     Attributes:
         code: such as "hi"; the name of the folder.
@@ -139,7 +139,9 @@ class Language:
 
     @cached_property
     def _reader(self) -> Reader:
-        return Reader(self.grammar, self._words, self._relation_words, self._tokenizer)
+        chunks = self._folder / "chunks.toml"
+        data = _read(chunks) if chunks.exists() else None
+        return Reader(self.grammar, self._words, self._relation_words, self._tokenizer, data)
 
     @cached_property
     def _reading(self) -> Callable[[str, str], Meaning]:

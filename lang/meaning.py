@@ -123,12 +123,15 @@ class Walk:
         things: what the walk refers to: none with "ahead", two with "between", otherwise one.
         side: "left" or "right" if the thing's side is stated ("past the bench on your left"), else "".
         count: number of steps if stated ("about five steps"), else 0.
+        straight: whether the things are straight ahead, so that "straight to the bench" may be said. Excluded from
+            comparison: a reader cannot know it of a text that does not say so.
     """
 
     way: str
     things: tuple[Thing, ...] = ()
     side: str = ""
     count: int = 0
+    straight: bool = field(default=True, compare=False)
 
     def __post_init__(self) -> None:
         _check("way", self.way, WAYS)

@@ -149,10 +149,11 @@ class NounPhraseReader:
 
     def _add_adjectives(self, lexicon: Mapping[str, Any]) -> None:
         grammar = self._grammar
-        for role, listed in (("colour", grammar.colours), ("which", grammar.whiches)):
+        colours = (("colour", kind, listed) for kind, listed in grammar.colours_of.items())
+        for role, kind, listed in (("colour", "", grammar.colours), ("which", "", grammar.whiches), *colours):
             for value, patterns in listed.items():
                 for text in sorted({text for pattern in patterns for text in grammar.spellings(pattern)}):
-                    self._book.add(self._split(text), _Word(role, value))
+                    self._book.add(self._split(text), _Word(role, value, kind))
         for kind, looks in grammar.looks.items():
             for value, wordings in looks.items():
                 for wording in wordings:
@@ -279,7 +280,7 @@ class NounPhraseReader:
                     for to, named in self.read((*keys[start:at], *keys[noun:end]), 0)
                     if to == at - start + end - noun
                 ]
-                if noun > at + 1 and first and first[0] != second:
+                if at + 1 < noun < end and first and first[0] != second:
                     found.append((end, (replace(first[0], number=""), replace(second, number=""))))
         return found
 
@@ -314,7 +315,7 @@ class NounPhraseReader:
         for group in described:
             suiting = [word for word in group if self._suits(word, kind)] or ([] if kind else list(group))
             if suiting:
-                word = min(suiting, key=lambda each: _DESCRIBING.index(each.role))
+                word = min(suiting, key=lambda each: (_DESCRIBING.index(each.role), each.kind != kind))
                 said[word.role] = word.value
         after = [(to, word.value) for to, word in self._words(self._after, keys, end) if self._suits(word, kind)]
         if after:
@@ -365,6 +366,8 @@ class NounPhraseReader:
                 word.kind == "collectible" and kind in self._collectibles
             )
         if word.role == "colour":
+            if word.kind:
+                return word.kind == kind
             return kind not in self._collectibles or word.value in self._object_colours
         return True
 

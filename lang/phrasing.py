@@ -223,7 +223,7 @@ class Phraser:
             raise ValueError(f"no form of {noun.forms[0][1]!r} that is {', '.join(own.values())}")
         said: dict[str, Filler] = {"noun": constant(f"{NOUN}{form}" if INSIDE in form else form)}
         if thing.colour:
-            said["colour"] = self._adjective(thing.colour, self.voice.colours, own)
+            said["colour"] = self._adjective(thing.colour, self._colours(thing.kind), own)
         if thing.which:
             said["which"] = self._adjective(thing.which, self.voice.whiches, own)
         if thing.look:
@@ -237,6 +237,10 @@ class Phraser:
         text = self.render(self.pick(self.fitting(patterns, said), "noun phrase"), said, own)
         described, _, divided = text.rpartition(NOUN)
         return divided.replace(INSIDE, described) if INSIDE in divided else text
+
+    def _colours(self, kind: str) -> Mapping[str, Pattern]:
+        """Return the words for the colours of things of a kind."""
+        return {**self.voice.colours, **self.voice.colours_of.get(kind, {})}
 
     def _look(self, kind: str, value: str) -> Look:
         """Return the wording of a look, one for the whole text: the voice's, or one that stands behind the noun."""

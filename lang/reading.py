@@ -1,9 +1,13 @@
 """Reader of instructions: matches the language's patterns against a text and skips what it does not understand."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from lang.chunk_rooms import RoomReader
+from lang.chunk_routes import RouteReader
+from lang.chunks import Chunker
 from lang.discourse import BARE, Discourse, Item
 from lang.grammar import Grammar, Table
 from lang.itinerary import read_navigation
@@ -42,10 +46,17 @@ class Reader:
         lexicon: the content of its `lexicon.toml`.
         relations: the content of its `relations.toml`, whose phrases are recognised too.
         tokenizer: of the language.
+        chunks: the content of its `chunks.toml`, by which texts are read that its own phrases do not cover; None if the
+            language has none, so that those texts are read by phrases too, as far as they go.
     """
 
     def __init__(
-        self, grammar: Grammar, lexicon: Mapping[str, Any], relations: Mapping[str, Any], tokenizer: Tokenizer
+        self,
+        grammar: Grammar,
+        lexicon: Mapping[str, Any],
+        relations: Mapping[str, Any],
+        tokenizer: Tokenizer,
+        chunks: Mapping[str, Any] | None = None,
     ) -> None:
         self._grammar = grammar
         self._tokenizer = tokenizer
@@ -80,12 +91,16 @@ class Reader:
         self.turns = frozenset(key for table in tables for key in self._only_words(table))
         self.fillers = self._fillers()
         self.openers = frozenset(key for word in grammar.openers for key in self.split(word)) | OPTIONAL
+        self.chunker = None
+        if chunks is not None:
+            self.chunker = Chunker(chunks, self.noun_phrase_reader, self.conjunctions, self.split)
         self._asides = Phrasebook()
         for phrase in grammar.asides:
             self._asides.add(self.split(phrase), None)
         self._vocabulary = frozenset(self._all_words())
         self.noun_phrase_reader.known = self._vocabulary
         self._long = [word for word in self._vocabulary if len(word) >= FUZZY_LENGTH]
+        self._folded = self._spelt_alike()
         self._never_fuzzy = frozenset(word.casefold() for word in lexicon["not_misspelt"])
         self._corrected: dict[str, str] = {}
 
@@ -95,6 +110,9 @@ class Reader:
 
     def read(self, text: str, phase: str) -> Meaning:
         """Return the meaning of a text, as far as it is understood.
+
+        A text is read by the patterns that are written, if they cover all of it. So what is read of free texts can be
+        understood widely, by chunks or by all patterns, and takes nothing from what is written.
 
         Args:
             text: the instruction.
@@ -106,7 +124,9 @@ class Reader:
         """
         if phase not in PHASES:
             raise ValueError(f"phase {phase!r}; expected {' or '.join(PHASES)}")
-        items = self._items(text, phase)
+        items, meaning = self._understood(text, phase)
+        if meaning is not None:
+            return meaning
         if not items:
             expected = "what to pick up" if phase == "navigation" else "where to place what"
             raise CannotRead(f"nothing understood in {text[:80]!r}; expected steps or {expected}")
@@ -131,17 +151,26 @@ class Reader:
         rest = words.names(at, len(keys), set())
         return (*said, *(Said(thing=discourse.mention(named), manner="seen") for named in rest))
 
-    def _items(self, text: str, phase: str) -> list[Item]:
-        """Return the parts of a text, by the patterns that are written if they cover it, or else by all.
-
-        So what is read of free texts can be understood widely, and takes nothing from what is written.
-        """
-        written = TextParser(self, self._keys(text), phase, written_only=True)
+    def _understood(self, text: str, phase: str) -> tuple[list[Item], Meaning | None]:
+        """Return the parts of a text by the written patterns if they cover it, or else by all; or its chunks' meaning."""
+        keys = self._keys(text)
+        written = TextParser(self, keys, phase, written_only=True)
         parts = written.items()
         if not written.is_covered_by(parts):
+            meaning = self._read_chunks(keys, phase)
+            if meaning is not None:
+                return [], meaning
             keys = self._without_asides(self._keys(text, self._grammar.free_reading))
             parts = TextParser(self, keys, phase).items()
-        return [item for _, item in parts]
+        return [item for _, item in parts], None
+
+    def _read_chunks(self, keys: Sequence[str], phase: str) -> Meaning | None:
+        """Return the meaning of a text by its chunks, or None if the language has none or they say too little."""
+        if self.chunker is None:
+            return None
+        reader: type[RouteReader | RoomReader] = RouteReader if phase == "navigation" else RoomReader
+        chunks = self.chunker.chunks(keys)
+        return reader(chunks=chunks, grammar=self._grammar, noun_phrases=self.noun_phrase_reader).read()
 
     def _without_asides(self, keys: tuple[str, ...]) -> tuple[str, ...]:
         """Return a text's words without those that only say how sure or how friendly the writer is."""
@@ -165,8 +194,13 @@ class Reader:
         return tuple(map(self._correct, self.split(self._tokenizer.normalise(text))))
 
     def _correct(self, key: str) -> str:
-        """Return the word, corrected if exactly one known word is within one typing error."""
-        if len(key) < FUZZY_LENGTH or key in self._vocabulary or key in self._never_fuzzy:
+        """Return the word, corrected if one known word alone is spelt alike, or is within one typing error."""
+        if key in self._vocabulary or key in self._never_fuzzy:
+            return key
+        alike = self._folded.get(self._fold(key))
+        if alike is not None:
+            return alike
+        if len(key) < FUZZY_LENGTH:
             return key
         if key not in self._corrected:
             near = [word for word in self._long if within_one_edit(key, word)]
@@ -174,6 +208,21 @@ class Reader:
                 near = [word for word in near if word[0] == key[0]]
             self._corrected[key] = near[0] if len(near) == 1 else key
         return self._corrected[key]
+
+    def _fold(self, word: str) -> str:
+        """Return a word without the differences of spelling that people do not keep to."""
+        for one, other in self._grammar.folding:
+            word = word.replace(one, other)
+        return word
+
+    def _spelt_alike(self) -> dict[str, str]:
+        """Return, for each folded spelling that only one known word has, that word."""
+        found: dict[str, str] = {}
+        if self._grammar.folding:
+            folded = [(self._fold(word), word) for word in self._vocabulary]
+            counts = Counter(spelling for spelling, _ in folded)
+            found = {spelling: word for spelling, word in folded if counts[spelling] == 1}
+        return found
 
     def _books(self) -> dict[str, Phrasebook]:
         """Return, for each word and table slot, its possible forms."""
@@ -223,6 +272,7 @@ class Reader:
         yield from self.fillers
         yield from self._asides.vocabulary
         yield from self.noun_phrase_reader.vocabulary
+        yield from () if self.chunker is None else self.chunker.vocabulary
         for book in self.books.values():
             yield from book.vocabulary
         for automaton in (*self.clauses.values(), self.attached, self.nested, self.relations):

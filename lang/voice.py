@@ -19,6 +19,7 @@ class Voice:
         features: a value for each axis of `text.per_episode` in `grammar.toml`, such as the register in Hindi.
         nouns: the noun for each kind of thing.
         colours: the word for each colour.
+        colours_of: the same for kinds of things whose colours are called otherwise.
         whiches: the word for each of `lang.meaning.WHICHES`.
         looks: the usual wording for each kind's looks.
     """
@@ -26,6 +27,7 @@ class Voice:
     features: Mapping[str, str]
     nouns: Mapping[str, Lexeme]
     colours: Mapping[str, Pattern]
+    colours_of: Mapping[str, Mapping[str, Pattern]]
     whiches: Mapping[str, Pattern]
     looks: Mapping[tuple[str, str], Look]
 
@@ -41,9 +43,13 @@ def draw_voice(grammar: Grammar, random: Random) -> Voice:
         {axis: random.choices(list(values), list(values.values()))[0] for axis, values in grammar.per_episode.items()},
         {kind: one(nouns) for kind, nouns in grammar.nouns.items()},
         {colour: one(wordings) for colour, wordings in grammar.colours.items()},
+        {
+            kind: {colour: one(wordings) for colour, wordings in listed.items()}
+            for kind, listed in grammar.colours_of.items()
+        },
         {which: one(wordings) for which, wordings in grammar.whiches.items()},
         {
-            (kind, value): one([wording for wording in wordings if not wording.after] or wordings)
+            (kind, value): one([wording for wording in wordings if wording.weight and not wording.after] or wordings)
             for kind, values in grammar.looks.items()
             for value, wordings in values.items()
         },

@@ -40,10 +40,17 @@ _TURN_JOINED = 0.6
 _OPENED = {"first": 0.04, "later": 0.25, "last": 0.2}
 """Probability that a sentence has opening words, by its place in the text."""
 
+NOT_REACHED = ("face", "walk towards", "walk until")
+"""Clauses after which one is not at the thing that they are about."""
+
 SHORTER = 12
 """Factor of the weight of wordings without a noun for the thing that was spoken of last ("walk to it")."""
 
 _LABELS = "abc"
+
+
+class _Misleading(Exception):
+    """A clause of a draft says "straight" of what is not straight ahead."""
 
 
 class Writer:
@@ -61,16 +68,22 @@ class Writer:
         phase = "navigation" if isinstance(meaning, Navigation) else "assembly"
         voice = voice or draw_voice(self._grammar, random)
         drafts: list[str] = []
+        text = ""
         wanted = random.choice(DRAFTS[phase])
         for _ in range(ATTEMPTS):
             draft = _Draft(self._grammar, random, voice)
-            text = draft.navigation(meaning) if isinstance(meaning, Navigation) else draft.assembly(meaning)
+            try:
+                text = draft.navigation(meaning) if isinstance(meaning, Navigation) else draft.assembly(meaning)
+            except _Misleading:
+                continue
             words = [word.casefold().strip(MARKS) for word in text.split()]
             clumsy = _is_clumsy(words) or any(re.search(pattern, text) for pattern in self._grammar.clumsy)
             if len(words) >= FEWEST_WORDS and not clumsy:
                 drafts.append(text)
             if len(drafts) == wanted:
                 break
+        if not text:
+            raise ValueError("every wording says 'straight' of what is not straight ahead")
         return min(drafts, key=lambda each: len(each.split())) if drafts else text
 
 
@@ -80,7 +93,13 @@ def _is_clumsy(words: list[str]) -> bool:
 
 
 class _Draft(Phraser):
-    """The sentences of one text being written."""
+    """The sentences of one text being written.
+
+    Attributes:
+        is_there: whether the last clause leads to what it is about, so that "there" may be said of it.
+    """
+
+    is_there = False
 
     def navigation(self, meaning: Navigation) -> str:
         clauses = [clause_of(step) for step in meaning.steps]
@@ -176,7 +195,7 @@ class _Draft(Phraser):
         if isinstance(thing, Thing):
             special = self.fitting(listed.get(f"{clause.key} {thing.kind}", ()), said, tables)
             patterns = special if special and thing.kind in STREETS else patterns + 2 * special
-            if thing.is_same(self.focus):
+            if thing.is_same(self.focus) and (self.is_there or clause.key != "turn at"):
                 patterns += SHORTER * self.fitting(listed.get(f"{clause.key} same", ()), said - {"thing"}, tables)
         return [pattern for pattern in patterns if not (bent and pattern.main_only)]
 
@@ -188,6 +207,9 @@ class _Draft(Phraser):
         given = dict(nouns["thing"].given) if "thing" in nouns else {}
         fillers = self.table_fillers(clause.said) | self.thing_fillers(clause.said, nouns)
         text = self.render(pattern, fillers, {**self.features, **given, **marked})
+        if not clause.straight and self.grammar.straight and re.search(self.grammar.straight, text):
+            raise _Misleading(text)
+        self.is_there = clause.key not in NOT_REACHED
         things = [value for value in clause.said.values() if isinstance(value, Thing)]
         self.focus = focus_of(
             tuple(things) * (2 if clause.key == "walk between" and "pair" in clause.said else 1), self.focus

@@ -23,6 +23,7 @@ class Plan:
         episodes: so many of those that have all languages, the first ones in playing order; 0 for all.
         image_size: side length of the images, in pixels.
         phases: that the agent plays; the ground truth plays the others.
+        chosen: ids of the episodes to play, in this order, in place of the first ones; empty for those.
     """
 
     data: Path
@@ -31,6 +32,7 @@ class Plan:
     episodes: int
     image_size: int
     phases: tuple[str, ...] = PHASES
+    chosen: tuple[str, ...] = ()
 
 
 def play(agent: Agent, plan: Plan) -> dict[str, Mapping[str, float]]:
@@ -46,7 +48,7 @@ def play(agent: Agent, plan: Plan) -> dict[str, Mapping[str, float]]:
         return backend.player(Settings(language, plan.split, sensors, plan.image_size, phases=plan.phases))
 
     told = [open_player(language).split.episode_ids or () for language in plan.languages]
-    ids = [each for each in told[0] if all(each in others for others in told[1:])][: plan.episodes or None]
+    ids = [each for each in plan.chosen or told[0] if all(each in others for others in told)][: plan.episodes or None]
     languages = [plan.languages[number % len(plan.languages)] for number in range(len(ids))]
     waiting = iter(range(len(ids)))
     open_: dict[int, tuple[Player, Observation]] = {}

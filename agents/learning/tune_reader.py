@@ -16,39 +16,15 @@ import torch
 import lang
 from agents.learning.reader.network import ReaderNetwork, Sizes
 from agents.learning.reader.reader import WEIGHTS
-from agents.learning.reader.slots import rows_of
 from agents.learning.reader.task import ReadingTask
 from agents.learning.reader.weights import read_reader, write_reader
 from agents.learning.reader.words import UNKNOWN, Vocabulary
 from agents.learning.simulated.meanings import Sample, draw_samples
+from agents.learning.simulated.people import read_half
 from agents.learning.train_reader import examples_of
 from agents.learning.trainer import Plan, Trainer
-from server.episodes.episode import Episode
-from server.episodes.splits import Split, folder_of, read_split
 
 LOG = logging.getLogger("tune_reader")
-
-
-def halves(split: Split, language: str) -> tuple[list[Episode], list[Episode]]:
-    """Return every second episode in playing order, to learn from, and the others, to test on."""
-    episodes = split.in_playing_order(language)
-    return episodes[1::2], episodes[::2]
-
-
-def read_people(episodes: Sequence[Episode], language: str) -> list[Sample]:
-    """Return the texts of episodes that the language's grammar can read and the reader's rows can say."""
-    speech = lang.load(language)
-    samples = []
-    for episode in episodes:
-        for turn in episode.instructions[language]:
-            for phase, text in (("navigation", turn.navigation), ("assembly", turn.assembly)):
-                try:
-                    sample = Sample(text, language, speech.read(text, phase))
-                    rows_of(sample.meaning)
-                except (lang.CannotRead, ValueError):
-                    continue
-                samples.append(sample)
-    return samples
 
 
 def widen(network: ReaderNetwork, known: Vocabulary, vocabulary: Vocabulary) -> ReaderNetwork:
@@ -62,16 +38,26 @@ def widen(network: ReaderNetwork, known: Vocabulary, vocabulary: Vocabulary) -> 
     return wider
 
 
-def tune(source: Path, samples: Sequence[Sample], languages: Sequence[str], rounds: int, seed: int, out: Path) -> Path:
+def tune(
+    source: Path,
+    samples: Sequence[Sample],
+    languages: Sequence[str],
+    out: Path,
+    *,
+    rounds: int = 4,
+    rate: float = 0.001,
+    seed: int = 0,
+) -> Path:
     """Fine-tune a reader, and return the file of its weights.
 
     Args:
         source: weights to begin with.
         samples: people's texts with their meanings.
         languages: in which texts are written anew.
-        rounds: how often each text is learned from.
-        seed: of new texts and their order.
         out: folder for the weights.
+        rounds: how often each text is learned from.
+        rate: the highest learning rate.
+        seed: of new texts and their order.
     """
     network, known = read_reader(source)
     drawn = list(draw_samples([sample.meaning for sample in samples], languages, len(samples), seed))
@@ -79,7 +65,7 @@ def tune(source: Path, samples: Sequence[Sample], languages: Sequence[str], roun
     vocabulary = Vocabulary((*known.words, *(word for word in new.words if word not in set(known.words))))
     examples = examples_of([*samples, *drawn], vocabulary)
     wider = widen(network, known, vocabulary)
-    plan = Plan(rounds * len(examples.texts), batch=48, rate=0.001, seed=seed, about=f"{len(samples)} texts of people")
+    plan = Plan(rounds * len(examples.texts), batch=48, rate=rate, seed=seed, about=f"{len(samples)} texts of people")
     trainer = Trainer(plan, lambda: ReadingTask(wider, examples, seed))
     while trainer.done < plan.steps:
         loss = trainer.step()
@@ -103,10 +89,9 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0, help="of new texts and their order")
     given = parser.parse_args()
     torch.set_num_threads(1)
-    learned, _ = halves(read_split(folder_of(given.data, given.split)), given.lang)
-    samples = read_people(learned, given.lang)
-    LOG.info("%d texts of %d episodes could be read", len(samples), len(learned))
-    tune(given.reader, samples, lang.available(), given.rounds, given.seed, given.out)
+    samples = read_half(given.data, given.split, given.lang)
+    LOG.info("%d texts could be read", len(samples))
+    tune(given.reader, samples, lang.available(), given.out, rounds=given.rounds, seed=given.seed)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -29,15 +30,16 @@ class Agent(Follower):
 
     Args:
         eyes: visual encoder; None for that which comes along.
-        reader: of instructions; None for that which comes along.
+        reader: of instructions, or a file of one; None for that which comes along.
     """
 
     name = "seeing_follower"
     sensors = ("rgb", "depth")
 
-    def __init__(self, eyes: Eyes | None = None, reader: LearnedReader | None = None) -> None:
+    def __init__(self, eyes: Eyes | None = None, reader: LearnedReader | str | None = None) -> None:
         super().__init__()
-        self._eyes, self._reader = eyes or load_eyes(), reader or load_reader()
+        self._eyes = eyes or load_eyes()
+        self._reader = reader if isinstance(reader, LearnedReader) else load_reader(Path(reader) if reader else None)
 
     def begin(self, episode: Episode) -> None:
         """Start a new episode."""

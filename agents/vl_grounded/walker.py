@@ -26,12 +26,16 @@ _MIDDLE = [cell for cell in range(GRID * GRID) if 2 <= cell % GRID <= 4]
 _OPPOSITE = {Action.LEFT: Action.RIGHT, Action.RIGHT: Action.LEFT}
 
 
+MOST_TURNS = 6
+"""Turns in a row, half a circle: the expert makes no more, and never turns back at once."""
+
+
 class Walker:
     """Plays one navigation phase.
 
     An action without any effect, a blocked step or a pick-up of nothing, is as if it had not been taken: the network
-    chooses again, from the same state, among the others. After a blocked step the agent turns on in the direction that
-    it chooses until it can walk: it does not turn back to the wall.
+    chooses again, from the same state, among the others. Between two steps it turns in one direction alone, and no
+    farther than half a circle, or after a blocked step until it can walk.
 
     Args:
         network: that chooses.
@@ -47,7 +51,7 @@ class Walker:
         self._target = network.street.read_target(self._words, tokens)
         self.mind = self._after = network.street.first(tokens)
         self._actions: list[int] = []
-        self._barred: set[int] = set()
+        self._idle: set[int] = set()
         self._is_at_wall = False
         self._last: npt.NDArray[np.float32] | None = None
 
@@ -71,12 +75,10 @@ class Walker:
         )
         mixed, self._after = street.step(self._network.reading, self._words, self._tokens, seen, self.mind)
         values = street.output(mixed)[0]
-        barred = set(self._barred)
+        barred = self._idle | self._barred_turns()
         if not is_in_reach(seen.target[0], features):
             barred.add(Action.INTERACT)
         action = max((each for each in range(ACTIONS) if each not in barred), key=lambda each: float(values[each]))
-        if self._is_at_wall and action in _OPPOSITE:
-            self._barred.add(_OPPOSITE[Action(action)])
         self._actions.append(action)
         self._last = depth.copy()
         return action
@@ -88,15 +90,21 @@ class Walker:
         action = self._actions[-1]
         if action not in _OPPOSITE and np.array_equal(depth, self._last):
             self._actions.pop()
-            self._barred.add(action)
+            self._idle.add(action)
             self._is_at_wall |= action == Action.FORWARD
             return
         self.mind = self._after
+        self._idle.clear()
         if action == Action.FORWARD:
-            self._barred.clear()
             self._is_at_wall = False
-        else:
-            self._barred -= {Action.FORWARD, Action.INTERACT}
+
+    def _barred_turns(self) -> set[int]:
+        """Return the turns that are ruled out by those since the last step."""
+        if not self._actions or self._actions[-1] not in _OPPOSITE:
+            return set()
+        turn = Action(self._actions[-1])
+        is_enough = self._actions[-MOST_TURNS:] == [turn] * MOST_TURNS and not self._is_at_wall
+        return {_OPPOSITE[turn], turn} if is_enough else {_OPPOSITE[turn]}
 
 
 def is_in_reach(fits: Tensor, features: npt.NDArray[np.uint8]) -> bool:

@@ -10,12 +10,13 @@ __all__ = ["make_agent"]
 SENSORS = ("rgb", "segmentation")
 
 
-def make_agent(weights: str | None = None, sensor: str = SENSORS[0]) -> Agent:
+def make_agent(weights: str | None = None, sensor: str = SENSORS[0], reader: str | None = None) -> Agent:
     """Return the agent with the weights that come along, or with others.
 
     Args:
         weights: a file that `python -m agents.train --agent vl_map` wrote.
         sensor: "rgb" to see by RGB and depth alone, "segmentation" for what perfect eyes would give.
+        reader: a file of `agents.learning.train_reader` or `tune_reader`; None for the reader that comes along.
 
     Raises:
         AgentLoadError: if the extra is not installed, there is no such sensor, or the weights cannot be read.
@@ -23,6 +24,8 @@ def make_agent(weights: str | None = None, sensor: str = SENSORS[0]) -> Agent:
     if sensor not in SENSORS:
         raise AgentLoadError(f"agents.vl_map has no sensor {sensor!r}; expected one of {', '.join(SENSORS)}")
     require(PLAYING, "agents.vl_map")
+    from pathlib import Path
+
     import torch
 
     from agents.learning.checkpoint import find_weights
@@ -34,7 +37,8 @@ def make_agent(weights: str | None = None, sensor: str = SENSORS[0]) -> Agent:
     torch.set_num_threads(1)  # A step is small: threads that wait for each other cost more than they do.
     try:
         network, _ = read_policy(find_weights(weights or "vl_map"))
-    except ValueError as error:
+        reads = load_reader(Path(reader) if reader else None)
+    except (ValueError, FileNotFoundError) as error:
         raise AgentLoadError(f"agents.vl_map: {error}") from error
     policy = Policy(network)
-    return SeeingAgent(policy) if sensor == "rgb" else SegmentationAgent(policy, load_reader())
+    return SeeingAgent(policy, reader=reads) if sensor == "rgb" else SegmentationAgent(policy, reads)

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
+from random import Random
 
 import lang
 from arramon_client.agent import Agent
@@ -43,6 +44,9 @@ FOLLOWER = "agents.follower"
 PLANS = 3
 """Plans tried for one draft before the draft is discarded."""
 
+DRAWS = 8
+"""Meanings drawn for one instruction of a plan until the gate finds no fault with one."""
+
 MIN_NDTW = 0.2
 """The follower's nDTW must exceed this in both turns (paper, section 4)."""
 
@@ -82,7 +86,9 @@ class InstructionWriter:
         sights = _Sights(draft, site)
         for number in range(PLANS):
             plan = _plan(draft, site, sights, (*names, number))
-            texts = self._write(draft, plan, _routes(draft, sights), (*names, number)) if plan is not None else None
+            if plan is None:
+                return  # All of its draws failed; further ones would do so too.
+            texts = self._write(draft, plan, _routes(draft, sights), (*names, number))
             if texts is not None:
                 yield texts
 
@@ -219,21 +225,34 @@ def _plan(draft: Draft, site: Site, sights: _Sights, names: tuple[object, ...]) 
     """Return the meanings of both turns' instructions, or None if a planner fails."""
     room, planned = draft.decoys, []
     for number, turn in enumerate(draft.turns, start=1):
-        poses, marks = sights[number - 1]
-        random = seeded(*names, number, "plan")
-        navigation = plan_navigation(turn.path, poses, turn.target, turn.street, marks, random, site.graph)
-        assembly = plan_assembly(turn.target.type, turn.target_cell, room, random)
-        if navigation is None or assembly is None:
+        randoms = [seeded(*names, number, "plan", draw) for draw in range(DRAWS)]
+        navigation = next(filter(None, (_navigation(turn, site, sights[number - 1], each) for each in randoms)), None)
+        if navigation is None:
             return None
-        goal = turn.target.position.x, turn.target.position.z
-        if faults_of_navigation(navigation, GateWorld(turn.path, poses[0], marks, goal, site.graph)):
-            return None
-        cell = turn.target_cell.column, turn.target_cell.row
-        if faults_of_assembly(assembly, cell, whole_room(room)):
+        assembly = next(filter(None, (_assembly(turn, room, each) for each in randoms)), None)
+        if assembly is None:
             return None
         planned.append((navigation, assembly))
         room = (*room, PlacedObject(turn.target.type, turn.target_cell))
     return planned[0], planned[1]
+
+
+def _navigation(
+    turn: Turn, site: Site, sight: tuple[list[Pose], tuple[Landmark, ...]], random: Random
+) -> Navigation | None:
+    """Return a meaning of a navigation instruction, or None if the gate finds a fault with the one that was drawn."""
+    poses, marks = sight
+    meaning = plan_navigation(turn.path, poses, turn.target, turn.street, marks, random, site.graph)
+    goal = turn.target.position.x, turn.target.position.z
+    world = GateWorld(turn.path, poses[0], marks, goal, site.graph, poses)
+    return None if meaning is None or faults_of_navigation(meaning, world) else meaning
+
+
+def _assembly(turn: Turn, room: tuple[PlacedObject, ...], random: Random) -> Assembly | None:
+    """Return a meaning of an assembly instruction, or None if the gate finds a fault with the one that was drawn."""
+    meaning = plan_assembly(turn.target.type, turn.target_cell, room, random)
+    cell = turn.target_cell.column, turn.target_cell.row
+    return None if meaning is None or faults_of_assembly(meaning, cell, whole_room(room)) else meaning
 
 
 def _routes(draft: Draft, sights: _Sights) -> tuple[Tokens, Tokens]:

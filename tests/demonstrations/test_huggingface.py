@@ -1,8 +1,8 @@
 """The Hugging Face dataset, read by `datasets`."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import datasets
 import numpy as np
 import pytest
 import yaml
@@ -10,14 +10,21 @@ import yaml
 from tests import tiny
 from tests.demonstrations.exporting import SIZE, playing_order, simulated
 
+if TYPE_CHECKING:
+    import datasets
+
 
 @pytest.fixture(scope="module")
 def loaded(exports: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> "datasets.DatasetDict":
+    import datasets  # takes half a second, which no process is to spend that has none of these tests
+
     cache = tmp_path_factory.mktemp("cache")
     return datasets.load_dataset(str(exports["huggingface"]), cache_dir=str(cache))
 
 
 def test_splits_are_languages(data: Path, loaded: "datasets.DatasetDict") -> None:
+    import datasets
+
     assert {name: split.num_rows for name, split in loaded.items()} == {
         code: len(playing_order(data, code)) * len(tiny.ACTIONS) for code in ("en", "hi")
     }

@@ -83,10 +83,7 @@ NOUNS = {
     "banner": ["m बैनर|बैनर|बैनर|बैनरों", "m झंडा|झंडे|झंडे|झंडों", "m पोस्टर|पोस्टर|पोस्टर|पोस्टरों"],
     "building_corner": ["f इमारत का कोना|इमारत के कोने|इमारतों के कोने|इमारतों के कोनों"],
     "building": ["f इमारत|इमारत|इमारतें|इमारतों", "f बिल्डिंग|बिल्डिंग|बिल्डिंगें|बिल्डिंगों"],
-    "car": [
-        "f खड़ी कार|खड़ी कार|खड़ी कारें|खड़ी कारों", "f कार|कार|कारें|कारों", "f खड़ी गाड़ी|खड़ी गाड़ी|खड़ी गाड़ियाँ|खड़ी गाड़ियों",
-        "f गाड़ी|गाड़ी|गाड़ियाँ|गाड़ियों",
-    ],
+    "car": ["f कार|कार|कारें|कारों", "f गाड़ी|गाड़ी|गाड़ियाँ|गाड़ियों"],
     "kiosk": [
         "m खोखा|खोखे|खोखे|खोखों", "f गुमटी|गुमटी|गुमटियाँ|गुमटियों", "m कियोस्क|कियोस्क|कियोस्क|कियोस्कों", "m स्टॉल|स्टॉल|स्टॉल|स्टॉलों",
     ],
@@ -171,15 +168,21 @@ LOOKS = {
 }
 
 POSTPOSITIONS = {
-    "on_top_of": ["के ऊपर", "के ऊपरी हिस्से पर", "पर"],
+    "on_top_of": ["के ऊपर", "पर"],
     "left_of": ["के बाईं ओर", "के बाईं तरफ़", "के बाएँ", "की बाईं ओर", "की बाईं तरफ़", "से बाईं ओर"],
     "right_of": ["के दाईं ओर", "के दाईं तरफ़", "के दाएँ", "की दाईं ओर", "की दाईं तरफ़", "से दाईं ओर"],
     "in_front_of": ["के सामने", "के आगे"],
     "behind": ["के पीछे", "के पीछे की ओर", "के पीछे की तरफ़", "की पिछली तरफ़"],
     "near": ["के पास", "के पास में", "के बाजू में", "के बगल में", "की बगल में", "के नज़दीक", "के क़रीब", "के आसपास", "के समीप", "के साथ में"],
     "against": ["से सटाकर", "से लगाकर", "के सहारे", "से टिकाकर", "से चिपकाकर"],
-    "diagonal_to": ["से तिरछे", "से तिरछी दिशा में"],
+    "diagonal_to": ["की तिरछी दिशा में"],
 }
+
+OWN_COLOURS = {("barrier", "white"): ["नारंगी-सफ़ेद", "नारंगी और सफ़ेद"]}
+"""What the colours of some kinds are called."""
+
+PARKED = "खड़ी "
+"""Said of a car before its colour, or not at all."""
 
 
 def voices() -> list[Voice]:
@@ -195,6 +198,10 @@ def voices() -> list[Voice]:
             {"register": "neutral"},
             {kind: nth(options, number) for kind, options in grammar.nouns.items()},
             {value: nth(options, number) for value, options in grammar.colours.items()},
+            {
+                kind: {value: nth(options, number) for value, options in colours.items()}
+                for kind, colours in grammar.colours_of.items()
+            },
             {value: nth(options, number) for value, options in grammar.whiches.items()},
             {
                 (kind, value): nth(options, number)

@@ -15,6 +15,8 @@ from tests.lang.hindi import (
     FORMS,
     LOOKS,
     NOUNS,
+    OWN_COLOURS,
+    PARKED,
     POSTPOSITIONS,
     WHICHES,
     agreeing,
@@ -30,10 +32,15 @@ DRAWS = 8
 """Texts to write of each noun."""
 
 
+def unparked(text: str) -> str:
+    """A text with single spaces, without what is said of cars before all else."""
+    return " ".join(text.split()).replace(PARKED, "")
+
+
 def things(kind: str) -> Iterator[tuple[Thing, list[str]]]:
     """The kind with each adjective that it can have, and the adjective's expected wordings."""
     for colour, wordings in COLOURS.items():
-        yield Thing(kind, colour=colour), wordings
+        yield Thing(kind, colour=colour), OWN_COLOURS.get((kind, colour), wordings)
     for which, wordings in WHICHES.items():
         yield Thing(kind, which=which), wordings
     for (of, look), wordings in LOOKS.items():
@@ -48,7 +55,7 @@ def test_adjectives_agree_with_every_noun_in_every_form(kind: str) -> None:
             for thing, wordings in things(kind):
                 phrasers = [Phraser(load("hi").grammar, Random(seed), voice) for seed in range(2) for voice in voices()]
                 fills = [phraser.thing(thing, lexeme, (), top=False) for phraser in phrasers]
-                written = {" ".join(fill({"number": number, "case": case}).split()) for fill in fills}
+                written = {unparked(fill({"number": number, "case": case})) for fill in fills}
                 words = agreeing(wordings, gender, number, case)
                 assert written <= {before(word, form) for word in words}
                 assert all(any(f" {word} " in f" {text} " for text in written) for word in words)
@@ -64,7 +71,7 @@ def test_nouns_and_adjectives_are_oblique_before_postpositions(relation: str) ->
                 heads = {before(word, expected[1]) for word in agreeing(wordings, gender, "singular", "oblique")}
                 fillers = {"thing": phraser.thing(thing, lexeme, (), top=False)}
                 for pattern in (each for each in phraser.grammar.where[relation] if each.weight):
-                    text = " ".join(phraser.render(pattern, fillers, phraser.features).split())
+                    text = unparked(phraser.render(pattern, fillers, phraser.features))
                     (head,) = (head for head in heads if text.startswith(f"{head} "))
                     seen.add(text.removeprefix(f"{head} "))
     assert seen == {nfc(each) for each in POSTPOSITIONS[relation]}
@@ -75,7 +82,7 @@ def test_two_objects_of_one_kind_are_plural(kind: str) -> None:
     plurals = {forms[3] for _, _, forms in nouns(kind)}
     for seed in range(DRAWS):
         wheres = (Where("between", (Thing(kind), Thing(kind))),)
-        text = " ".join(Phraser(load("hi").grammar, Random(seed)).wheres(wheres, top=True).split())
+        text = unparked(Phraser(load("hi").grammar, Random(seed)).wheres(wheres, top=True))
         assert re.search(r"(^| (के|की) )(दो|दोनों) ", text)
         assert any(
             f" {plural} के बीच" in text or before("दो", plural) in text or before("दोनों", plural) in text
@@ -95,5 +102,23 @@ def test_participles_agree_with_their_noun(kind: str) -> None:
                     phraser = Phraser(load("hi").grammar, Random(seed))
                     patterns: tuple[Pattern, ...] = getattr(phraser.grammar, attached)
                     fill = phraser.thing(Thing(kind, where=where), lexeme, patterns, top=True)
-                    text = " ".join(fill({"number": number, "case": case}).split())
+                    text = unparked(fill({"number": number, "case": case}))
                     assert any(text.endswith(f" {each}") for each in allowed), text
+
+
+@pytest.mark.parametrize(
+    ("thing", "words"),
+    [
+        (Thing("car", "blue"), ["", "नीली"]),
+        (Thing("car", "blue", which="another"), ["एक और", "नीली"]),
+        (Thing("car", "red", which="second"), ["दूसरी", "लाल"]),
+    ],
+)
+def test_a_parked_car_has_its_colour_beside_its_noun(thing: Thing, words: list[str]) -> None:
+    first, colour = words
+    expected = {f"{first} {parked}{colour} {noun}".strip() for parked in ("", PARKED) for noun in ("कार", "गाड़ी")}
+    written = set()
+    for seed in range(60):
+        phraser = Phraser(load("hi").grammar, Random(seed))
+        written.add(" ".join(phraser.thing(thing, phraser.noun(thing), (), top=True)({}).split()))
+    assert {nfc(each) for each in expected} == {text for text in written if " रंग " not in text}

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy import stats
+import scipy  # which loads scipy.stats when a test asks for it
 
 from server.scoring.languages import language_gap
 
@@ -14,7 +14,7 @@ def test_the_gap_of_two_languages_is_paired() -> None:
     outcomes = np.zeros((2, 300, 2))
     outcomes[0, :30, 1] = 1.0
     found = language_gap(["en", "hi"], np.stack([english, hindi]), outcomes, np.zeros(300, np.intp))
-    student = stats.ttest_rel(english, hindi).confidence_interval(0.95)
+    student = scipy.stats.ttest_rel(english, hindi).confidence_interval(0.95)
     assert (found.higher, found.lower, found.same, found.episodes) == ("en", "hi", 0.9, 300)
     assert (found.mean, found.low, found.high) == pytest.approx(
         (float((english - hindi).mean()), student.low, student.high), abs=0.004

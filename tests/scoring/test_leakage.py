@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy import stats
+import scipy  # which loads scipy.stats when a test asks for it
 
 from server.scoring.leakage import Scored, changes
 
@@ -18,7 +18,7 @@ def test_a_change_is_that_of_welch_with_one_more_episode() -> None:
     assert found.of_each.mean == pytest.approx(newer.mean(axis=1) - older.mean(axis=1))
     assert float(found.mean.mean) == pytest.approx(newer.mean() - older.mean())
     for at in range(3):
-        plain = stats.ttest_ind(newer[at], older[at], equal_var=False).confidence_interval()
+        plain = scipy.stats.ttest_ind(newer[at], older[at], equal_var=False).confidence_interval()
         assert (found.of_each.low[at], found.of_each.high[at]) == pytest.approx((plain.low, plain.high), abs=1e-3)
         assert found.of_each.low[at] < plain.low
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy  # which loads scipy.stats when a test asks for it
 from sacrebleu.significance import PairedTest
-from scipy import stats
 
 from server.scoring.intervals import Floats
 from server.scoring.paired import FAR, FEW, FLIPS, difference_bounds, holm, permutation_tests, tails
@@ -24,7 +24,7 @@ def runs(gap: float, number: int = 60, seed: int = 0) -> Floats:
 @pytest.mark.parametrize("gap", [0.0, 0.02, 0.05, 0.08])
 def test_it_agrees_with_scipy(gap: float) -> None:
     scores = runs(gap)
-    found = stats.permutation_test(
+    found = scipy.stats.permutation_test(
         (scores[0], scores[1]), lambda x, y, axis: (x - y).mean(axis=axis), permutation_type="samples",
         n_resamples=20_000, vectorized=True, rng=np.random.default_rng(1),
     )  # fmt: skip
@@ -86,7 +86,7 @@ def test_the_tail_is_that_of_all_signs(kind: str, number: int) -> None:
 @pytest.mark.parametrize(("wins", "losses"), [(30, 5), (40, 4), (100, 40), (60, 0), (600, 480)])
 def test_of_differences_of_one_size_it_is_the_sign_test(wins: int, losses: int) -> None:
     differences = np.array([1.0] * wins + [-1.0] * losses + [0.0] * 50)
-    expected = stats.binomtest(wins, wins + losses).pvalue
+    expected = scipy.stats.binomtest(wins, wins + losses).pvalue
     assert tails(differences[None])[0] == pytest.approx(expected, rel=0.05)
     found = permutation_tests(np.stack([differences, np.zeros_like(differences)]))[0, 1]
     if (wins - losses) ** 2 < FAR**2 * (wins + losses):
@@ -127,7 +127,7 @@ def test_holms_procedure(given: list[float], corrected: list[float]) -> None:
 
 def test_the_interval_of_a_difference_is_students() -> None:
     first, second = runs(0.05, 400)
-    student = stats.ttest_rel(first, second).confidence_interval(0.95)
+    student = scipy.stats.ttest_rel(first, second).confidence_interval(0.95)
     mean, low, high = difference_bounds(first - second, np.zeros(400, np.intp))
     assert mean == pytest.approx((first - second).mean())
     assert (low, high) == pytest.approx((student.low, student.high), abs=0.003)

@@ -10,6 +10,7 @@ from random import Random
 
 from lang.meaning import Assembly, Thing, Where
 from lang.room import COLUMNS, ROWS, Standing, find_cell, quarter_after, relative
+from server.dataset.instructions.assembly_cells import fitting_cells
 from server.dataset.instructions.assembly_names import Names
 from server.dataset.instructions.assembly_sight import seen_room, whole_room
 from server.sim.catalogue import ObjectType
@@ -31,15 +32,14 @@ EXTRA_RELATION = 0.2
 EXTRA_RELATION_ON_TOP = 0.12
 """The same where the object goes on top of another."""
 
-EXACTLY = 0.15
-"""Probability of "directly" with a relation to an adjacent cell; `EXACTLY_YOU` if the landmark is the agent."""
-
-EXACTLY_YOU = 0.6
+EXACTLY, EXACTLY_ASIDE, EXACTLY_YOU = 0.15, 0.35, 0.6
+"""Probabilities of "directly" with a relation to an adjacent cell; for "left of" and "right of", which fit farther
+cells without it; and if the landmark is the agent."""
 
 WEIGHTS = {
     "left_of": 12.0, "right_of": 7.5, "in_front_of": 7.0, "behind": 26.0, "between": 9.0, "near": 3.0,
-    "diagonal_to": 0.25, "against wall": 9.0, "near wall": 3.5, "in_front_of you": 18.0, "left_of you": 3.0,
-    "right_of you": 3.0, "askew": 0.4, "far": 0.6, "your side": 1.0,
+    "diagonal_to": 0.25, "against wall": 9.0, "near wall": 3.5, "in_front_of you": 11.0, "left_of you": 2.0,
+    "right_of you": 2.0, "askew": 0.4, "far": 0.6, "your side": 0.6,
 }  # fmt: skip
 """Relative frequency with which people choose each relation where it holds. "askew" is two relations at once, "behind
 and to the left of". "far" is one of the first four across free cells: with a wall it may identify a cell that no
@@ -131,12 +131,13 @@ def _draw(turns: tuple[str, ...], cell: Placement, names: Names, random: Random)
 
 
 def _leads(meaning: Assembly, cell: Placement, names: Names) -> bool:
-    """Return whether the target's cell fits clearly best, in the whole room and in the visible part of it."""
+    """Return whether the target's cell fits clearly best and alone, in the whole room and in its visible part."""
     if len(meaning.where) == 1 and meaning.where[0].things[0].kind == "wall":
         return False  # A wall has several cells along it, even if the others are occupied.
     for room in (names.seen, names.whole):
         found, lead = find_cell(meaning, room)
-        if found != (cell.column, cell.row) or lead < MIN_LEAD:
+        target = cell.column, cell.row
+        if found != target or lead < MIN_LEAD or len(fitting_cells(meaning, target, room)) > 1:
             return False
     return True
 
@@ -161,7 +162,8 @@ def _name_landmarks(option: _Option, names: Names, random: Random) -> tuple[Wher
         return None
     is_you = any(thing.kind == "you" for thing in named)
     is_next = option.name.removesuffix(" you") in ("left_of", "right_of", "in_front_of", "behind")
-    exactly = is_next and random.random() < (EXACTLY_YOU if is_you else EXACTLY)
+    is_aside = option.name in ("left_of", "right_of")
+    exactly = is_next and random.random() < (EXACTLY_YOU if is_you else EXACTLY_ASIDE if is_aside else EXACTLY)
     return tuple(Where(relation, named, exactly) for relation in option.relations)
 
 

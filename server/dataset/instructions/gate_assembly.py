@@ -3,15 +3,13 @@
 from collections.abc import Iterator
 
 from lang.meaning import Assembly, Thing, Where
-from lang.room import COLUMNS, ROWS, START, Cell, Room, Standing, quarter_after, relative
+from lang.room import START, Cell, Room, Standing, quarter_after, relative
+from server.dataset.instructions.assembly_cells import fitting_cells, from_wall
 from server.dataset.instructions.gate import faults_of_names
-
-BEYOND: tuple[Cell, ...] = ((0, 1), (1, 0), (0, -1), (-1, 0))
-"""Offset of the cell beyond a wall, by the wall's quarter."""
 
 
 def faults_of_assembly(meaning: Assembly, cell: Cell, room: Room) -> tuple[str, ...]:
-    """Return what an instruction says that is not so; nothing if all of it is true.
+    """Return what an instruction says that is not so, or that is so of other free cells too; nothing if all is well.
 
     Args:
         meaning: with the identity of everything that it names ("room/COLUMN,LEVEL,ROW", "wall/LOOK").
@@ -19,7 +17,10 @@ def faults_of_assembly(meaning: Assembly, cell: Cell, room: Room) -> tuple[str, 
         room: all objects in the room.
     """
     named = Assembly(meaning.turns, Thing(""), meaning.where)
-    return (*faults_of_names(named), *_faults(meaning, cell, room))
+    faults = (*faults_of_names(named), *_faults(meaning, cell, room))
+    if not faults and (others := [other for other in fitting_cells(meaning, cell, room) if other != cell]):
+        return (f"the cell may be taken for {', '.join(map(str, others))}",)
+    return faults
 
 
 def _faults(meaning: Assembly, cell: Cell, room: Room) -> Iterator[str]:
@@ -30,7 +31,7 @@ def _faults(meaning: Assembly, cell: Cell, room: Room) -> Iterator[str]:
             if thing.kind == "you":
                 offsets.append(relative(cell, START, quarter))
             elif thing.kind == "wall":
-                offsets.append(_from_wall(cell, thing, room, quarter))
+                offsets.append(from_wall(cell, thing, room, quarter))
             else:
                 item = next((i for i in room.things if _identity(i) == thing.identity), None)
                 if item is None or not _fits(thing, item):
@@ -41,14 +42,6 @@ def _faults(meaning: Assembly, cell: Cell, room: Room) -> Iterator[str]:
                 offsets.append(relative(cell, item.cell, quarter))
         if len(offsets) == len(where.things) and not _holds(where, offsets):
             yield f"the cell is not {where.relation} {where.things[0].identity or 'you'}"
-
-
-def _from_wall(cell: Cell, wall: Thing, room: Room, quarter: int) -> Cell:
-    """Return a cell's offset from the nearest place beyond a wall, to the right of it and ahead of it."""
-    along = BEYOND[room.walls[wall.look]]
-    column = cell[0] if not along[0] else COLUMNS if along[0] > 0 else -1
-    row = cell[1] if not along[1] else ROWS if along[1] > 0 else -1
-    return relative(cell, (column, row), quarter)
 
 
 def _holds(where: Where, offsets: list[Cell]) -> bool:

@@ -4,11 +4,12 @@ import math
 from collections.abc import Iterator
 
 from lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk, Where
+from lang.reference import things_of
 from lang.street import COUNTED_ASIDE, DEGREES
 from server.dataset.instructions.gate import faults_of_names
 from server.dataset.instructions.gate_world import GateWorld, Place, turn_between
 from server.dataset.instructions.sight import Landmark
-from server.dataset.plans.graph import Junction
+from server.dataset.plans.graph import ROADS, Junction
 from server.sim.geometry import Pose
 
 AT, BY, NEAR = 4.5, 7.0, 4.0
@@ -24,6 +25,23 @@ TURN_AT = 4.0
 
 TURN_REACH = 4
 """Places around the one nearest to a thing in which the path turns at it."""
+
+TOLD_BEND, AT_GOAL = 47.0, 5.0
+"""A bend of the path by more degrees is said, unless it is within this distance of the target, in units."""
+
+ASIDE, ASIDE_ZEBRA = 0.9, 3.0
+"""Minimum distances from the path of what is "on your left", in units; the second of a zebra crossing: it is wide."""
+
+STRAIGHT, AHEAD = 18.0, 70.0
+"""Maximum angles from the path of what one walks straight to, and of several things that one has before oneself, in
+degrees."""
+
+HINDSIGHT, FORESIGHT = 5, 3
+"""Places of the path before the last step's end from which a thing may have been recognised; and after it, if one is
+told of it without coming nearer."""
+
+FACED = 40.0
+"""Maximum angle between the way on and what one turns to face, in degrees."""
 
 ORDINALS = {"first": 1, "second": 2, "third": 3}
 
@@ -43,19 +61,29 @@ class _Check:
 
     Attributes:
         at: index of the path's place that the steps so far have come to.
+        turned: indices of the places where a turn has been said.
     """
 
     def __init__(self, world: GateWorld) -> None:
         self._world = world
         self.at = 0
+        self.turned: list[int] = []
 
     def faults(self, meaning: Navigation) -> Iterator[str]:
         for step in meaning.steps:
-            for thing in (step.thing,) if isinstance(step, Rotate | Face) else step.things:
-                if thing is not None:
-                    yield from self._described(thing)
-                    yield from self._related(thing)
+            since, things = self.at, things_of(step)
+            for thing in things:
+                yield from self._described(thing)
+                if thing.kind == "intersection" and not thing.which:
+                    yield from self._first_intersection(thing, step)
+                yield from self._related(thing)
+                if thing.number:
+                    yield from self._before_the_walker(thing)
             yield from self._step(step)
+            for thing in things if self._world.poses else ():
+                yield from self._visible(thing, since)
+                yield from self._rivals(thing, since)
+        yield from self._untold_bends()
         yield from self._described(meaning.target)
         yield from self._related(meaning.target)
         yield from self._told_apart(meaning.target)
@@ -63,6 +91,8 @@ class _Check:
     def _step(self, step: Step) -> Iterator[str]:
         if isinstance(step, Rotate):
             yield from self._turn(step)
+        elif isinstance(step, Face):
+            yield from self._face(step.thing)
         elif isinstance(step, Walk) and step.way == "along":
             road = self._world.road(step.things[0].identity)
             if road is None or min(road.distance(*self._world.path[i]) for i in self._next(12)) > road.width / 2:
@@ -72,6 +102,37 @@ class _Check:
 
     def _next(self, count: int) -> range:
         return range(self.at, min(self.at + count, len(self._world.path)))
+
+    # What can be seen
+
+    def _visible(self, thing: Thing, since: int) -> Iterator[str]:
+        """Yield each thing that cannot be recognised while its step is walked, from a place `since` the one before."""
+        until = self.at if self.at > since else since + FORESIGHT
+        for mark in self._world.landmarks(thing.identity) if thing.kind not in PLACES else ():
+            if not self._world.is_visible(mark, since - HINDSIGHT, until):
+                yield f"{mark.identity} cannot be seen on the way to it"
+
+    def _rivals(self, thing: Thing, since: int) -> Iterator[str]:
+        """Yield each other thing of a name that is seen ahead, and clearly nearer than the one that is meant."""
+        world, marks = self._world, self._world.landmarks(thing.identity)
+        if thing.kind in PLACES or thing.which or thing.number or not marks:
+            return
+        view = Pose(*world.path[since], world.heading_after(since))
+        own = math.hypot(*view.local(marks[0].x, marks[0].z))
+        for other in world.marks:
+            right, ahead = view.local(other.x, other.z)
+            is_nearer = ahead > 1.0 and abs(right) <= ahead and math.hypot(right, ahead) < own - 2.0
+            is_rival = is_nearer and other not in marks and _is_called(thing, other)
+            if is_rival and world.is_visible(other, since, max(self.at, since + FORESIGHT)):
+                yield f"{other.identity} may be taken for {thing.identity}"
+
+    def _before_the_walker(self, thing: Thing) -> Iterator[str]:
+        world = self._world
+        view = Pose(*world.path[self.at], world.heading_after(self.at))
+        for mark in world.landmarks(thing.identity):
+            right, ahead = view.local(mark.x, mark.z)
+            if abs(math.degrees(math.atan2(right, ahead))) > AHEAD:
+                yield f"{mark.identity} is not before one who is told of {thing.number}"
 
     # What a thing is called
 
@@ -131,6 +192,23 @@ class _Check:
         elif not _is_kind(junction, thing.kind, world.heading_before(max(near - 2, 0))):
             yield f"{thing.identity} is a {junction.kind}, not a {thing.kind}"
 
+    def _first_intersection(self, thing: Thing, step: Step) -> Iterator[str]:
+        """Yield each intersection that one comes to before the one that is meant, unless one cannot turn there."""
+        world = self._world
+        own = world.junction(thing.identity)
+        near = None if own is None else world.closest(own.x, own.z, self.at, own.radius + AT)
+        if world.graph is None or near is None:
+            return
+        sides = {"left": -90.0, "right": 90.0}
+        side = sides.get(step.direction) if isinstance(step, Rotate) and step.at == "at" else None
+        for other in world.graph.junctions:
+            at = world.closest(other.x, other.z, self.at, other.radius + 1.0)
+            arms = [arm for arm in other.arms if world.graph.road(arm.road).kind == "street"]
+            if at is None or other is own or len(arms) < 3 or not self.at + 1 < at < near - 2:
+                continue
+            if side is None or other.arm_towards(world.heading_before(max(at - 2, 0)) + side) is not None:
+                yield f"{other.identity} comes before the {thing.kind} {thing.identity}"
+
     # Where it is
 
     def _related(self, thing: Thing) -> Iterator[str]:
@@ -141,6 +219,8 @@ class _Check:
             others = [mark for landmark in where.things for mark in self._world.landmarks(landmark.identity)]
             if marks and others and not self._holds(where, marks[0], others):
                 yield f"{thing.identity} is not {where.relation} {where.things[0].identity}"
+            elif marks and others and not self._is_nearest(where.things[0], marks[0], others):
+                yield f"another is nearer to {thing.identity} than {where.things[0].identity}"
 
     def _told_apart(self, target: Thing) -> Iterator[str]:
         """Yield each other object in the street that what is said of the target fits as well."""
@@ -160,6 +240,12 @@ class _Check:
             if _is_called(thing, mark)
         )
 
+    def _is_nearest(self, thing: Thing, mark: Landmark, others: list[Landmark]) -> bool:
+        """Return whether no other thing that is called the same is nearer to a landmark."""
+        own = min(_distance(mark, other) for other in others)
+        rivals = (each for each in self._world.marks if each not in others and each != mark and _is_called(thing, each))
+        return all(_distance(mark, rival) > own for rival in rivals)
+
     def _holds(self, where: Where, mark: Landmark, others: list[Landmark]) -> bool:
         if min(_distance(mark, other) for other in others) > (BY if others[0].label.kind == "building" else NEAR):
             return False
@@ -173,13 +259,28 @@ class _Check:
 
     # What one does there
 
+    def _face(self, thing: Thing) -> Iterator[str]:
+        world, (x, z) = self._world, self._middle((thing,))
+        here = world.path[self.at]
+        towards = math.degrees(math.atan2(x - here[0], z - here[1]))
+        if abs(turn_between(world.heading_after(self.at), towards)) > FACED:
+            yield f"the path does not lead on as one faces {thing.identity}"
+        self.turned.append(self.at)
+
+    def _untold_bends(self) -> Iterator[str]:
+        world = self._world
+        for at, angle in world.bends.items():
+            is_near = math.dist(world.path[at], world.goal) <= AT_GOAL
+            if abs(angle) > TOLD_BEND and not is_near and all(abs(at - said) > TURN_REACH for said in self.turned):
+                yield f"the path turns by {angle:.0f} degrees at its place {at}, which is not said"
+
     def _turn(self, step: Rotate) -> Iterator[str]:
         degrees = DEGREES[step.direction]
         if step.thing is None:
             index = self._world.turn_near(self.at, degrees, TURN_REACH)
             if index is None:
                 yield f"the path does not turn {step.direction} after its place {self.at}"
-            self.at = max(self.at, index or 0)
+            self._turn_at(self.at if index is None else index)
             return
         near = self._nearest(step.thing, AT)
         reach = TURN_REACH + (3 if step.thing.kind in PLACES else 0)
@@ -191,6 +292,14 @@ class _Check:
             return
         if step.thing.kind in ("street", "alley"):
             yield from self._turned_into(step.thing, step.direction, index)
+        elif step.thing.kind == "corner" and self._world.graph is not None:
+            count = sum(len(self._passed_arms(step.direction, index, kind)) for kind in ROADS)
+            if count > 1:
+                yield f"{step.thing.identity} is corner number {count} on the {step.direction}, not the first"
+        self._turn_at(index)
+
+    def _turn_at(self, index: int) -> None:
+        self.turned.append(index)
         self.at = max(self.at, index)
 
     def _turned_into(self, thing: Thing, direction: str, index: int) -> Iterator[str]:
@@ -200,10 +309,10 @@ class _Check:
         after = world.path[min(index + 4, len(world.path) - 1)]
         if road is None or road.distance(*after) > road.width / 2 + 1.5:
             yield f"the path does not turn into {thing.identity}"
-        elif thing.which in ORDINALS and world.graph is not None:
+        elif world.graph is not None and thing.which in ("", *ORDINALS):
             count = len(self._passed_arms(direction, index, thing.kind))
-            if count != ORDINALS[thing.which]:
-                yield f"{thing.identity} is number {count} on the {direction}, not the {thing.which}"
+            if count != ORDINALS.get(thing.which, min(count, 1)):
+                yield f"{thing.identity} is number {count} on the {direction}, not the {thing.which or 'first'}"
 
     def _passed_arms(self, direction: str, index: int, kind: str) -> set[str]:
         """Return the streets of a kind that open on a side between the last step and a place, itself included."""
@@ -223,23 +332,48 @@ class _Check:
 
     def _walk(self, walk: Walk) -> Iterator[str]:
         world, thing = self._world, walk.things[0]
+        if walk.straight and walk.way in ("to", "towards", "until"):
+            yield from self._straight_to(walk.things)
         if walk.way in ("until", "towards"):
             x, z = self._middle(walk.things)
             here = math.dist(world.path[self.at], (x, z))
             if min(math.dist(world.path[i], (x, z)) for i in self._next(30)) > here - 1.0 and here > 3.5:
                 yield f"the path does not lead towards {thing.identity}"
+            if walk.way == "towards":
+                self.at = max(self.at, world.closest(x, z, self.at, BY) or 0)
             return
         near = self._nearest_of(walk.things, BY if walk.way in ("past", "beside") else AT)
         if near is None:
             yield f"the path does not come {walk.way} {thing.identity}"
             return
-        x, z = self._middle(walk.things)
-        right = world.side_of(x, z, near)
-        if walk.side and right * (1.0 if walk.side == "right" else -1.0) < -0.3:
+        least = ASIDE_ZEBRA if thing.kind == "zebra_crossing" else ASIDE
+        marks = [mark for each in walk.things for mark in world.landmarks(each.identity)]
+        rights = [world.side_of(mark.x, mark.z, near) for mark in marks]
+        if walk.side and any(right * (1.0 if walk.side == "right" else -1.0) < least for right in rights):
             yield f"{thing.identity} is not on the {walk.side}"
-        if walk.way == "between" and abs(right) > 2.5:
+        if walk.way == "between" and not self._is_amid(walk.things, near):
             yield f"the path does not lead between {thing.identity} and {walk.things[1].identity}"
         self.at = max(self.at, near)
+
+    def _is_amid(self, things: tuple[Thing, ...], near: int) -> bool:
+        """Return whether two things stand on both sides of the path, more beside each other than one behind another."""
+        world = self._world
+        before, after = world.path[max(near - 2, 0)], world.path[min(near + 2, len(world.path) - 1)]
+        heading = math.degrees(math.atan2(after[0] - before[0], after[1] - before[1]))
+        here = Pose(*world.path[near], heading)
+        places = [here.local(mark.x, mark.z) for each in things for mark in world.landmarks(each.identity)]
+        (right, along), (other, far) = min(places), max(places)
+        return right < 0.0 < other and abs(right + other) <= 5.0 and abs(along - far) <= other - right
+
+    def _straight_to(self, things: tuple[Thing, ...]) -> Iterator[str]:
+        """Yield what is wrong with a walk straight to things: that they are not ahead, or the way there bends."""
+        world, (x, z) = self._world, self._middle(things)
+        here = world.path[self.at]
+        towards = math.degrees(math.atan2(x - here[0], z - here[1]))
+        is_turned = any(abs(self.at - said) <= TURN_REACH for said in self.turned)
+        heading = world.heading_after(self.at) if is_turned else world.heading_before(self.at)
+        if math.dist(here, (x, z)) > 3.0 and abs(turn_between(heading, towards)) > STRAIGHT:
+            yield f"{things[0].identity} is not straight ahead"
 
     def _nearest(self, thing: Thing, limit: float) -> int | None:
         return self._nearest_of((thing,), limit)

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from server.dataset.instructions.sight import Landmark
 from server.dataset.plans.graph import Corner, Junction, Road, StreetGraph
@@ -12,6 +13,16 @@ Place = tuple[float, float]
 
 STRIDE = 3
 """Places over which the path's direction is measured."""
+
+TURNED = {30.0: (10.0, 48.0), 90.0: (44.0, 140.0), 180.0: (135.0, 180.0)}
+"""Least and greatest bend that is called a turn by so many degrees, in degrees. The agent turns by multiples of 30: one
+is a slight turn, two to four are one to a side, five and six are one around."""
+
+BEND = 8.0
+"""Minimum change of direction that is a bend, in degrees."""
+
+PEAK = 2
+"""Places on both sides of a bend's sharpest one that belong to it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +35,7 @@ class GateWorld:
         marks: all landmarks.
         goal: (x, z) of the target.
         graph: the section's streets; None without a plan.
+        poses: along the path, to which `Landmark.seen` refers; none if what is visible is not to be checked.
     """
 
     path: Sequence[Place]
@@ -31,6 +43,7 @@ class GateWorld:
     marks: Sequence[Landmark]
     goal: Place
     graph: StreetGraph | None
+    poses: Sequence[Pose] = ()
 
     def landmarks(self, identity: str) -> tuple[Landmark, ...]:
         """Return the landmarks of an identity, or of several that "+" joins; of places only those of the graph."""
@@ -74,19 +87,33 @@ class GateWorld:
         after = min(index + STRIDE, len(self.path) - 1)
         return _bearing(self.path[index], self.path[after] if after > index else self.goal)
 
-    def turn_near(self, index: int, degrees: float, reach: int) -> int | None:
-        """Return the index within `reach` places where the path turns most nearly by `degrees`; None if it does not.
+    @cached_property
+    def bends(self) -> dict[int, float]:
+        """Where the path turns, and by how many degrees, positive clockwise: at the sharpest place of each bend."""
+        turned = [turn_between(self.heading_before(at), self.heading_after(at)) for at in range(len(self.path))]
+        found: dict[int, float] = {}
+        for at, angle in enumerate(turned):
+            around = turned[max(at - PEAK, 0) : at + PEAK + 1]
+            if abs(angle) >= BEND and abs(angle) >= max(each * math.copysign(1.0, angle) for each in around):
+                found[at] = angle
+        return found
 
-        A right angle may be between 40 and 140 degrees, a slight turn between 10 and 65, and one around 110 or more.
-        """
-        low, high = {30.0: (10.0, 65.0), 90.0: (40.0, 140.0)}.get(abs(degrees), (110.0, 180.0))
-        found = []
-        for at in range(max(index - reach, 0), min(index + reach, len(self.path) - 1) + 1):
-            turned = turn_between(self.heading_before(at), self.heading_after(at))
-            is_so = low <= abs(turned) <= high and (abs(degrees) == 180.0 or turned * degrees > 0.0)
-            if is_so:
-                found.append((abs(abs(turned) - abs(degrees)), at))
+    def turn_near(self, index: int, degrees: float, reach: int) -> int | None:
+        """Return the index within `reach` places of the bend most nearly by `degrees`; None if there is none."""
+        low, high = TURNED[abs(degrees)]
+        found = [
+            (abs(abs(angle) - abs(degrees)), at)
+            for at, angle in self.bends.items()
+            if abs(at - index) <= reach
+            and low <= abs(angle) <= high
+            and (abs(degrees) == 180.0 or angle * degrees > 0.0)
+        ]
         return min(found)[1] if found else None
+
+    def is_visible(self, mark: Landmark, first: int, last: int) -> bool:
+        """Return whether a landmark is recognised from one of the path's places from `first` to `last`."""
+        places = set(self.path[max(first, 0) : last + 1])
+        return any(number >= 0 and (self.poses[number].x, self.poses[number].z) in places for number in mark.seen)
 
     def side_of(self, x: float, z: float, index: int) -> float:
         """Return how far to the right of the path a place is, at one of the path's places, in units."""

@@ -9,13 +9,21 @@ from collections.abc import Sequence
 from random import Random
 
 from lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk
-from lang.street import DEGREES
 from server.dataset.instructions.navigation_choice import fits, full_name
 from server.dataset.instructions.navigation_landmarks import landmark_options
 from server.dataset.instructions.navigation_legs import Place, bearing, max_deviation, turn_between
 from server.dataset.instructions.navigation_names import distinguish
 from server.dataset.instructions.navigation_places import place_options
-from server.dataset.instructions.navigation_route import MAX_DEVIATION, Option, Route, Waypoint, turn_towards, turns_on
+from server.dataset.instructions.navigation_route import (
+    MAX_DEVIATION,
+    STRAIGHT,
+    Option,
+    Route,
+    Waypoint,
+    turn_towards,
+    turn_word,
+    turns_on,
+)
 from server.dataset.instructions.navigation_target import describe
 from server.dataset.instructions.sight import Landmark
 from server.dataset.plans.graph import StreetGraph
@@ -122,7 +130,7 @@ class _Planner:
         far = math.dist(here, route.goal)
         if far > 4.0 and self._target.look and not route.has_twin and self._random.random() < UNTIL_SEEN:
             way = self._random.choice(("until", "to", "towards", "until") if abs(off) < 25.0 else ("to", "towards"))
-            return (*turns, Walk(way, (self._target,)))
+            return (*turns, Walk(way, (self._target,), straight=not turns and abs(off) <= STRAIGHT))
         return turns
 
     def _along_street(self, waypoint: Waypoint, option: Option) -> tuple[Step, ...]:
@@ -145,7 +153,7 @@ class _Planner:
         rotation = turn_between(waypoint.pose.heading, onward)
         turns: tuple[Step, ...] = ()
         if abs(rotation) > (36.0 if waypoint.turned else 20.0):
-            word = min(DEGREES, key=lambda each: abs(turn_between(DEGREES[each], rotation)))
+            word = turn_word(rotation)
             if waypoint.turned or not turns_on(route, waypoint, (word,)):
                 return None
             turns = (Rotate(word),)

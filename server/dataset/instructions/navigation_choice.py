@@ -23,6 +23,9 @@ MIN_DISTANCE_RATIO = 1.35
 
 ORDINALS = ("first", "second", "third")
 
+MIN_RATIO_WITHOUT_COLOUR = 2.2
+"""The same if the colour is omitted though others of the kind have another."""
+
 OMIT_COLOUR = 0.4
 """Probability that an unnecessary colour is omitted."""
 
@@ -48,11 +51,8 @@ def name_of(
         names.insert(0, Thing(label.kind, identity=mark.identity))
     own = perceived_distance(mark, view)
     for name in names if own < math.inf else []:
-        rivals = [
-            m
-            for m in marks
-            if m is not mark and fits(name, m) and perceived_distance(m, view) < MIN_DISTANCE_RATIO * own
-        ]
+        limit = own * (MIN_DISTANCE_RATIO if name.colour or not label.colour else MIN_RATIO_WITHOUT_COLOUR)
+        rivals = [m for m in marks if m is not mark and fits(name, m) and perceived_distance(m, view) < limit]
         if not any(rival.glimpsed is not None and rival.glimpsed <= until for rival in rivals):
             return name, not rivals
     return None

@@ -18,6 +18,7 @@ from server.dataset.instructions.navigation_route import (
     Waypoint,
     pose_after_passing,
     turn_towards,
+    turn_word,
     turns_on,
 )
 from server.dataset.instructions.sight import Landmark
@@ -39,6 +40,9 @@ NO_POST = ("building", "zebra_crossing", "shop_sign", "banner", "awning", "speed
 
 AT_THING = 3.0
 """Maximum distance of the walk from a thing that one turns at, in units: nobody turns at what they never come to."""
+
+ASIDE = 1.3
+"""Minimum distance from the course of what is on one's left or right, in units."""
 
 BESIDE_WALL = 5.0
 """Maximum distance of a building's wall from the walk past it, in units."""
@@ -125,9 +129,10 @@ def _options(route: Route, subject: _Subject) -> Iterator[Option]:
     side = "right" if right > 0.0 else "left"
     passed = pose_after_passing(pose, mark.x, mark.z, PAST)
     if _is_ahead(pose, passed):
-        told = "" if route.random.random() < 0.6 or abs(right) < 0.6 else side
+        is_across = mark.label.kind == "zebra_crossing"
+        told = "" if route.random.random() < 0.6 or abs(right) < ASIDE or is_across else side
         yield from subject.option(route, Walk("past", (name,), told), passed, 0.0)
-    if 1.0 < abs(right) < 5.0:
+    if ASIDE < abs(right) < 5.0 and mark.label.kind != "zebra_crossing":
         beside = pose_after_passing(pose, mark.x, mark.z, 0.0)
         if _is_ahead(pose, beside):
             yield from subject.option(route, Walk("beside", (name,), side), beside, 1.1)
@@ -153,9 +158,9 @@ def _turns(route: Route, subject: _Subject, word: str, end: Pose) -> Iterator[Op
     if min(math.dist((mark.x, mark.z), place) for place in route.path[waypoint.number : number + 2]) > AT_THING:
         return
     rotation = turn_between(end.heading, onward)
-    direction = min(DEGREES, key=lambda w: abs(turn_between(DEGREES[w], rotation)))
+    direction = turn_word(rotation)
     inexact = abs(turn_between(DEGREES[direction], rotation))
-    if abs(rotation) > 35.0 and direction != "around" and inexact < 30.0:
+    if abs(rotation) > 25.0 and direction != "around" and inexact < 45.0:
         cost = inexact / 20.0 + (-1.0 if abs(rotation) > 50.0 else 0.7)
         step = Rotate(direction, word, subject.name)
         yield from subject.option(route, step, end.turned(DEGREES[direction]), cost)
@@ -192,7 +197,7 @@ def _group_options(route: Route, group: Group, turns: tuple[Step, ...], waypoint
     end = pose_after_passing(pose, last.x, last.z, PAST)
     if _is_ahead(pose, end):
         rights = [pose.local(mark.x, mark.z)[0] for mark in marks]
-        side = "right" if min(rights) > 0.6 else "left" if max(rights) < -0.6 else ""
+        side = "right" if min(rights) > ASIDE else "left" if max(rights) < -ASIDE else ""
         told = side if route.random.random() < 0.4 else ""
         yield from route.option(waypoint, turns, Walk("past", (group.name,), told), end, GROUP_COST)
     x, z = sum(mark.x for mark in marks) / len(marks), sum(mark.z for mark in marks) / len(marks)
@@ -209,9 +214,20 @@ def _gaps(route: Route, waypoint: Waypoint, named: list[tuple[Landmark, Thing, f
     for (one, first, cost), (other, second, more) in combinations(named, 2):
         if first.kind in NO_POST or second.kind in NO_POST or first.which or second.which:
             continue
+        if not _is_between(route, waypoint, one, other):
+            continue
         if GAP_WIDTH[0] <= math.dist((one.x, one.z), (other.x, other.z)) <= GAP_WIDTH[1]:
             end = pose_after_passing(waypoint.pose, (one.x + other.x) / 2, (one.z + other.z) / 2, 0.3)
             yield from route.option(waypoint, (), Walk("between", (first, second)), end, cost + more + 0.4)
+
+
+def _is_between(route: Route, waypoint: Waypoint, one: Landmark, other: Landmark) -> bool:
+    """Return whether the path leads between two landmarks: they stand on opposite sides of it where it is nearest."""
+    number = route.nearest(Pose((one.x + other.x) / 2, (one.z + other.z) / 2, 0.0), waypoint.number)
+    before, after = route.path[max(number - 2, 0)], route.path[min(number + 2, route.last)]
+    here = Pose(*route.path[number], bearing(before, after))
+    (right, along), (more, far) = sorted(here.local(mark.x, mark.z) for mark in (one, other))
+    return right < -0.3 and more > 0.3 and abs(along - far) <= more - right
 
 
 def _is_ahead(pose: Pose, end: Pose) -> bool:

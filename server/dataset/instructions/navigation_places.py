@@ -7,7 +7,7 @@ from dataclasses import replace
 from lang.meaning import Rotate, Step, Thing, Walk
 from lang.street import ACROSS, DEGREES
 from server.dataset.instructions.navigation_legs import turn_between
-from server.dataset.instructions.navigation_route import MAX_DEVIATION, Option, Route, Waypoint, turns_on
+from server.dataset.instructions.navigation_route import MAX_DEVIATION, Option, Route, Waypoint, turn_word, turns_on
 from server.dataset.instructions.sight import Landmark
 from server.dataset.plans.graph import Junction, StreetGraph
 from server.sim.geometry import Pose
@@ -47,7 +47,7 @@ def place_options(route: Route, waypoint: Waypoint) -> Iterator[Option]:
     yield from _options(route, waypoint, ())
     onward = route.onward_heading(waypoint.number)
     if waypoint.number == 0 and onward is not None:
-        word = min(DEGREES, key=lambda each: abs(turn_between(waypoint.pose.heading + DEGREES[each], onward)))
+        word = turn_word(turn_between(waypoint.pose.heading, onward))
         if turns_on(route, waypoint, (word,)):
             after = replace(waypoint, pose=waypoint.pose.turned(DEGREES[word]))
             yield from _options(route, after, (Rotate(word),))

@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from random import Random
 
-from lang.meaning import Rotate, Step
+from lang.meaning import Rotate, Step, Walk
 from lang.reference import things_of
 from lang.street import BESIDE, DEGREES
 from server.dataset.instructions.navigation_legs import Place, bearing, legs_of, max_deviation, turn_between
@@ -16,8 +16,17 @@ from server.sim.geometry import Pose, wrap
 MAX_DEVIATION = 1.8
 """Maximum distance of a step from the path, in units."""
 
-IN_VIEW, IN_VIEW_AFTER_TURN = 50.0, 40.0
-"""Maximum angle between the course and a landmark, and between a turn and the landmark it is for, in degrees."""
+IN_VIEW = 40.0
+"""Maximum angle between the course and a landmark, with or without a turn before it, in degrees."""
+
+SLIGHT, AROUND = 45.0, 145.0
+"""Greatest turn that is slight, and least that is one around, in degrees."""
+
+SNAP = 40.0
+"""Maximum angle between a step's course and the path for the walker to go on in the path's direction, in degrees."""
+
+STRAIGHT = 15.0
+"""Maximum angle from the course, and from the path, of what one walks straight to, in degrees."""
 
 MAX_STEP_LENGTH = 30
 """Maximum distance that one step leads, in units."""
@@ -105,6 +114,8 @@ class Route:
         self, waypoint: Waypoint, turns: tuple[Step, ...], step: Step, end: Pose, cost: float
     ) -> Iterator[Option]:
         """Yield the continuation by these steps if they advance along the path."""
+        if isinstance(step, Walk) and step.things:
+            step = replace(step, straight=self._is_straight(waypoint, turns, end))
         number = self.nearest(end, waypoint.number)
         if number < waypoint.number + 2 and number < self.last:
             return
@@ -118,7 +129,26 @@ class Route:
         wrong = 0.0 if onward is None else max(abs(turn_between(end.heading, onward)) - 15.0, 0.0) / 25.0
         total = cost + 0.8 * off + 0.5 * strayed - 0.3 * gain + 1.2 * len(turns) + wrong + 1.5 * self.random.random()
         about = next((thing.identity for thing in things_of(step)), "")
-        yield Option(total, (*turns, step), Waypoint(end, number, isinstance(step, Rotate), about))
+        pose = self._on_path(end, number, step)
+        yield Option(total, (*turns, step), Waypoint(pose, number, isinstance(step, Rotate), about))
+
+    def _on_path(self, end: Pose, number: int, step: Step) -> Pose:
+        """Return the pose after a step with the path's direction there as its course, unless it differs by far."""
+        before, here = self.path[max(number - 3, 0)], self.path[number]
+        is_turn = isinstance(step, Rotate) or before == here
+        course = self.onward_heading(number, 3) if is_turn else bearing(before, here)
+        if course is None or abs(turn_between(end.heading, course)) > SNAP:
+            return end
+        return Pose(end.x, end.z, course)
+
+    def _is_straight(self, waypoint: Waypoint, turns: tuple[Step, ...], end: Pose) -> bool:
+        """Return whether a step's end is straight ahead, by the course and by the path as it was or is turned to."""
+        here = waypoint.pose.x, waypoint.pose.z
+        towards = bearing(here, (end.x, end.z))
+        onward = self.onward_heading(waypoint.number, 3)
+        came = bearing(self.path[max(waypoint.number - 3, 0)], self.path[waypoint.number]) if waypoint.number else None
+        courses = [waypoint.pose.heading, onward, None if turns or waypoint.turned else came]
+        return all(course is None or abs(turn_between(course, towards)) <= STRAIGHT for course in courses)
 
     def nearest(self, pose: Pose, since: int) -> int:
         """Return the index of the place in the path nearest to a pose, from `since` on."""
@@ -134,15 +164,20 @@ class Route:
 
 
 def turns_on(route: Route, waypoint: Waypoint, words: tuple[str, ...]) -> bool:
-    """Return whether the path turns at a waypoint as these words say; no words say nothing."""
+    """Return whether the path turns at a waypoint as these words say, or without words, not by more than slightly."""
     onward = route.onward_heading(waypoint.number)
-    if not words or onward is None:
+    if onward is None:
         return not words
     turned = turn_between(waypoint.pose.heading, onward)
-    if words == ("around",):
-        return abs(turned) >= 120.0
-    least = 12.0 if abs(DEGREES[words[0]]) < 45.0 else 45.0
-    return abs(turned) >= least and abs(turn_between(DEGREES[words[0]], turned)) <= 40.0
+    return turn_word(turned) == words[0] and abs(turned) >= 12.0 if words else abs(turned) <= SLIGHT
+
+
+def turn_word(degrees: float) -> str:
+    """Return which of `meaning.TURNS` a turn by so many degrees is, positive clockwise."""
+    side = "right" if degrees > 0.0 else "left"
+    if abs(degrees) >= AROUND:
+        return "around"
+    return f"slightly {side}" if abs(degrees) <= SLIGHT else side
 
 
 def pose_after_passing(pose: Pose, x: float, z: float, beyond: float) -> Pose:
@@ -157,7 +192,5 @@ def turn_towards(off: float) -> tuple[str, ...] | None:
     """Return the turn that brings a landmark at this angle to the course into view, or None if there is none."""
     if abs(off) <= IN_VIEW:
         return ()
-    for word, degrees in DEGREES.items():
-        if abs(turn_between(degrees, off)) <= IN_VIEW_AFTER_TURN:
-            return (word,)
-    return None
+    word = turn_word(off)
+    return (word,) if abs(turn_between(DEGREES[word], off)) <= IN_VIEW else None

@@ -77,6 +77,8 @@ def name_said(words: str) -> Name:
 
 
 def _name(kind: str, says: set[str], which: str) -> Name:
+    if kind == "building_corner" and says:  # A building's own corner is named for the building.
+        kind = "building"
     kind = SAME_KIND.get(kind, kind)
     says = {SAME_WORD.get(word, word) for word in says}
     if kind == "shop_sign" and says & SHOPS:

@@ -85,10 +85,18 @@ def test_after_a_blocked_step_it_turns_on_until_it_can_walk(network: Grounded) -
         (False, (FORWARD, RIGHT, LEFT), LEFT),  # Blocked again: not back to the wall.
         (True, (FORWARD, RIGHT, LEFT), FORWARD),
         (True, (RIGHT, FORWARD, LEFT), RIGHT),  # It could walk: all is open again.
+        (True, (LEFT, FORWARD, RIGHT), FORWARD),  # It does not turn back at once.
     ):
         preferring(network, *preferred)
         here += moved
         assert walker.act(frame(), np.full((4, 4), here, np.float32)) == expected
+
+
+def test_it_turns_no_farther_than_it_must(network: Grounded) -> None:
+    walker = Walker(preferring(network, LEFT), TOKENS)
+    depths = [np.full((4, 4), number, np.float32) for number in (*range(7), 6, 7, 8)]
+    # Half a circle, a step, which is blocked, and on.
+    assert [walker.act(frame(), depth) for depth in depths] == [LEFT] * 6 + [FORWARD] + [LEFT] * 3
 
 
 def test_a_step_without_effect_is_as_if_it_had_not_been_taken(network: Grounded) -> None:

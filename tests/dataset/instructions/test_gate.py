@@ -1,5 +1,6 @@
 """The gate: texts and meanings that are not so in a small town are found out, in both languages."""
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -10,6 +11,7 @@ from server.dataset.instructions.gate_navigation import faults_of_navigation
 from server.dataset.instructions.gate_world import GateWorld
 from server.dataset.instructions.sight import Landmark
 from server.dataset.plans.graph import Arm, Junction, Road, StreetGraph
+from server.sim.geometry import Pose
 from server.sim.labels import Label
 from tests.dataset.instructions.town import PATH, START
 
@@ -28,6 +30,12 @@ MARKS = (
     replace(mark("collectible/0", 13.5, 0.0), label=Label("mug", "red", "striped")),
     replace(mark("collectible/1", 0.0, 12.0), label=Label("mug", "red", "dotted")),
     replace(mark("collectible/2", 15.0, 0.5), label=Label("ball", "blue", "striped")),
+    replace(mark("collectible/3", 15.0, -2.0), label=Label("ball", "blue", "striped")),
+    mark("bin/0", -2.0, -10.0),
+    mark("lamp_post/0", 2.4, -12.0),
+    mark("hydrant/0", -0.5, -8.0),
+    mark("kiosk/0", -7.0, -14.0),
+    mark("zebra_crossing/0", 5.0, -1.5),
 )
 
 ROADS = (
@@ -52,6 +60,10 @@ NEAR, FAR = Thing("barrier", "white", identity="barrier/0"), Thing("barrier", "w
 BARREL, CONE = Thing("barrel", "red", identity="barrel/0"), Thing("cone", identity="cone/0")
 BENCHES = Thing("bench", number="two", identity="bench/0+bench/1")
 CROSSING = Thing("intersection", identity="junction/0")
+BIN, POST = Thing("bin", identity="bin/0"), Thing("lamp_post", identity="lamp_post/0")
+KIOSK = Thing("kiosk", identity="kiosk/0")
+HYDRANT, ZEBRA = Thing("hydrant", identity="hydrant/0"), Thing("zebra_crossing", identity="zebra_crossing/0")
+FAR_BALL = replace(BALL, identity="collectible/3")
 
 
 def told(*steps: Step, target: Thing = MUG) -> Navigation:
@@ -64,9 +76,13 @@ TRUE = [
     told(Walk("past", (BARREL,), "left"), Walk("to", (CROSSING,)), Rotate("right"), Walk("past", (CONE,))),
     told(Rotate("right", "at", Thing("street", which="first", identity="street/1")), Walk("beside", (CONE,), "right")),
     told(
-        Walk("along", (Thing("street", identity="street/0"),)), Walk("past", (BENCHES,)), target=replace(MUG, where=())
+        Walk("along", (Thing("street", identity="street/0"),)),
+        Rotate("right", "after", BENCHES),
+        target=replace(MUG, where=()),
     ),
-    told(Walk("past", (replace(NEAR, which="first"),)), Walk("towards", (CROSSING,))),
+    told(Walk("past", (replace(NEAR, which="first"),)), Walk("towards", (CROSSING,)), Rotate("right")),
+    told(Walk("between", (NEAR, BIN)), Rotate("right", "at", Thing("corner", identity="junction/0"))),
+    told(Rotate("right", "at", Thing("street", identity="street/1")), Walk("past", (ZEBRA,))),
 ]
 
 
@@ -99,6 +115,20 @@ FALSE = [
     (told(target=replace(MUG, where=(Where("behind", (BALL,)),))), "collectible/0 is not behind collectible/2"),
     (told(target=replace(MUG, where=(Where("near", (CONE,)),))), "collectible/0 is not near cone/0"),
     (told(target=replace(MUG, look="dotted")), "collectible/0 is a mug/red/striped, not red dotted mug"),
+    (told(Walk("between", (NEAR, POST))), "the path does not lead between barrier/0 and lamp_post/0"),
+    (told(Walk("between", (BIN, Thing("bench", identity="bench/1")))), "the path does not lead between bin/0"),
+    (told(Walk("past", (BENCHES,))), "the path turns by 90 degrees at its place 15, which is not said"),
+    (told(Rotate("slightly right", "at", CROSSING)), "the path does not turn slightly right at junction/0"),
+    (told(Rotate("around")), "the path does not turn around after its place 0"),
+    (told(Rotate("right", "at", CROSSING), Walk("past", (ZEBRA,), "right")), "zebra_crossing/0 is not on the right"),
+    (told(Walk("past", (HYDRANT,), "left")), "hydrant/0 is not on the left"),
+    (told(Walk("to", (CONE,))), "cone/0 is not straight ahead"),
+    (told(Face(KIOSK), Rotate("right", "at", CROSSING)), "the path does not lead on as one faces kiosk/0"),
+    (
+        told(Rotate("right", "at", CROSSING), Walk("past", (CONE,)), Walk("past", (BENCHES,))),
+        "bench/0 is not before one who is told of two",
+    ),
+    (told(target=replace(MUG, where=(Where("near", (FAR_BALL,)),))), "another is nearer to collectible/0"),
 ]
 
 
@@ -124,7 +154,7 @@ def test_the_target_is_told_apart_from_what_looks_like_it(
     target: Thing, more: tuple[Landmark, ...], is_clear: bool
 ) -> None:
     world = replace(WORLD, marks=(*MARKS, *more))
-    faults = faults_of_navigation(told(target=target), world)
+    faults = faults_of_navigation(told(Rotate("right", "at", CROSSING), target=target), world)
     assert faults == () if is_clear else "collectible/0 may be taken for collectible/9" in faults
 
 
@@ -165,3 +195,59 @@ def test_a_thing_that_is_taken_for_another_is_found_out() -> None:
     face = told(Face(NEAR), Walk("past", (replace(NEAR, identity="barrier/1"),)), target=PLAIN)
     text = "Face the white barrier. Walk past that barrier. Pick up the striped red mug."
     assert faults_of_text(text, "en", face) == ("takes one thing for another: the white barrier barrier/1",)
+
+
+SLIGHT, SHARP = math.radians(30.0), math.radians(60.0)
+BENT = [(0.0, float(z)) for z in range(10)]
+
+
+@pytest.mark.parametrize(
+    ("angle", "word", "fault"),
+    [
+        (SLIGHT, "slightly right", False),
+        (SLIGHT, "right", True),
+        (SHARP, "slightly right", True),
+        (SHARP, "right", False),
+        (math.radians(120.0), "right", False),
+        (math.radians(120.0), "around", True),
+        (math.radians(150.0), "around", False),
+        (math.radians(150.0), "right", True),
+    ],
+)
+def test_a_turn_is_called_by_its_size(angle: float, word: str, fault: bool) -> None:
+    on = [(math.sin(angle) * step, 9.0 + math.cos(angle) * step) for step in range(1, 8)]
+    world = GateWorld((*BENT, *on), Pose(0.0, 0.0, 0.0), (mark("bin/0", 0.5, 9.5),), on[-1], GRAPH)
+    faults = faults_of_navigation(told(Rotate(word, "at", BIN), target=PLAIN), world)
+    assert any(f"does not turn {word} at bin/0" in each for each in faults) == fault, faults
+
+
+def test_a_corner_is_the_first_on_the_way() -> None:
+    later = Junction("junction/1", 0.0, 12.0, "crossing", tuple(replace(a, z=a.z + 12.0) for a in ARMS), 3.0)
+    roads = (*ROADS, Road("street/2", "High", "street", 6.0, ((-20.0, 12.0), (20.0, 12.0)), ("junction/1",)))
+    graph = StreetGraph((*GRAPH.junctions, later), roads, (), ())
+    path = [(0.0, float(z)) for z in range(-9, 13)] + [(float(x), 12.0) for x in range(1, 7)]
+    world = GateWorld(path, Pose(0.0, -9.0, 0.0), (), (7.0, 12.0), graph)
+    for thing, fault in (
+        (Thing("corner", identity="junction/1"), "junction/1 is corner number 2 on the right, not the first"),
+        (Thing("street", identity="street/2"), "street/2 is number 2 on the right, not the first"),
+        (Thing("street", which="second", identity="street/2"), ""),
+        (Thing("intersection", identity="junction/1"), "junction/0 comes before the intersection junction/1"),
+    ):
+        faults = faults_of_navigation(told(Rotate("right", "at", thing), target=PLAIN), world)
+        assert (fault in faults) if fault else not any("number" in each for each in faults), faults
+    walk = told(Walk("to", (Thing("intersection", identity="junction/1"),)), target=PLAIN)
+    assert "junction/0 comes before the intersection junction/1" in faults_of_navigation(walk, world)
+    t_junction = replace(GRAPH.junctions[0], arms=(ARMS[0], ARMS[2], ARMS[3]))
+    world = replace(world, graph=replace(graph, junctions=(t_junction, later)))
+    turn = told(Rotate("right", "at", Thing("intersection", identity="junction/1")), target=PLAIN)
+    assert not any("comes before" in each for each in faults_of_navigation(turn, world))
+
+
+def test_what_is_told_of_is_seen_on_the_way_to_it() -> None:
+    poses = tuple(Pose(*place, 0.0) for place in PATH)
+    told_of = told(Walk("past", (NEAR,)), Rotate("right", "at", CROSSING), Walk("past", (CONE,)))
+    for seen, is_seen in (((17,), True), ((12,), True), ((3, -1), False), ((), False)):
+        marks = [replace(each, seen=seen if each.identity == "cone/0" else (2,)) for each in MARKS]
+        world = replace(WORLD, marks=marks, poses=poses)
+        fault = "cone/0 cannot be seen on the way to it"
+        assert (fault not in faults_of_navigation(told_of, world)) == is_seen, seen

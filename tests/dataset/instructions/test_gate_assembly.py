@@ -31,9 +31,9 @@ BRICK = Thing("wall", look="brick", identity="wall/brick")
         ("on_top_of", (BALL,), (), (4, 2), ""),
         ("on_top_of", (BALL,), (), (4, 3), "not on_top_of"),
         ("near", (MUG,), (), (4, 0), "not near"),
-        ("against", (BRICK,), (), (3, 3), ""),
+        ("against", (BRICK,), (), (3, 3), "taken for (1, 3), (2, 3), (4, 3)"),
         ("against", (BRICK,), (), (3, 2), "not against wall/brick"),
-        ("in_front_of", (Thing("you"),), (), (2, 2), ""),
+        ("in_front_of", (Thing("you"),), (), (2, 1), ""),
         ("left_of", (Thing("you"),), (), (3, 1), "not left_of you"),
         ("near", (Thing("", "blue", identity="room/4,1,2"),), (), (3, 2), "may be another"),
         ("near", (Thing("bowl", identity="room/2,1,2"),), (), (3, 2), "is no"),
@@ -45,3 +45,37 @@ def test_what_is_said_of_a_cell(
 ) -> None:
     faults = faults_of_assembly(Assembly(turns, Thing(""), (Where(relation, things),)), cell, ROOM)
     assert faults == () if not fault else any(fault in each for each in faults), faults
+
+
+YOU = Thing("you")
+BEYOND_START = Room((Standing("mug", "red", "dotted", 1, 1), Standing("bowl", "white", "striped", 1, 3)), ROOM.walls)
+OWN_MUG, BOWL = Thing("mug", identity="room/1,1,1"), Thing("bowl", identity="room/1,1,3")
+
+
+@pytest.mark.parametrize(
+    ("wheres", "turns", "cell", "others"),
+    [
+        ((Where("right_of", (OWN_MUG,)),), (), (2, 1), "(3, 1), (4, 1)"),
+        ((Where("right_of", (OWN_MUG,), exactly=True),), (), (2, 1), ""),
+        ((Where("right_of", (OWN_MUG,)), Where("right_of", (YOU,))), (), (3, 1), "(4, 1)"),
+        ((Where("right_of", (OWN_MUG,)), Where("in_front_of", (YOU,), exactly=True)), (), (2, 1), ""),
+        ((Where("right_of", (BOWL,)), Where("against", (BRICK,))), (), (2, 3), "(3, 3), (4, 3)"),
+        ((Where("left_of", (OWN_MUG,)),), (), (0, 1), ""),
+        ((Where("right_of", (YOU,)),), (), (3, 0), "(3, 1), (3, 2), (3, 3), (4, 0), (4, 1), (4, 2), (4, 3)"),
+        ((Where("right_of", (YOU,), exactly=True),), (), (3, 0), ""),
+        ((Where("behind", (OWN_MUG,)),), (), (1, 2), ""),
+        ((Where("in_front_of", (YOU,)),), (), (2, 1), ""),
+        ((Where("in_front_of", (YOU,)),), (), (2, 2), "(2, 1), (2, 3)"),
+        ((Where("behind", (OWN_MUG,)), Where("right_of", (OWN_MUG,))), (), (2, 2), ""),
+        ((Where("between", (OWN_MUG, BOWL)),), (), (1, 2), ""),
+        ((Where("diagonal_to", (BOWL,)),), (), (2, 2), "(0, 2)"),
+        ((Where("left_of", (OWN_MUG,)),), ("right",), (1, 2), ""),
+        ((Where("near", (OWN_MUG,)),), (), (0, 1), "(1, 0), (1, 2), (2, 1)"),
+        ((Where("on_top_of", (OWN_MUG,)),), (), (1, 1), ""),
+    ],
+)
+def test_an_instruction_fits_no_other_free_cell(
+    wheres: tuple[Where, ...], turns: tuple[str, ...], cell: tuple[int, int], others: str
+) -> None:
+    faults = faults_of_assembly(Assembly(turns, Thing(""), wheres), cell, BEYOND_START)
+    assert faults == ((f"the cell may be taken for {others}",) if others else ())
