@@ -10,6 +10,7 @@ from typing import Any
 
 from agents.learning.extra import PLAYING, require
 from agents.learning.recipe import RECIPES, Place, Recipe, smoke
+from agents.learning.vision import FOLDER
 from arramon_client.errors import ArramonClientError
 
 MAP = "vl_map"
@@ -107,6 +108,7 @@ def _train_grounded(given: argparse.Namespace) -> None:
 def _chosen(given: argparse.Namespace) -> dict[str, Any]:
     """Return the values of a recipe that were named, by field, of agents with a recipe of their own kind."""
     names = {each.name for each in fields(Recipe)} | {name for own in OWN_OPTIONS.values() for name in own}
+    names |= {"align_lang", "visual"}
     named = {name: getattr(given, name, None) for name in names - {"agent", "languages"}}
     return {name: value for name, value in named.items() if value is not None}
 
@@ -150,8 +152,10 @@ def _parser() -> argparse.ArgumentParser:
             kind = float if name in ("first", "round_walks", "inflection") else int
             parser.add_argument(_flag(name), type=kind, help=f"of {agent} alone")
     parser.add_argument("--lang", help="languages, separated by commas (default: en,hi)")
+    parser.add_argument("--align-lang", help="languages of the texts that --align pulls together (default: en,hi)")
+    parser.add_argument("--visual", type=Path, help="folder of a vision model of transformers, instead of --encoder")
     for each in fields(Recipe):
-        if each.name not in ("agent", "languages", "sees", "reads"):
+        if each.name not in ("agent", "languages", "aligned", "sees", "reads"):
             parser.add_argument(_flag(each.name), type=type(each.default), help="default: as the agent's recipe says")
     return parser
 
@@ -165,6 +169,12 @@ def _recipe(recipe: Recipe, given: argparse.Namespace) -> Recipe:
         recipe = smoke(recipe)
     if given.lang:
         recipe = replace(recipe, languages=tuple(given.lang.split(",")))
+    if given.align_lang:
+        recipe = replace(recipe, aligned=tuple(given.align_lang.split(",")))
+    if given.visual and given.encoder:
+        raise ValueError("--visual and --encoder both name what sees: give one of them")
+    if given.visual:
+        recipe = replace(recipe, encoder=f"{FOLDER}{given.visual}")
     changes = {each.name: getattr(given, each.name, None) for each in fields(Recipe)}
     return replace(recipe, **{name: value for name, value in changes.items() if value is not None and name != "agent"})
 

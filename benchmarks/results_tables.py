@@ -127,11 +127,11 @@ def main_table(groups: Sequence[Group], paper: Mapping[str, Sequence[float]]) ->
     rows = []
     for group in groups:
         episodes = len(group.scores(COLUMNS[0])[0])
-        means = [_number(group.mean(metric)) for metric in (*COLUMNS, ALONE)]
+        means = [number(group.mean(metric)) for metric in (*COLUMNS, ALONE)]
         rows.append((f"`{group.agent}`", group.language, str(len(group.runs)), str(episodes), *means))
     for name, values in paper.items():
-        rows.append((f"*the paper's {name}: other data*", "*en*", "", "", *map(_number, values), ""))
-    return _table(("agent", "language", "seeds", "episodes", *COLUMNS, ALONE), rows)
+        rows.append((f"*the paper's {name}: other data*", "*en*", "", "", *map(number, values), ""))
+    return markdown(("agent", "language", "seeds", "episodes", *COLUMNS, ALONE), rows)
 
 
 def turn_table(groups: Sequence[Group]) -> str:
@@ -139,10 +139,10 @@ def turn_table(groups: Sequence[Group]) -> str:
     columns = [(metric, turn) for metric in BY_TURN for turn in (1, 2)]
     header = [f"{metric}, turn {turn}" for metric, turn in columns]
     rows = [
-        (f"`{group.agent}`", group.language, *(_number(group.mean(metric, turn)) for metric, turn in columns))
+        (f"`{group.agent}`", group.language, *(number(group.mean(metric, turn)) for metric, turn in columns))
         for group in groups
     ]
-    return _table(("agent", "language", *header), rows)
+    return markdown(("agent", "language", *header), rows)
 
 
 def difference_table(groups: Sequence[Group]) -> str:
@@ -155,7 +155,7 @@ def difference_table(groups: Sequence[Group]) -> str:
             if pair[0] and pair[1]:
                 shown = [_difference(pair[0], pair[1], metric) for metric in JUDGED]
                 rows.append((f"`{better}` - `{worse}`", language, *shown))
-    return _table(("difference", "language", *JUDGED), rows)
+    return markdown(("difference", "language", *JUDGED), rows)
 
 
 def seed_table(groups: Sequence[Group]) -> str:
@@ -167,10 +167,10 @@ def seed_table(groups: Sequence[Group]) -> str:
             if len(group.runs) > 1 and len(names) > 1:
                 spread = seed_spread(scores)
                 deviations = (spread.deviation, spread.episodes_deviation, spread.rest_deviation)
-                each = ", ".join(_number(float(value)) for value in scores.mean(1))
-                rows.append((f"`{group.agent}`", group.language, metric, each, *map(_number, deviations)))
+                each = ", ".join(number(float(value)) for value in scores.mean(1))
+                rows.append((f"`{group.agent}`", group.language, metric, each, *map(number, deviations)))
     header = ("agent", "language", "metric", "mean of each seed", "between seeds", "between episodes", "rest")
-    return _table(header, rows)
+    return markdown(header, rows)
 
 
 def paired_difference(better: Floats, worse: Floats, confidence: float = CONFIDENCE) -> tuple[float, float, float]:
@@ -198,10 +198,12 @@ def _difference(better: Group, worse: Group, metric: str) -> str:
     return f"**{shown}**" if low > 0 else shown
 
 
-def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a table."""
     lines = [header, ["---"] * len(header), *rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
-def _number(value: float | None) -> str:
+def number(value: float | None) -> str:
+    """Return a number as it is shown; nothing where it was not measured."""
     return "" if value is None else f"{value:.3f}"

@@ -80,12 +80,9 @@ def make_batch(
         share: of the steps that repeat the action before them, how many are learned from; of the others all are.
         seed: of the draw of these steps.
     """
-    encoded = [tokenizer.encode(text) for text in texts]
     count, steps = len(demonstrations), max(len(each.actions) for each in demonstrations)
-    tokens = np.zeros((count, max(map(len, encoded))), np.int64)
     before = np.full((count, steps), START, np.int64)
-    for row, (each, numbers) in enumerate(zip(demonstrations, encoded, strict=True)):
-        tokens[row, : len(numbers)] = numbers
+    for row, each in enumerate(demonstrations):
         before[row, 1 : len(each.actions)] = each.actions[:-1]
     chance = random.Random(seed)  # noqa: S311 - not for secrets
     learned = [learned_steps(each.actions, share, chance) for each in demonstrations]
@@ -99,12 +96,21 @@ def make_batch(
         actions[row, : len(chosen)] = each.actions[chosen]
     return Batch(
         demonstrations[0].phase,
-        torch.from_numpy(tokens),
+        as_tokens(texts, tokenizer),
         torch.from_numpy(before),
         torch.from_numpy(at),
         as_input(cells),
         torch.from_numpy(actions),
     )
+
+
+def as_tokens(texts: Sequence[str], tokenizer: Tokenizer) -> Tensor:
+    """Return texts as numbers, (B, T), 0 after the end of each."""
+    encoded = [tokenizer.encode(text) for text in texts]
+    tokens = np.zeros((len(texts), max(map(len, encoded), default=0)), np.int64)
+    for row, numbers in enumerate(encoded):
+        tokens[row, : len(numbers)] = numbers
+    return torch.from_numpy(tokens)
 
 
 def learned_steps(actions: Sequence[int] | npt.NDArray[np.uint8], share: float, chance: random.Random) -> list[int]:
@@ -134,5 +140,4 @@ def loss_of(values: Tensor, batch: Batch, pick_up: float = 1.0) -> Tensor:
 
 def draw_text(demonstration: Demonstration, languages: Sequence[str], chance: random.Random) -> str:
     """Return the instruction in one of the languages that it has, drawn evenly."""
-    there = [language for language in languages if language in demonstration.texts]
-    return demonstration.texts[chance.choice(there)]
+    return chance.choice(demonstration.read_in(languages))

@@ -48,6 +48,10 @@ class Demonstration:
     actions: npt.NDArray[np.uint8]
     features: npt.NDArray[np.uint8]
 
+    def read_in(self, languages: Sequence[str]) -> list[str]:
+        """Return its instructions in some languages, as far as it has them."""
+        return [self.texts[language] for language in languages if language in self.texts]
+
 
 @dataclass(frozen=True)
 class Source:

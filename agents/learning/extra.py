@@ -35,7 +35,11 @@ def require(modules: Sequence[str], who: str) -> None:
 
 
 def open_agent(
-    name: str, weights: str | None = None, seed: int = 0, temperature: float | None = None
+    name: str,
+    weights: str | None = None,
+    seed: int = 0,
+    temperature: float | None = None,
+    needs: Sequence[str] = PLAYING,
 ) -> "LearnedAgent":
     """Return a trained agent.
 
@@ -45,11 +49,12 @@ def open_agent(
         seed: of the draws, where there are any.
         temperature: 0 takes the best action; above, actions are drawn by their values divided by it. None for that
             with which the weights were validated.
+        needs: modules that it needs.
 
     Raises:
         AgentLoadError: if the extra is not installed, or the weights cannot be read.
     """
-    require(PLAYING, f"agents.{name}")
+    require(needs, f"agents.{name}")
     import torch
 
     from agents.learning.agent import LearnedAgent

@@ -11,14 +11,17 @@ import torch
 from tensorboardX import SummaryWriter
 
 from agents.learning.agent import LearnedAgent
-from agents.learning.batches import draw_text, epoch, loss_of, make_batch
+from agents.learning.alignment import alignment_loss, other_texts
+from agents.learning.batches import as_tokens, draw_text, epoch, loss_of, make_batch
 from agents.learning.card import card
 from agents.learning.checkpoint import SUFFIX, Policy, read_tensors, save_policy, write_tensors
 from agents.learning.demonstrations import ROOMS, Demonstration, Source, collect, data_hash_of, unseen
 from agents.learning.paper import PHASES, Config, Model
+from agents.learning.pretrained.states import open_states
+from agents.learning.readers import own_pieces
 from agents.learning.recipe import Place, Recipe
 from agents.learning.rollouts import Plan, mean, play
-from agents.learning.tokenizers import train_tokenizer
+from agents.learning.tokenizers import PRETRAINED, train_tokenizer
 from agents.learning.vision import open_encoder
 
 Tell = Callable[[str], None]
@@ -52,9 +55,8 @@ class Imitation:
         self.recipe, self.place, self.tell = recipe, place, tell
         self.demonstrations = demonstrations
         encoder = open_encoder(recipe.encoder) if recipe.sees else None
-        name, _, source = recipe.tokenizer.partition("=")
-        texts = [text for each in demonstrations for text in each.texts.values()]
-        tokenizer = train_tokenizer(name, texts, source)
+        texts = [text for each in demonstrations for text in each.read_in(recipe.texts)]
+        tokenizer = train_tokenizer(recipe.tokenizer, texts)
         config = Config(
             vocabulary=tokenizer.size,
             channels=encoder.channels if encoder else 0,
@@ -64,6 +66,10 @@ class Imitation:
             reader=recipe.reader,
         )
         self.policy = Policy(Model(config).to(place.device), tokenizer, encoder, {"recipe": recipe.as_json()})
+        if recipe.reads and recipe.reader.startswith(PRETRAINED):
+            states = open_states(recipe.reader.removeprefix(PRETRAINED))
+            pieces = (own_pieces(tokenizer.encode(text)) for text in texts)
+            states.prepare(pieces, place.cache, tell, recipe.precision)
         self.optimizer = torch.optim.Adam(self.policy.model.parameters(), recipe.learning_rate)
         self.step, self.losses = 0, list[float]()
         self.best: dict[str, float] = {}
@@ -117,7 +123,7 @@ class Imitation:
     def update(self) -> dict[str, float]:
         """Do one update on a batch of each phase, and return their losses."""
         recipe, model = self.recipe, self.policy.model.train()
-        losses = {}
+        losses, apart = {}, {}
         for phase, count in self._counts.items():
             if not count:
                 continue
@@ -128,16 +134,23 @@ class Imitation:
             batch = make_batch(chosen, texts, self.policy.tokenizer, recipe.share, f"{recipe.seed}/{self.step}")
             batch, module = batch.to(self.place.device), model.of(phase)
             with torch.autocast(self.place.device, torch.bfloat16, enabled=recipe.precision == "bfloat16"):
-                values, _ = module.act(module.read(batch.tokens), batch.cells, batch.before, at=batch.at)
+                text = module.read(batch.tokens)
+                values, _ = module.act(text, batch.cells, batch.before, at=batch.at)
+                if recipe.align and recipe.reads:
+                    rows, others = other_texts(chosen, texts, recipe.aligned, chance)
+                    tokens = as_tokens(others, self.policy.tokenizer).to(self.place.device)
+                    apart[f"{phase}/alignment"] = alignment_loss(text.of(rows), module.read(tokens))
             losses[phase] = loss_of(values.float(), batch, recipe.pick_up)
         total = torch.stack(list(losses.values())).mean()
+        if apart:
+            total = total + recipe.align * torch.stack(list(apart.values())).mean()
         self.optimizer.zero_grad()
         total.backward()  # type: ignore[no-untyped-call]
         torch.nn.utils.clip_grad_norm_(model.parameters(), recipe.clip)
         self.optimizer.step()
         self.step += 1
         self.losses.append(total.item())
-        return {phase: loss.item() for phase, loss in losses.items()}
+        return {name: loss.item() for name, loss in (losses | apart).items()}
 
     def validate(self) -> dict[str, float]:
         """Play the validation episodes, keep the weights of each phase that is better than ever, return the scores."""
@@ -276,9 +289,9 @@ def demonstrations_of(recipe: Recipe, place: Place, tell: Tell = lambda _: None)
     Raises:
         UsageError: if the data folder does not have what the recipe names.
     """
-    sources = [Source(place.data, "train", recipe.languages, recipe.encoder, recipe.episodes)]
+    sources = [Source(place.data, "train", recipe.texts, recipe.encoder, recipe.episodes)]
     if recipe.rooms:
-        sources.append(Source(place.data, ROOMS, recipe.languages, recipe.encoder, recipe.rooms))
+        sources.append(Source(place.data, ROOMS, recipe.texts, recipe.encoder, recipe.rooms))
     found: list[Demonstration] = []
     for source in sources:
         before = told = time.monotonic()

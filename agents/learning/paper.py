@@ -60,6 +60,10 @@ class Text(NamedTuple):
     words: Tensor
     padding: Tensor
 
+    def of(self, rows: Sequence[int]) -> "Text":
+        """Return some of the instructions."""
+        return Text(self.words[list(rows)], self.padding[list(rows)])
+
 
 State = tuple[Tensor, Tensor]
 """Of the LSTM over past actions: twice (1, B, H)."""

@@ -1,9 +1,16 @@
-"""Readers: from the numbers of a text to one vector for each, (B, T) to (B, T, H). 0 is padding, at the end."""
+"""Readers: from the numbers of a text to one vector for each, (B, T) to (B, T, H). 0 is padding, at the end.
 
+"lstm", "bilstm" and "transformer" learn all that they are; `pretrained=SOURCE` stands on a frozen encoder's states.
+"""
+
+from collections.abc import Sequence
 from typing import cast
 
 import torch
 from torch import Tensor, nn
+
+from agents.learning.pretrained.states import open_states
+from agents.learning.tokenizers import PAD, PRETRAINED, SPECIAL
 
 LONGEST = 256
 """Most tokens that the Transformer reads."""
@@ -60,15 +67,46 @@ class TransformerReader(nn.Module):
         return cast(Tensor, self.layers(words, src_key_padding_mask=tokens == 0))
 
 
+class PretrainedReader(nn.Module):
+    """Two layers on each state of a frozen encoder, which is no part of the weights.
+
+    Nothing here depends on the order of words, which languages do not share: states know their neighbours already.
+
+    Args:
+        source: of the encoder, as `agents.learning.pretrained.encoders` says.
+        hidden: size of the outcome.
+    """
+
+    def __init__(self, source: str, hidden: int) -> None:
+        super().__init__()
+        self.states = open_states(source)
+        size = self.states.encoder.size
+        self.narrow = nn.Sequential(
+            nn.LayerNorm(size), nn.Linear(size, 2 * hidden), nn.GELU(), nn.Linear(2 * hidden, hidden)
+        )
+
+    def forward(self, tokens: Tensor) -> Tensor:
+        """Return (B, T, H)."""
+        states = self.states.of([own_pieces(row) for row in tokens.tolist()])
+        return cast(Tensor, self.narrow(states.to(tokens.device)))
+
+
+def own_pieces(tokens: Sequence[int]) -> list[int]:
+    """Return the encoder's own numbers of a text; an unknown piece, which stands for an empty text, is its first."""
+    return [max(number - SPECIAL, 0) for number in tokens if number != PAD]
+
+
 READERS = {"lstm": LstmReader, "bilstm": BiLstmReader, "transformer": TransformerReader}
 
 
 def make_reader(name: str, vocabulary: int, word_size: int, hidden: int) -> nn.Module:
-    """Return a reader by name, one of READERS.
+    """Return a reader by name, one of READERS, or `pretrained=SOURCE`.
 
     Raises:
-        ValueError: if there is none of that name.
+        ValueError: if there is none of that name, or the source is not there.
     """
+    if name.startswith(PRETRAINED):
+        return PretrainedReader(name.removeprefix(PRETRAINED), hidden)
     if name not in READERS:
-        raise ValueError(f"there is no reader {name!r}; there are {', '.join(READERS)}")
+        raise ValueError(f"there is no reader {name!r}; there are {', '.join(READERS)}, {PRETRAINED}SOURCE")
     return READERS[name](vocabulary, word_size, hidden)

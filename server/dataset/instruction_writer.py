@@ -86,7 +86,9 @@ class InstructionWriter:
         sights = _Sights(draft, site)
         for number in range(PLANS):
             plan = _plan(draft, site, sights, (*names, number))
-            texts = self._write(draft, plan, _routes(draft, sights), (*names, number)) if plan is not None else None
+            if plan is None:
+                return  # All of its draws failed; further ones would do so too.
+            texts = self._write(draft, plan, _routes(draft, sights), (*names, number))
             if texts is not None:
                 yield texts
 

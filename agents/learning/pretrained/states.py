@@ -1,0 +1,107 @@
+"""States of texts by a frozen encoder: computed once, kept in memory, and in training on disk too."""
+
+import hashlib
+from collections import OrderedDict
+from collections.abc import Callable, Iterable, Sequence
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import torch
+from torch import Tensor
+
+from agents.learning.pretrained.encoders import TextEncoder, open_text_encoder
+
+Key = tuple[int, ...]
+States = npt.NDArray[np.float16]
+
+REMEMBERED = 64
+"""Texts whose states are remembered at play."""
+
+TOGETHER = 256
+"""Texts that are encoded before their states are written."""
+
+
+class TextStates:
+    """States of cut texts.
+
+    Args:
+        encoder: computes them.
+    """
+
+    def __init__(self, encoder: TextEncoder) -> None:
+        self.encoder = encoder
+        self._known: OrderedDict[Key, States] = OrderedDict()
+        self._most = REMEMBERED
+
+    def prepare(
+        self, texts: Iterable[Sequence[int]], cache: Path, tell: Callable[[str], None], precision: str = "float32"
+    ) -> None:
+        """Make the states of many texts ready, from a cache as far as it has them; they stay in memory.
+
+        Args:
+            texts: the numbers of their pieces.
+            cache: folder of the cache; what is missing is added.
+            tell: gets lines of progress.
+            precision: of the products of matrices, "float32" or "bfloat16": of the latter's states the cosine with the
+                former's is 0.9999, in 0.4 of the time on processors that have it.
+        """
+        folder = cache / f"texts-{self.encoder.fingerprint}-{precision}"
+        folder.mkdir(parents=True, exist_ok=True)
+        keys = list(dict.fromkeys(tuple(text) for text in texts))
+        self._most = max(self._most, len(keys) + len(self._known))
+        missing = []
+        for key in keys:
+            path = folder / _name(key)
+            if path.exists():
+                self._known[key] = np.load(path)
+            else:
+                missing.append(key)
+        for at in range(0, len(missing), TOGETHER):
+            some = missing[at : at + TOGETHER]
+            with torch.autocast("cpu", torch.bfloat16, enabled=precision == "bfloat16"):
+                encoded = self._encode(some)
+            for key, states in zip(some, encoded, strict=True):
+                part = (folder / _name(key)).with_suffix(".part")
+                with part.open("wb") as file:
+                    np.save(file, states)
+                part.replace(folder / _name(key))
+                self._known[key] = states
+            tell(f"states of texts: {at + len(some)} of {len(missing)}")
+
+    def of(self, texts: Sequence[Sequence[int]]) -> Tensor:
+        """Return the states of texts, (B, T, size) float32; 0 after a text's end.
+
+        Raises:
+            ValueError: if a text has more pieces than the encoder can read.
+        """
+        keys = [tuple(text) for text in texts]
+        new = list(dict.fromkeys(key for key in keys if key not in self._known))
+        self._known.update(zip(new, self._encode(new), strict=True))
+        found = [torch.from_numpy(self._known[key]).float() for key in keys]
+        for key in keys:
+            self._known.move_to_end(key)
+        while len(self._known) > self._most:
+            self._known.popitem(last=False)
+        return torch.nn.utils.rnn.pad_sequence(found, batch_first=True)
+
+    def _encode(self, keys: Sequence[Key]) -> list[States]:
+        most = max(map(len, keys), default=0)
+        if most > self.encoder.longest:
+            raise ValueError(f"a text has {most} pieces, expected at most {self.encoder.longest}")
+        return [states.astype(np.float16) for states in self.encoder.encode(keys)]
+
+
+@lru_cache(maxsize=2)
+def open_states(source: str) -> TextStates:
+    """Return the states of texts by an encoder's source, the same for the same source.
+
+    Raises:
+        BadModel: as `open_text_encoder`.
+    """
+    return TextStates(open_text_encoder(source))
+
+
+def _name(key: Key) -> str:
+    return f"{hashlib.sha256(np.array(key, np.int32).tobytes()).hexdigest()[:24]}.npy"
