@@ -27,6 +27,7 @@ from agents.learning.vision import DEFAULT
 from agents.learning.vision_eyes import load as load_eyes
 from agents.vl_grounded.agent import NAME, GroundedAgent
 from agents.vl_grounded.network import Grounded
+from agents.vl_grounded.sight import EncodedSight
 from agents.vl_grounded.weights import Weights, write_weights
 from arramon_client.environments.backend import ASSEMBLY, NAVIGATION
 
@@ -126,7 +127,7 @@ def train_grounded(recipe: GroundedRecipe, place: Place, tell: Tell) -> Path:
     }
     if recipe.validate_episodes:
         rollouts = Rollouts(place.data, recipe.validate, recipe.languages, recipe.validate_episodes, eyes.image_size)
-        scores = play(GroundedAgent(weights, eyes), rollouts)
+        scores = play(GroundedAgent(weights, EncodedSight(eyes)), rollouts)
         about["validation"] = {name: mean(scores, name) for name in ("nDTW", "CTC-3", "PTC")}
         tell(f"{NAME}: validation: {json.dumps(about['validation'])}")
     path = place.output / f"{NAME}{SUFFIX}"
