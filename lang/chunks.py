@@ -1,7 +1,7 @@
 """Chunks of a text: its things, what stands behind them, sides, verbs and joining words, whatever is between them."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from lang.matching import SplitWords
@@ -30,6 +30,7 @@ class Chunk:
         slight: whether a side is "slightly".
         nominal: whether a side is named as a place ("the left side") rather than as a way to turn.
         also: whether "too" is said of a thing.
+        exactly: whether a relation is said to be direct.
     """
 
     kind: str
@@ -40,6 +41,7 @@ class Chunk:
     slight: bool = False
     nominal: bool = False
     also: bool = False
+    exactly: bool = False
 
 
 class Chunker:
@@ -67,6 +69,7 @@ class Chunker:
         self._conjunctions = conjunctions
         self._soft = frozenset(data["soft"])
         self._own = frozenset(data["own"])
+        self._exactly = frozenset(data["exactly"])
         self._also = frozenset(data["also"])
         self._of = tuple(data["behind"]["of"])
         self._sides = [(phrase, side) for side, texts in data["sides"].items() for phrase in self._phrases(texts)]
@@ -97,7 +100,10 @@ class Chunker:
 
     def _longest(self, keys: Sequence[str], at: int) -> Chunk | None:
         found = [*self._side(keys, at), *self._words(keys, at), *self._things(keys, at), *self._yours(keys, at)]
-        return max(found, key=lambda chunk: chunk.end, default=None)
+        longest = max(found, key=lambda chunk: chunk.end, default=None)
+        if longest is None or longest.kind == THING:
+            return longest
+        return replace(longest, exactly=not self._exactly.isdisjoint(keys[max(at - 1, 0) : longest.end]))
 
     def _side(self, keys: Sequence[str], start: int) -> Iterator[Chunk]:
         at = start
@@ -107,10 +113,10 @@ class Chunker:
         at += slight
         while at < len(keys) and ((slight and keys[at] in self._slight_more) or keys[at] in self._own):
             at += 1
-        fitting = [(len(phrase), side) for phrase, side in self._sides if tuple(keys[at : at + len(phrase)]) == phrase]
-        if fitting:
-            size, side = max(fitting)
-            at += size
+        fitting = [(self._end(phrase, keys, at), side) for phrase, side in self._sides]
+        end, side = max(fitting)
+        if end:
+            at = end
             nominal = next((each for each in self._nominal if tuple(keys[at : at + len(each)]) == each), ())
             yield Chunk(SIDE, start, at + len(nominal), side, slight=slight, nominal=bool(nominal))
 
@@ -121,7 +127,7 @@ class Chunker:
                 yield Chunk(kind, at, end, value)
 
     def _yours(self, keys: Sequence[str], at: int) -> Iterator[Chunk]:
-        """Yield what stands somewhere to the reader, whose pronoun is possessive: "before you"; "between you and it"."""
+        """Yield relations to the reader, whose pronoun is possessive: "before you"; "between you and it"."""
         if keys[at] in self._own:
             yield Chunk("yours", at, at + 1)
             for of in self._of:

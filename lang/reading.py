@@ -156,8 +156,9 @@ class Reader:
         """Return the meaning of a text by its chunks, or None if the language has none or they say too little."""
         if self.chunker is None:
             return None
-        reader = RouteReader if phase == "navigation" else RoomReader
-        return reader(self.chunker.chunks(keys), self._grammar, self.noun_phrase_reader).read()
+        reader: type[RouteReader | RoomReader] = RouteReader if phase == "navigation" else RoomReader
+        chunks = self.chunker.chunks(keys)
+        return reader(chunks=chunks, grammar=self._grammar, noun_phrases=self.noun_phrase_reader).read()
 
     def _without_asides(self, keys: tuple[str, ...]) -> tuple[str, ...]:
         """Return a text's words without those that only say how sure or how friendly the writer is."""
