@@ -64,10 +64,10 @@ class GroundedRecipe:
 
     languages: tuple[str, ...] = ("en", "hi")
     episodes: int = 0
-    rooms: int = 1000
-    versions: int = 3
+    rooms: int = 600
+    versions: int = 2
     room_versions: int = 1
-    passes: int = 30
+    passes: int = 18
     batch: int = 32
     learning_rate: float = 2e-3
     inflection: float = 2.5
