@@ -130,20 +130,24 @@ def bare(split: Split, walk: Walk, size: int, share: slice = slice(None), *, tur
         session.apply(Action(action))
         worlds.render(split.name, session.episode, session.state, size)
 
+    def begin(episode: Episode) -> Session:
+        session = Session(episode, worlds.ground(split.name, episode), limits)
+        worlds.render(split.name, episode, session.state, size)
+        return session
+
     def measure() -> Measured:
-        sessions = [Session(episode, worlds.ground(split.name, episode), limits) for episode in episodes]
-        for session in sessions:
-            worlds.render(split.name, session.episode, session.state, size)
+        sessions = [begin(episode) for episode in episodes]
 
         def play() -> None:
             if turns:
                 for row in actions:
                     for session, action in zip(sessions, row, strict=True):
                         advance(session, action)
-            else:
-                for number, session in enumerate(sessions):
-                    for row in actions:
-                        advance(session, row[number])
+                return
+            for number, episode in enumerate(episodes):
+                session = begin(episode)  # a single environment is reset here
+                for row in actions:
+                    advance(session, row[number])
 
         return timed(play, len(actions) * len(episodes))
 

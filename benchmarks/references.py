@@ -43,6 +43,10 @@ MARKERS = {
 }  # fmt: skip
 """Words before a noun that say which thing is meant."""
 
+STRIPED = r"orange and white|white and orange|नारंगी-सफ़ेद|नारंगी और सफ़ेद"
+WHITE = {"en": "white", "hi": "सफ़ेद"}
+"""What a barrier of two colours is called, and the colour that the files give it."""
+
 AWAY = {"en": r"(toward|towards|face|facing|direction of|see|spot|notice|for)$", "hi": r"^(की (ओर|तरफ़|दिशा)|दिख|न दिख)"}
 """What tells of a thing that one does not come to: before its noun phrase in English, behind it in Hindi."""
 
@@ -80,6 +84,7 @@ def mentions(text: str, code: str) -> Iterator[Mention]:
     """Yield the things that a text tells of, in order."""
     text = re.sub(r"[.,;।]", " ", text.lower())
     text = re.sub(r"\s+", " ", text).replace("एक और ", "और_एक ")
+    text = re.sub(STRIPED, WHITE[code], text)
     taken = 0
     for match in _nouns(code).finditer(text):
         if match.start() < taken:
@@ -91,7 +96,9 @@ def mentions(text: str, code: str) -> Iterator[Mention]:
         while before and before[-1] in _describing(code):
             told.insert(0, before.pop())
         colours = [_colours(code)[word] for word in told if word in _colours(code)]
-        looks = [look for word in told for look in _looks(code, kind).get(word, ())]
+        shown = re.match(r" (?:with|showing) (?:an? )?(\S+)", text[match.end() :])
+        shown_words = [shown[1]] if shown and shown[1] in _looks(code, kind) else []
+        looks = [look for word in [*told, *shown_words] for look in _looks(code, kind).get(word, ())]
         markers = [m for word in told for m, words in MARKERS[code].items() if m and word in words]
         if code == "hi" and " जो " in text[match.end() :]:  # "Take that mug which lies there" refers to none before.
             markers = [marker for marker in markers if marker != "same"]
@@ -99,7 +106,7 @@ def mentions(text: str, code: str) -> Iterator[Mention]:
         away = re.search(AWAY[code], beside) is not None
         yield Mention(
             kind, colours[0] if colours else "", looks[0] if looks else "", markers[0] if markers else "", not away,
-            " ".join(word for word in told if word not in _determiners(code)),
+            " ".join(word for word in [*told, *shown_words] if word not in _determiners(code)),
         )  # fmt: skip
 
 
@@ -127,10 +134,10 @@ def _kinds(code: str) -> dict[str, str]:
 
 def _bare(match: re.Match[str]) -> str:
     """Return a noun as listed, without the words inside it."""
-    text = match[1]
-    for group in match.groups()[1:]:
-        if group:
-            text = text.replace(group, "", 1)
+    inside = [match.span(number) for number in range(2, len(match.groups()) + 1) if match[number]]
+    text, (start, _) = match[1], match.span(1)
+    for first, last in reversed(inside):
+        text = text[: first - start] + text[last - start :]
     return text
 
 
@@ -146,7 +153,7 @@ def _looks(code: str, kind: str) -> dict[str, list[str]]:
     grammar = load(code).grammar
     found: dict[str, set[str]] = {}
     for look, wordings in grammar.looks.get(grammar.look_kind(kind), {}).items():
-        for wording in wordings:
+        for wording in (each for each in wordings if each.weight):
             for text in grammar.spellings(wording.wording):
                 for word in text.split():
                     found.setdefault(word, set()).add(look)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from agents.learning.checkpoint import Policy
-from agents.learning.recipe import Recipe
+from agents.learning.recipe import RECIPES, Recipe
 
 WHAT = {
     (True, True): "It reads the instruction and sees the present image.",
@@ -23,7 +23,7 @@ LIMITS = """\
 def command_of(recipe: Recipe) -> str:
     """Return the command that trains by a recipe."""
     given = recipe.as_json()
-    default = Recipe(recipe.agent).as_json()
+    default = RECIPES.get(recipe.agent, Recipe(recipe.agent)).as_json()
     skipped = ("agent", "sees", "reads", "languages")
     options = [
         f"--align-lang {','.join(value)}" if name == "aligned" else f"--{name.replace('_', '-')} {value}"

@@ -9,7 +9,7 @@ import pytest
 
 from lang import load, sampling
 from lang.grammar import forms_of
-from lang.meaning import Assembly, Navigation, Thing, Walk
+from lang.meaning import Assembly, Face, Navigation, Rotate, Thing, Walk
 from tests.lang.test_hindi_texts import REGISTERS
 
 EPISODES = 130
@@ -30,6 +30,13 @@ FORBIDDEN = {
         "near in part": r"\b(directly|immediately) (near|by|close to)\b",
         "an article apart from its noun": r"\b[Aa] (?=[aeiou]|hour)|\b[Aa]n (?![aeiou]|hour)",
         "twice the same word": r"\b(\w+) \1\b",
+        "a side without whose": r"\b(on|to) (left|right)\b|[^.]\b(left|right) and to the (left|right) of\b",
+        "a machine's wording": r"\bgets (placed|put)\b|\b[Tt]ry to\b",
+        "another thing's shape": r"\b(star|diamond|triangle|circle|hexagon) (\w+ )?(banner|flag|poster)",
+        "a colour of two": r"(?<!orange and )\bwhite (road |traffic |safety )?(barri|road ?block|blockade|divider)",
+        "degrees": r"\b(90|180) degrees (?!turn)[^.]*(pick|collect|take|get|grab)",
+        "a turn where one only sees": r"\bturn (left|right|to (the|your) (left|right)) (when|where) you see\b",
+        "slightly, of a place": r"\b(left|right) (slightly|a little) (before|after)\b",
     },
     "hi": {
         "another thing's shape": "(हीरे|तारे) के आकार|गोले वाल|कोनों वाल",
@@ -48,6 +55,16 @@ FORBIDDEN = {
         "from a point": "(ड्रम|कोन|बेंच|पेड़|बैरियर|डंपस्टर|बूथ) से (थोड़ा )?(बाएँ|दाएँ) (मुड़|घूम)",
         "a participle joined to a place": "(सटाकर|लगाकर) और ",
         "a hand to put something in": "(बाएँ|दाएँ) हाथ (रख|टिका)",
+        "the order of a parked car": "(लाल|नीली|सफ़ेद|पीली) खड़ी",
+        "the upper part": "ऊपरी हिस्से",
+        "a crossing of streets": "(?<!ज़ेबरा )क्रॉसिंग",
+        "what is done to a thing": "रखा जा|रखी जा|(रखना|रखनी) (है|होगा|होगी)",
+        "doing so": "ऐसा करके",
+        "askew": "से तिरछ",
+        "a cone of traffic": "ट्रैफ़िक कोन",
+        "holding": "पकड़",
+        "a turn where one only sees": "दिख(ने पर|ते ही) (थोड़ा )?(बाएँ|दाएँ|बाईं|दाईं)",
+        "a colour of two": "(?<!नारंगी-)(?<!नारंगी और )सफ़ेद (बैरियर|बैरिकेड|रोड ब्लॉक)",
     },
 }
 """Regular expressions of what must not be written, by what is wrong with it."""
@@ -134,3 +151,47 @@ def test_what_is_only_read_is_read() -> None:
     placed = load("hi").read(text, "assembly")
     assert isinstance(placed, Assembly)
     assert placed.thing == mug
+
+
+BARREL, BARRIER = Thing("barrel", "gold", identity="b"), Thing("barrier", "white", identity="w")
+MUG = Thing("mug", "red", "dotted", identity="m")
+
+
+@pytest.mark.parametrize("code", FORBIDDEN)
+def test_one_goes_straight_only_to_what_is_straight_ahead(code: str) -> None:
+    language = load(code)
+    assert language.grammar.straight
+    for way in ("to", "towards", "until"):
+        for is_straight in (True, False):
+            meaning = Navigation((Walk(way, (BARREL,), straight=is_straight),), MUG)
+            texts = [language.write(meaning, Random(seed)) for seed in range(60)]
+            assert any(re.search(language.grammar.straight, text) for text in texts) == is_straight, way
+
+
+@pytest.mark.parametrize(("code", "there"), [("en", r"(?<!From )\bthere\b|\bat it\b"), ("hi", "वहाँ|वहीं|उसी के पास")])
+def test_one_turns_there_only_where_one_has_come_to(code: str, there: str) -> None:
+    pattern = unicodedata.normalize("NFC", there)
+    for step, is_there in ((Walk("to", (BARREL,)), True), (Face(BARREL), False), (Walk("towards", (BARREL,)), False)):
+        meaning = Navigation((step, Rotate("left", "at", BARREL)), MUG)
+        texts = [load(code).write(meaning, Random(seed)) for seed in range(60)]
+        said = [text for text in texts if re.search(pattern, re.sub("जहाँ[^,]*, वहाँ", "", text))]
+        assert bool(said) == is_there, said
+
+
+@pytest.mark.parametrize(
+    ("code", "said", "also_read"),
+    [
+        ("en", "orange and white", ["orange", "white", "orange striped"]),
+        ("hi", "नारंगी-सफ़ेद", ["सफ़ेद", "नारंगी", "नारंगी और सफ़ेद"]),
+    ],
+)
+def test_a_barrier_of_two_colours_is_called_so(code: str, said: str, also_read: list[str]) -> None:
+    language = load(code)
+    meaning = Navigation((Walk("to", (BARRIER,)),), MUG)
+    told = {
+        "en": "Walk to the {} barrier. Pick up the dotted red mug.",
+        "hi": "{} बैरियर तक चलें। बिंदीदार लाल मग उठाएँ।",
+    }
+    assert any(unicodedata.normalize("NFC", said) in language.write(meaning, Random(seed)) for seed in range(20))
+    for words in (said, *also_read):
+        assert language.read(told[code].format(words), "navigation") == meaning, words
