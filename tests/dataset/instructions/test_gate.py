@@ -228,7 +228,7 @@ def test_a_corner_is_the_first_on_the_way() -> None:
     path = [(0.0, float(z)) for z in range(-9, 13)] + [(float(x), 12.0) for x in range(1, 7)]
     world = GateWorld(path, Pose(0.0, -9.0, 0.0), (), (7.0, 12.0), graph)
     for thing, fault in (
-        (Thing("corner", identity="junction/1"), "junction/1 is corner number 2 on the right, not the first"),
+        (Thing("corner", identity="junction/1"), "junction/0 comes before the corner junction/1"),
         (Thing("street", identity="street/2"), "street/2 is number 2 on the right, not the first"),
         (Thing("street", which="second", identity="street/2"), ""),
         (Thing("intersection", identity="junction/1"), "junction/0 comes before the intersection junction/1"),
