@@ -31,7 +31,10 @@ LEARNED = ("language_only", "vision_only", "vl")
 TRAINED_ONCE = ("vl_grounded", "vl_map")
 """Agents that have learned as well, but not once for each seed: they play with the weights that come along."""
 
-AGENTS = ("random_walk", *LEARNED, *TRAINED_ONCE, "seeing_follower", "follower", "shortest_path")
+VARIANTS: dict[str, tuple[str, dict[str, object]]] = {"vl_map_segmentation": ("vl_map", {"sensor": "segmentation"})}
+"""By the names of their rows: agents that play with other arguments than usual; here with perfect eyes."""
+
+AGENTS = ("random_walk", *LEARNED, *TRAINED_ONCE, *VARIANTS, "seeing_follower", "follower", "shortest_path")
 LANGUAGES = ("en", "hi")
 SPLITS = ("val_seen", "val_unseen")
 SENSORS = {"shortest_path": "pose,oracle", "random_walk": "pose"}
@@ -56,8 +59,15 @@ class Player:
     weights: Path | None
 
     @property
+    def plays(self) -> str:
+        """The agent that the client is given."""
+        return f"agents.{VARIANTS.get(self.agent, (self.agent,))[0]}"
+
+    @property
     def arguments(self) -> dict[str, object]:
         """Arguments of the agent."""
+        if self.agent in VARIANTS:
+            return VARIANTS[self.agent][1]
         if self.weights is not None:
             return {"weights": str(self.weights)}
         return {"seed": self.seed} if self.agent == CHANCE else {}
@@ -99,8 +109,9 @@ def main() -> None:
 
 def players_of(agent: str, folders: list[Path]) -> list[Player]:
     """Return an agent once for each of its seeds; that of a learned one is in its file of weights."""
-    if agent in TRAINED_ONCE:
-        return [Player(agent, 0, WEIGHTS / f"{agent}{SUFFIX}")]
+    known = VARIANTS[agent][0] if agent in VARIANTS else agent
+    if known in TRAINED_ONCE:
+        return [Player(agent, 0, WEIGHTS / f"{known}{SUFFIX}")]
     if agent not in LEARNED:
         return [Player(agent, seed, None) for seed in (CHANCE_SEEDS if agent == CHANCE else (0,))]
     files = [folder / f"{agent}{SUFFIX}" for folder in folders]
@@ -118,7 +129,7 @@ def play_one(given: argparse.Namespace, player: Player, split: str, language: st
     kept: dict[str, Any] = json.loads(path.read_text())
     if player.agent not in NOT_ALONE and "alone" not in kept:
         plan = Plan(given.data, split, (language,), len(kept["episodes"]), 224, phases=("assembly",))
-        scores = play(load_agent(f"agents.{player.agent}", player.arguments), plan)
+        scores = play(load_agent(player.plays, player.arguments), plan)
         kept["alone"] = {episode_id: each["PTC"] for episode_id, each in scores.items()}
         path.write_text(json.dumps(kept))
     return Run.of_results(player.agent, player.seed, split, language, kept)
@@ -127,7 +138,7 @@ def play_one(given: argparse.Namespace, player: Player, split: str, language: st
 def _play_run(given: argparse.Namespace, player: Player, split: str, language: str, path: Path) -> None:
     with tempfile.TemporaryDirectory() as folder:
         command = [
-            str(Path(sys.executable).with_name("arramon-client")), "--agent", f"agents.{player.agent}",
+            str(Path(sys.executable).with_name("arramon-client")), "--agent", player.plays,
             "--lang", language, "--split", split, "--episodes", str(given.episodes), "--data", str(given.data),
             "--output", folder, "--parallel", "16", "--quiet",
             *(("--sensors", SENSORS[player.agent]) if player.agent in SENSORS else ()),
