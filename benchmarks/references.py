@@ -97,7 +97,7 @@ def mentions(text: str, code: str) -> Iterator[Mention]:
             told.insert(0, before.pop())
         colours = [_colours(code)[word] for word in told if word in _colours(code)]
         shown = re.match(r" (?:with|showing) (?:an? )?(\S+)", text[match.end() :])
-        shown_words = [shown[1]] if shown else []
+        shown_words = [shown[1]] if shown and shown[1] in _looks(code, kind) else []
         looks = [look for word in [*told, *shown_words] for look in _looks(code, kind).get(word, ())]
         markers = [m for word in told for m, words in MARKERS[code].items() if m and word in words]
         if code == "hi" and " जो " in text[match.end() :]:  # "Take that mug which lies there" refers to none before.
@@ -106,7 +106,7 @@ def mentions(text: str, code: str) -> Iterator[Mention]:
         away = re.search(AWAY[code], beside) is not None
         yield Mention(
             kind, colours[0] if colours else "", looks[0] if looks else "", markers[0] if markers else "", not away,
-            " ".join(word for word in told if word not in _determiners(code)),
+            " ".join(word for word in [*told, *shown_words] if word not in _determiners(code)),
         )  # fmt: skip
 
 

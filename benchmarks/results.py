@@ -1,7 +1,7 @@
 """The tables of agents in docs/results.md, from runs of `arramon-client` on the embedded server.
 
     python benchmarks/results.py [--data DIR] [--runs DIR] [--weights DIR ...] [--episodes N] [--agents A,B]
-                                 [--splits S,T] [--page FILE]
+                                 [--splits S,T] [--page FILE] [--part NAME]
 
 Each agent plays the first N episodes of each split in each language; an agent that has learned, with the weights of
 each folder of `--weights`, one for each seed (without it, with those that come along). Runs that are in the folder of
@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from results_tables import Run, section
+from results_tables import Run, part, section
 
 from agents.learning.checkpoint import SUFFIX, WEIGHTS, load_policy
 from agents.learning.rollouts import Plan, play
@@ -31,10 +31,7 @@ LEARNED = ("language_only", "vision_only", "vl")
 TRAINED_ONCE = ("vl_grounded", "vl_map")
 """Agents that have learned as well, but not once for each seed: they play with the weights that come along."""
 
-VARIANTS: dict[str, tuple[str, dict[str, object]]] = {"vl_map_segmentation": ("vl_map", {"sensor": "segmentation"})}
-"""By the names of their rows: agents that play with other arguments than usual; here with perfect eyes."""
-
-AGENTS = ("random_walk", *LEARNED, *TRAINED_ONCE, *VARIANTS, "seeing_follower", "follower", "shortest_path")
+AGENTS = ("random_walk", *LEARNED, *TRAINED_ONCE, "seeing_follower", "follower", "shortest_path")
 LANGUAGES = ("en", "hi")
 SPLITS = ("val_seen", "val_unseen")
 SENSORS = {"shortest_path": "pose,oracle", "random_walk": "pose"}
@@ -52,31 +49,32 @@ BEGIN, END = "<!-- tables: benchmarks/results.py -->", "<!-- end of tables -->"
 
 @dataclass(frozen=True)
 class Player:
-    """An agent as it plays: with which seed, and which weights if it has learned."""
+    """An agent as it plays: with which seed, which weights if it has learned, and which sensor if not its own."""
 
     agent: str
     seed: int
     weights: Path | None
+    sensor: str = ""
 
     @property
-    def plays(self) -> str:
-        """The agent that the client is given."""
-        return f"agents.{VARIANTS.get(self.agent, (self.agent,))[0]}"
+    def name(self) -> str:
+        """Name in the tables."""
+        return f"{self.agent} sensor={self.sensor}" if self.sensor else self.agent
 
     @property
     def arguments(self) -> dict[str, object]:
         """Arguments of the agent."""
-        if self.agent in VARIANTS:
-            return VARIANTS[self.agent][1]
         if self.weights is not None:
-            return {"weights": str(self.weights)}
+            own: dict[str, object] = {"sensor": self.sensor} if self.sensor else {}
+            return {"weights": str(self.weights), **own}
         return {"seed": self.seed} if self.agent == CHANCE else {}
 
     @property
     def mark(self) -> str:
         """Name of its runs: other weights have other ones."""
         if self.weights is not None:
-            return f"{self.agent}-{hashlib.sha256(self.weights.read_bytes()).hexdigest()[:8]}"
+            agent = f"{self.agent}+{self.sensor}" if self.sensor else self.agent
+            return f"{agent}-{hashlib.sha256(self.weights.read_bytes()).hexdigest()[:8]}"
         return f"{self.agent}-{self.seed}"
 
 
@@ -90,6 +88,7 @@ def main() -> None:
     parser.add_argument("--agents", default=",".join(AGENTS))
     parser.add_argument("--splits", default=",".join(SPLITS))
     parser.add_argument("--page", type=Path, default=Path("docs/results.md"))
+    parser.add_argument("--part", default="", help="of the page: the means alone, between marks of this name")
     parser.add_argument("--play-only", action="store_true", help="do not write the page")
     given = parser.parse_args()
     players = [player for agent in given.agents.split(",") for player in players_of(agent, given.weights)]
@@ -101,17 +100,19 @@ def main() -> None:
     ]
     if given.play_only:
         return
-    tables = "\n\n".join(section(split, runs) for split in given.splits.split(","))
+    write = part if given.part else section
+    tables = "\n\n".join(write(split, runs) for split in given.splits.split(","))
     page = given.page.read_text(encoding="utf-8")
-    before, rest = page.split(BEGIN)
-    given.page.write_text(f"{before}{BEGIN}\n\n{tables}\n\n{END}{rest.split(END)[1]}", encoding="utf-8")
+    begin = BEGIN.replace(" -->", f" --part {given.part} -->") if given.part else BEGIN
+    before, rest = page.split(begin)
+    given.page.write_text(f"{before}{begin}\n\n{tables}\n\n{END}{rest.split(END, 1)[1]}", encoding="utf-8")
 
 
 def players_of(agent: str, folders: list[Path]) -> list[Player]:
     """Return an agent once for each of its seeds; that of a learned one is in its file of weights."""
-    known = VARIANTS[agent][0] if agent in VARIANTS else agent
-    if known in TRAINED_ONCE:
-        return [Player(agent, 0, WEIGHTS / f"{known}{SUFFIX}")]
+    agent, _, sensor = agent.partition("+")
+    if agent in TRAINED_ONCE:
+        return [Player(agent, 0, WEIGHTS / f"{agent}{SUFFIX}", sensor)]
     if agent not in LEARNED:
         return [Player(agent, seed, None) for seed in (CHANCE_SEEDS if agent == CHANCE else (0,))]
     files = [folder / f"{agent}{SUFFIX}" for folder in folders]
@@ -129,16 +130,16 @@ def play_one(given: argparse.Namespace, player: Player, split: str, language: st
     kept: dict[str, Any] = json.loads(path.read_text())
     if player.agent not in NOT_ALONE and "alone" not in kept:
         plan = Plan(given.data, split, (language,), len(kept["episodes"]), 224, phases=("assembly",))
-        scores = play(load_agent(player.plays, player.arguments), plan)
+        scores = play(load_agent(f"agents.{player.agent}", player.arguments), plan)
         kept["alone"] = {episode_id: each["PTC"] for episode_id, each in scores.items()}
         path.write_text(json.dumps(kept))
-    return Run.of_results(player.agent, player.seed, split, language, kept)
+    return Run.of_results(player.name, player.seed, split, language, kept)
 
 
 def _play_run(given: argparse.Namespace, player: Player, split: str, language: str, path: Path) -> None:
     with tempfile.TemporaryDirectory() as folder:
         command = [
-            str(Path(sys.executable).with_name("arramon-client")), "--agent", player.plays,
+            str(Path(sys.executable).with_name("arramon-client")), "--agent", f"agents.{player.agent}",
             "--lang", language, "--split", split, "--episodes", str(given.episodes), "--data", str(given.data),
             "--output", folder, "--parallel", "16", "--quiet",
             *(("--sensors", SENSORS[player.agent]) if player.agent in SENSORS else ()),

@@ -101,13 +101,24 @@ class Group:
         return float(scores.mean()) if names else None
 
 
-def section(split: str, runs: Sequence[Run]) -> str:
-    """Return a split's tables in Markdown; agents and languages in the order of their runs."""
+def groups_of(split: str, runs: Sequence[Run]) -> list[Group]:
+    """Return the runs on a split by agent and language, in their order."""
     found: dict[tuple[str, str], list[Run]] = {}
     for run in runs:
         if run.split == split:
             found.setdefault((run.agent, run.language), []).append(run)
-    groups = [Group(agent, language, each) for (agent, language), each in found.items()]
+    return [Group(agent, language, each) for (agent, language), each in found.items()]
+
+
+def part(split: str, runs: Sequence[Run]) -> str:
+    """Return a split's means in Markdown, for a part of the page."""
+    groups = groups_of(split, runs)
+    return "\n\n".join([f"### {split}", main_table(groups, {}), "By turn:", turn_table(groups)])
+
+
+def section(split: str, runs: Sequence[Run]) -> str:
+    """Return a split's tables in Markdown; agents and languages in the order of their runs."""
+    groups = groups_of(split, runs)
     return "\n\n".join(
         [
             f"## {split}",

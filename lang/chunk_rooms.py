@@ -71,9 +71,13 @@ class RoomReader:
             if aside:
                 continue
             if chunk.kind == THING:
-                for named in chunk.things:
-                    self._name(discourse.mention(named))
-                self._judge(number)
+                things = [
+                    discourse.mention(named) for named in chunk.things if named.kind or named.colour or named.look
+                ]
+                for thing in things:
+                    self._name(thing)
+                if things:
+                    self._judge(number)
             else:
                 self._word(number)
         self._settle()
@@ -97,6 +101,9 @@ class RoomReader:
             self._ahead(number)
         elif chunk.kind in ("it", "them") and self._next(number) == "behind":
             self._refer(2 if chunk.kind == "them" else 1)
+        elif chunk.kind == "verb" and chunk.value == "place":
+            self._where += self._open
+            self._open = []
         elif chunk.kind == "stop":
             self._settle()
 
@@ -205,11 +212,14 @@ class RoomReader:
             is_place = before is not None and (before.kind in (THING, "behind", "yours") or before.value in _SIDES)
             self._describes = following == THING and is_place and bool(self._open)
         elif value == "towards" and self._named[-1:] == [_YOU]:
-            self._relate("in_front_of")
+            if self._open:  # "One this way from the ball, towards the tile."
+                self._named = []
+            else:
+                self._relate("in_front_of")
         elif value == "from":
             if following not in (SIDE, "straight", "ahead"):
                 self._named = []
-        elif value == "in" and self._named and self._named[-1].kind in _FIXED:
+        elif value in ("in", "on") and self._named and self._named[-1].kind in _FIXED:
             self._relate("near")
         elif value in _RELATIONS and self._named:
             self._relate(_RELATIONS[value], exactly=self.chunks[number].exactly)

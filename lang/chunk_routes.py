@@ -113,7 +113,7 @@ class RouteReader(Route):
     def _add(self, thing: Thing) -> None:
         at: tuple[Place, ...] = ()
         if self._describes and self._named:
-            size = self._joined_size() if thing.kind in POINTS else 1
+            size = self._joined_size() if thing.kind in (*POINTS, "street", "alley") else 1
             at = (Place("near", tuple(self._named[-size:])),)
             del self._named[-size:]
         elif self._describes and self._places:
@@ -195,10 +195,12 @@ class RouteReader(Route):
             self._ahead()
 
     def _join(self, kind: str) -> None:
-        if not self._joined or kind == "then":
+        is_new = kind == "then" and self._joined in ("comma", "and")
+        if not self._joined or kind == "then" or (kind == "comma" and self._joined == "and"):
             # "A then B on the left" is one list, "A, then B on the left" two.
             self._joined = "comma" if kind == "then" and not self._joined else kind
-        if kind == "then" and self._is_passing():
+        is_walked = bool(self._places) and self._places[-1].value in ("to", "towards") and self._target is None
+        if (is_new and self._is_passing()) or (kind in ("comma", "then") and is_walked):
             self._resolve()
         if kind != "and":
             self._side = ""
@@ -247,6 +249,8 @@ class RouteReader(Route):
         elif value in ("walk", "return"):
             if not self._is_behind(number + 1, "having"):
                 self._walk_verb(is_return=value == "return")
+        elif value == "back" and self._places and self._places[-1].value == "at":
+            self._places.pop()
         elif value in ("turn", "look", "back") and self._places and self._places[-1].value == "towards":
             last = self._places.pop().named[-1]
             self._resolve()
@@ -324,6 +328,8 @@ class RouteReader(Route):
             if not self._is_repeated(direction):
                 self._rotate(direction)
             return end
+        if self._is_behind(number + 1, "from") and self.steps[-1:] == [Rotate("around")] and not self._named:
+            return number  # "Turn around, from the right."
         if verb in _STANDING or (verb == "pass" and not self._places) or self._is_repeated(direction):
             return number
         if self._is_of_target(number, chosen) and not self._is_alone(number + 1, chosen):
@@ -379,7 +385,11 @@ class RouteReader(Route):
     def _is_of_target(self, number: int, chosen: int) -> bool:
         """Return whether a side says where the target is."""
         chunk = self.chunks[number]
-        between = [each.kind for each in self.chunks[number + 1 : chosen]]
+        between = [
+            each.kind
+            for n, each in enumerate(self.chunks[number + 1 : chosen], number + 1)
+            if each.kind != SIDE or not self._is_behind(n - 1, "of", "from")
+        ]
         if chosen < number or "stop" in between:
             return False
         verbs = [each.value for each in self.chunks[number + 1 : chosen] if each.kind == "verb"]
@@ -389,6 +399,8 @@ class RouteReader(Route):
             return not any(self._is_alone(n, chosen) for n in range(number + 1, chosen))
         if self._places and self._next(number) == "comma" and number + 2 == chosen:
             return True
+        if self._next(number) == THING and self.chunks[number + 1].things[0].kind == "street":
+            return True  # "On the left pavement."
         return self._next(number) not in _BOUNDARIES and not self._is_way(number + 1)
 
     def _is_alone(self, number: int, chosen: int) -> bool:

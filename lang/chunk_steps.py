@@ -168,6 +168,8 @@ class Route:
         if place.value == "beyond" and place.named[-1].thing.kind in _FACADES:
             return "in_front_of" if place is last or last.named[0].thing.kind in ("corner", "street") else None
         relation = _WHERES.get(place.value)
+        if self._target is not None and place.value in ("beyond", "after"):
+            return "behind"
         return "near" if relation == "between" and len(place.named) < 2 else relation
 
     def _put_target(self, relation: str, named: Sequence[Named]) -> None:
@@ -191,7 +193,8 @@ class Route:
                 self.steps.append(Rotate(direction, "at", before[0]))
             elif not (direction == "around" and self.steps[-1:] == [Rotate("around")]):
                 self.steps.append(Rotate(direction))
-        elif place.value in ("along", "between"):  # "Turn left along the wall": the wall comes after the turn.
+        elif place.value in ("along", "between", "towards") and "there" not in self._signs:
+            # "Turn left along the wall": the wall comes after the turn.
             self.steps.append(Rotate(direction))
             self._places = [place]
             self._resolve()

@@ -136,7 +136,7 @@ class Chunker:
                         yield Chunk("yours", at, at + chunk.end, chunk.value)
 
     def _things(self, keys: Sequence[str], at: int) -> Iterator[Chunk]:
-        joined = self._noun_phrases.read_joined(keys, at, self._conjunctions)
+        joined = [] if keys[at] in self._own else self._noun_phrases.read_joined(keys, at, self._conjunctions)
         named = [(end, (one,)) for end, one in self._noun_phrases.read(keys, at) if not (one.back and not one.kind)]
         for end, things in (*named, *joined):
             if things[0].kind or self._noun_phrases.is_collectible(things[0]):

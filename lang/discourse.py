@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from lang.clauses import focus_of, step_of
 from lang.grammar import Grammar
 from lang.matching import Bindings
-from lang.meaning import TURNS, Assembly, Navigation, Rotate, Step, Thing, Walk, Where
+from lang.meaning import TURNS, Assembly, Rotate, Step, Thing, Walk, Where
 from lang.noun_phrases import OWN, PRONOUN, SAME, NounPhrase
 from lang.outline import Part
 from lang.reference import map_mentions, repeats
@@ -14,18 +14,14 @@ from lang.reference import map_mentions, repeats
 BARE = " bare"
 """Ends the key of a clause without a verb ("left at the bank"), which begins a clause of the text or is none."""
 
-_STEPS = ("turn", "face", "walk")
+STEPS = ("turn", "face", "walk")
 
-_AROUND = Rotate("around")
-
-_AT = {"at": "near", "before": "in_front_of", "after": "behind"}
-
-_PLACED = {relation: at for at, relation in _AT.items()}
-
-_GROUND = ("street", "alley", "square")
+GROUND = ("street", "alley", "square")
 """Kinds of things that objects lie on."""
 
-_CROSSED = ("zebra_crossing", "intersection", "street", "square")
+_COLLECTIBLES = ("ball", "hourglass", "mug", "tv", "book", "bowl", "bucket")
+
+CROSSED = ("zebra_crossing", "intersection", "street", "square")
 """Kinds of things that one goes over."""
 
 
@@ -36,6 +32,7 @@ class Item:
     Attributes:
         fresh: whether a clause may begin there.
         also: whether its pattern is only read.
+        joined: whether only a comma or "and" stands before it.
     """
 
     end: int
@@ -45,6 +42,7 @@ class Item:
     start: int = 0
     fresh: bool = False
     also: bool = False
+    joined: bool = False
 
 
 def things_in(bound: Mapping[str, object], kind: str, *, is_between: bool) -> tuple[NounPhrase, ...]:
@@ -74,104 +72,20 @@ class Discourse:
     named_things: list[Thing] = field(default_factory=list)
     identities: int = 0
 
-    def navigation(self, items: Sequence[Item]) -> Navigation:
-        """Return the meaning of a navigation instruction: steps in order, and the last target that is named.
-
-        Before a target is named, things by themselves are passed ("past the bench, the tree, a cone"); after it they
-        say where it is, and so do sides ("the red mug, left, by the bench").
-        """
-        steps: list[Step] = []
-        targets: list[Thing] = []
-        mentioned: list[Thing] = []
-        before: tuple[Where, ...] = ()
-        last: Item | None = None
-        short_of: Thing | None = None
-        for item in items:
-            kind, bound = item.label.split()[0], dict(item.bound)
-            listed = targets or mentioned
-            if kind in ("not", "detail"):
-                continue
-            if kind == "short":
-                short_of = next(iter(self._things(things_in(bound, "", is_between=False))), None)
-                steps += [Walk("towards", (short_of,))] if short_of is not None else []
-                last = item
-                continue
-            if listed and (where := self._place_of(item)) is not None:
-                listed[-1] = self._with(listed[-1], where)
-            elif kind in (*_STEPS, "landmark"):
-                if short_of is not None and item.label.removesuffix(BARE) == "turn":
-                    steps[-1:] = [Rotate(self._attribute(bound, "direction"), "before", short_of)]
-                    last, short_of = item, None
-                    continue
-                short_of = None
-                found = _at_place(before, self._step(item)) if item.also else self._step(item)
-                if found[:1] == [_AROUND] and _on_the_spot(steps) and (steps[-1] == _AROUND or item.also or last.also):
-                    steps.pop()  # "Go back, turn right around": one turn, said twice.
-                if not (steps[-1:] == [_AROUND] and item.also and _on_the_spot(found)):
-                    steps += found
-                before, last = (), item
-            elif item.label == "target same":
-                targets += [self.focus] if self.focus is not None and not listed else []
-            elif kind in ("target", "mention") and "target" in bound:
-                if not listed and last is not None and last.also and _is_by_side(last):
-                    before += self._place_of_turn(steps)
-                named = self._with(self._target(bound), before)
-                (targets if kind == "target" else mentioned).append(named)
-                before = ()
-            elif kind == "where" and listed:
-                listed[-1] = self._with(listed[-1], self._wheres(bound["where"]))
-            elif kind == "where" and (item.fresh or (item.end - item.start > 1 and _is_of_reader(bound["where"]))):
-                before += self._wheres(bound["where"])
-        collectibles = [thing for thing in self.mentioned_things if thing.look in self.grammar.looks["collectible"]]
-        candidates = targets or mentioned or collectibles or [Thing("")]
-        kinds = [thing for thing in candidates if thing.kind] or candidates
-        return Navigation(tuple(steps), self._in_full(kinds[-1], [*collectibles, *mentioned]))
-
-    @staticmethod
-    def _place_of_turn(steps: list[Step]) -> tuple[Where, ...]:
-        """Take away a slight turn at the end and return it as a place: "before the tree, a bit left, is the mug"."""
-        turn = steps[-1] if steps else None
-        if not isinstance(turn, Rotate) or not turn.direction.startswith("slightly"):
-            return ()
-        steps.pop()
-        at = () if turn.thing is None else (Where(_AT[turn.at], (turn.thing,)),)
-        return (*at, Where(f"{turn.direction.rpartition(' ')[2]}_of", (Thing("you"),)))
-
-    def _place_of(self, item: Item) -> tuple[Where, ...] | None:
-        """Return what a clause says of where the target is, that has been named before it; None if it is none such."""
-        bound = dict(item.bound)
-        if item.label == "landmark":
-            things = self._things(things_in(bound, "", is_between=False))
-            return tuple(Where("near", (thing,)) for thing in things if thing.kind not in _GROUND)
-        slight, _, side = self._attribute(bound, "direction").rpartition(" ")
-        about = self._things(things_in(bound, "", is_between=False))
-        if item.label.endswith(BARE) and item.label.split()[:2] in (["turn", "before"], ["turn", "after"]) and about:
-            return (Where(_AT[item.label.split()[1]], about[:1]),)  # "The mug, right before the tree."
-        if item.label == "turn bare" or (item.label == "turn" and slight):
-            return (Where(f"{side}_of", (Thing("you"),)),) if side in ("left", "right") else None
-        return None
-
     def part(self, item: Item) -> tuple[Part, ...]:
         """Return what one item of a navigation instruction says: steps, the object to pick up, or its relations."""
         kind, bound = item.label.split()[0], dict(item.bound)
-        if kind in (*_STEPS, "landmark"):
-            return tuple(self._step(item))
+        if kind in (*STEPS, "landmark"):
+            return tuple(self.step(item))
         if kind in ("target", "mention") and "target" in bound:
-            return (self._target(bound),)
-        return self._wheres(bound["where"]) if "where" in bound else ()
+            return (self.target(bound),)
+        return self.wheres(bound["where"]) if "where" in bound else ()
 
     def mention(self, named: NounPhrase) -> Thing:
         """Return the thing that a noun phrase means which stands alone."""
         thing = self._thing(named)
         self.mentioned_things.append(thing)
         return thing
-
-    def _in_full(self, target: Thing, said: Sequence[Thing]) -> Thing:
-        """Return the target with colour and look from an earlier mention if it lacks both ("Pick up the bucket.")."""
-        if target.colour or target.look:
-            return target
-        fuller = [thing for thing in said if thing.kind == target.kind and thing.colour]
-        return self._with(fuller[-1], target.where) if fuller else target
 
     def assembly(self, items: Sequence[Item]) -> Assembly:
         """Return the meaning of an assembly instruction: turns, the object to place, all relations.
@@ -186,7 +100,7 @@ class Discourse:
         for item in items:
             bound = dict(item.bound)
             if item.label.startswith("turn"):
-                direction = self._attribute(bound, "direction")
+                direction = self.attribute(bound, "direction")
                 if direction in TURNS:
                     turns.append(direction)
                 continue
@@ -196,15 +110,17 @@ class Discourse:
                     self.focus = named[0]
                 thing = self._thing(about)
                 if item.label.startswith("place") and not named:
-                    placed.append(self._with(thing, (), bare=True))
+                    placed.append(self.with_where(thing, (), bare=True))
                 if not named or not thing.is_same(named[0]):
                     wheres += thing.where if not named else ()
-                    named.append(self._with(thing, (), bare=True))
+                    named.append(self.with_where(thing, (), bare=True))
                     self.mentioned_things.append(named[-1])
             if "where" in bound:
                 if self.focus is None and item.label == "where":
                     self.focus = named[0] if named else None
-                wheres += tuple(map(self._of_last_kinds, self._wheres(bound["where"])))
+                if wheres and wheres[-1].things[-1].kind in _COLLECTIBLES:
+                    self.focus = wheres[-1].things[-1]
+                wheres += tuple(map(self._of_last_kinds, self.wheres(bound["where"])))
         wheres = tuple(each for where in wheres for each in _plainly(where, wheres))
         landmarks = [thing for where in wheres for thing in where.things]
         carried = placed or [thing for thing in named if not any(thing.is_same(each) for each in landmarks)]
@@ -213,23 +129,28 @@ class Discourse:
         assert isinstance(meaning, Assembly)
         return meaning
 
-    def _step(self, item: Item) -> list[Step]:
+    def step(self, item: Item) -> list[Step]:
         """Return a clause's step, one for each of its things ("past the bench and the cone"), or none if unclear."""
         bound = dict(item.bound)
-        direction, side = self._attribute(bound, "direction"), self._attribute(bound, "side")
+        direction, side = self.attribute(bound, "direction"), self.attribute(bound, "side")
         words = ("walk past" if item.label == "landmark" else item.label.removesuffix(BARE)).split()
         size = 2 if words[0] == "walk" or (len(words) > 1 and words[0] == "turn") else 1
         key, rest = " ".join(words[:size]), words[size:]
-        things = self._things(things_in(bound, "same" if rest == ["same"] else "", is_between=key == "walk between"))
+        named = things_in(bound, "same" if rest == ["same"] else "", is_between=key == "walk between")
+        if len(named) == 2 and not (named[1].kind or named[1].back):
+            named = named[0], replace(named[1], kind=named[0].kind)  # "The glass building and the brick one."
+        things = self.things(named)
+        if rest == ["crossed"]:
+            return [Walk("past", (Thing("street"),))]
         if words[1:2] == ["with"]:
             self.focus = focus_of(things, self.focus)
             self.mentioned_things += things
             return [Rotate(direction), *(Walk("along", (thing,)) for thing in things)]
         if item.label == "landmark":
             things = tuple(thing for thing in things if thing.kind != "street")
-        things = tuple(self._of_last_kind(thing, _CROSSED if rest == ["zebra_crossing"] else ()) for thing in things)
+        things = tuple(self._of_last_kind(thing, CROSSED if rest == ["zebra_crossing"] else ()) for thing in things)
         each = [things] if key == "walk between" or len(things) < 2 else [(thing,) for thing in things]
-        count = int(self._attribute(bound, "count") or 0)
+        count = int(self.attribute(bound, "count") or 0)
         try:
             steps = [step_of(key, direction, about, side, count) for about in each]
         except (TypeError, ValueError):
@@ -252,26 +173,29 @@ class Discourse:
 
     def _of_last_kinds(self, where: Where) -> Where:
         """Return a relation to things with the kind of the last one where theirs is not said ("the yellow one")."""
-        return replace(where, things=tuple(map(self._of_last_kind, where.things)))
+        return replace(where, things=tuple(self._of_last_kind(thing, _COLLECTIBLES) for thing in where.things))
 
-    def _attribute(self, bound: Mapping[str, object], attribute: str) -> str:
+    def attribute(self, bound: Mapping[str, object], attribute: str) -> str:
+        """Return what a clause's tables say of an attribute ("direction"), or ""."""
         for slot, table in self.grammar.tables.items():
             value = bound.get(slot)
             if table.attribute == attribute and isinstance(value, str):
                 return value
         return ""
 
-    def _target(self, bound: Mapping[str, object]) -> Thing:
+    def target(self, bound: Mapping[str, object]) -> Thing:
+        """Return the object to pick up that a clause names, with the places that the clause says it is at."""
         named = bound["target"]
         assert isinstance(named, NounPhrase)
         thing = self._thing(named)
-        return self._with(thing, self._wheres(bound["where"])) if "where" in bound else thing
+        return self.with_where(thing, self.wheres(bound["where"])) if "where" in bound else thing
 
-    def _with(self, thing: Thing, wheres: tuple[Where, ...], *, bare: bool = False) -> Thing:
+    def with_where(self, thing: Thing, wheres: tuple[Where, ...], *, bare: bool = False) -> Thing:
+        """Return a thing with further relations, or if `bare` with none."""
         where = () if bare else (*thing.where, *wheres)
         return replace(thing, where=where)
 
-    def _things(self, named: tuple[NounPhrase, ...]) -> tuple[Thing, ...]:
+    def things(self, named: tuple[NounPhrase, ...]) -> tuple[Thing, ...]:
         """Return the things that noun phrases mean; two of one name are two things ("the two benches")."""
         things = tuple(self._thing(each) for each in named)
         if len(things) == 2 and things[0].is_same(things[1]):
@@ -284,12 +208,14 @@ class Discourse:
             return self.focus or (self.mentioned_things[-1] if self.mentioned_things else Thing(""))
         if named.back == SAME:
             last = next((thing for thing in reversed(self.mentioned_things) if thing.kind == named.kind), None)
+            if last is None and named.kind == "building":
+                last = next((thing for thing in reversed(self.mentioned_things) if thing.kind == "shop_sign"), None)
             if last is not None:
                 return last
         if named.back == OWN:
             owners = [thing for thing in self.mentioned_things if thing.kind in ("building", "shop_sign", "wall")]
             named = replace(named, colour=owners[-1].colour, look=owners[-1].look) if owners else named
-        wheres = self._wheres(named.where)
+        wheres = self.wheres(named.where)
         thing = Thing(named.kind, named.colour, named.look, named.which, wheres, named.number)
         return replace(thing, identity=self._identity(thing))
 
@@ -308,11 +234,12 @@ class Discourse:
         self.named_things.append(replace(thing, identity=str(self.identities)))
         return str(self.identities)
 
-    def _wheres(self, placed: object) -> tuple[Where, ...]:
+    def wheres(self, placed: object) -> tuple[Where, ...]:
+        """Return the relations that a clause's slot {where} holds."""
         assert isinstance(placed, tuple)
         wheres, focus = [], self.focus
         for each in placed:
-            wheres.append(Where(each.relation, self._things(each.things), each.exactly))
+            wheres.append(Where(each.relation, self.things(each.things), each.exactly))
             self.mentioned_things += wheres[-1].things
             self.focus = focus_of(wheres[-1].things, self.focus)
         self.focus = focus
@@ -320,8 +247,12 @@ class Discourse:
 
 
 def _plainly(where: Where, wheres: Sequence[Where]) -> Iterator[Where]:
-    """Yield what a relation in the room says: the corner of two walls is at both; what is left of a thing is near it."""
-    if where.relation == "between" and all(thing.kind == "wall" for thing in where.things):
+    """Yield what a relation in the room says: between two walls is at both; what is left of a thing is near it."""
+    if where.relation == "on_top_of" and where.things[0].kind == "corner":
+        yield replace(where, relation="near")
+    elif where.relation == "on_top_of" and where.things[0].kind in GROUND:
+        return  # "On the square before you": a cell.
+    elif where.relation == "between" and all(thing.kind == "wall" for thing in where.things):
         yield from (Where("against", (thing,)) for thing in where.things)
     elif where.relation != "near" or not any(_is_beside(each, where) for each in wheres):
         yield where
@@ -331,31 +262,3 @@ def _is_beside(where: Where, near: Where) -> bool:
     return where.relation in ("left_of", "right_of", "in_front_of", "behind") and where.things[0].is_same(
         near.things[0]
     )
-
-
-def _at_place(places: tuple[Where, ...], steps: list[Step]) -> list[Step]:
-    """Return steps with the places that were told before them: "at the bank, where it opens up, go left"."""
-    told = [where for where in places if where.relation in _PLACED and where.things[0].kind != "you"]
-    if not told:
-        return steps
-    *others, last = told
-    walks: list[Step] = [Walk("past" if each.relation == "behind" else "to", each.things) for each in others]
-    if steps and isinstance(steps[0], Rotate) and steps[0].thing is None and steps[0] != _AROUND:
-        return [*walks, replace(steps[0], at=_PLACED[last.relation], thing=last.things[0]), *steps[1:]]
-    return [*walks, Walk("past" if last.relation == "behind" else "to", last.things), *steps]
-
-
-def _on_the_spot(steps: Sequence[Step]) -> bool:
-    """Return whether the last step is a turn without a place."""
-    return bool(steps) and isinstance(steps[-1], Rotate) and steps[-1].thing is None
-
-
-def _is_of_reader(placed: object) -> bool:
-    """Return whether relations are all to who reads them: "look left"."""
-    assert isinstance(placed, tuple)
-    return all(thing.kind == "you" for where in placed for thing in where.things)
-
-
-def _is_by_side(item: Item) -> bool:
-    """Return whether an item is a turn that says only to which side, not by a verb of its own ("bear left")."""
-    return item.label.startswith("turn") and "bearing" not in dict(item.bound)

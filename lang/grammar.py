@@ -27,7 +27,8 @@ SLOTS = frozenset(
     )
 )
 """Slots that are neither words nor tables. Only read are "joined", two things that share a noun, "landmark" and
-"further", things that are not to be picked up, "wall", "holder", a collectible, and "detail", a thing that describes the one before it."""
+"further", things that are not to be picked up, "wall", "holder", a thing that can be picked up, and "detail", one that
+describes the thing before it."""
 
 INSIDE = "~"
 """Marks the place in a noun of several words where what describes it stands: "the end of the ~street"."""
@@ -112,6 +113,7 @@ class Grammar:
         self.sentence_end: str = text["sentence_end"]
         self.spelling: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text["spelling"]]
         self.reading: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text["reading"]]
+        self.free_reading: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text.get("free_reading", [])]
         self.folding: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text.get("folding", [])]
         self.openers: list[str] = text.get("openers", [])
         owners = text.get("owners", {})

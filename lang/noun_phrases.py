@@ -95,9 +95,9 @@ class NounPhraseReader:
         self._after = Phrasebook()
         self._divided = Phrasebook()
         self._of, self._own = Phrasebook(), Phrasebook()
-        for book, phrases in ((self._of, grammar.of), (self._own, grammar.own)):
-            for phrase in phrases:
-                book.add(split(phrase), None)
+        for book, texts in ((self._of, grammar.of), (self._own, grammar.own)):
+            for text in texts:
+                book.add(split(text), None)
         self._patterned = {
             split(phrase): kind for kind, phrases in lexicon["patterned_kinds"].items() for phrase in phrases
         }
@@ -175,7 +175,9 @@ class NounPhraseReader:
         """Return the noun phrases that begin at `keys[start]`, each with its end."""
         found = [*self._read_whole(keys, start), *self._read_divided(keys, start)]
         owns = any(True for _ in self._own.at(keys, start))
-        return [*found, *(corner for end, named in found for corner in self._corners(keys, end, named, owns=owns))]
+        corners = (corner for end, named in found for corner in self._corners(keys, end, named, owns=owns))
+        ends = {end for end, named in found if named.kind == _CORNER or (named.kind == "corner" and named.which)}
+        return [*found, *(corner for corner in corners if owns or corner[0] not in ends)]
 
     def _corners(
         self, keys: Sequence[str], end: int, named: NounPhrase, *, owns: bool
@@ -305,9 +307,15 @@ class NounPhraseReader:
             if not patterned:
                 return
             kind = self._patterned[tuple(keys[at:end])]
+        if any(self._is_another_thing(group, kind) for group in described):
+            return
+        if kind == "corner" and any(w.role == "look" and w.kind == "building" for group in described for w in group):
+            kind = _CORNER  # "The brick corner."
+        if kind == "building" and (shop := self._shop(described)):
+            kind, noun = "shop_sign", replace(noun, look=shop)
         said = {"look": noun.look, "colour": "", "which": "", "two": "", "several": ""}
         for group in described:
-            suiting = [word for word in group if self._suits(word, kind)]
+            suiting = [word for word in group if self._suits(word, kind)] or ([] if kind else list(group))
             if suiting:
                 word = min(suiting, key=lambda each: (_DESCRIBING.index(each.role), each.kind != kind))
                 said[word.role] = word.value
@@ -319,6 +327,10 @@ class NounPhraseReader:
         yield end, named
         if kind in self._collectibles:
             yield from self._described_behind(keys, end, named)
+
+    def _shop(self, described: Sequence[tuple[_Word, ...]]) -> str:
+        """Return which shop's building is described ("the brown cinema building")."""
+        return next((w.value for group in described for w in group if w.role == "look" and w.kind == "shop_sign"), "")
 
     def _described_behind(self, keys: Sequence[str], at: int, named: NounPhrase) -> Iterator[tuple[int, NounPhrase]]:
         """Yield a collectible with adjectives behind its noun: "the bucket: blue, striped", "the TV, the brown one"."""
@@ -337,7 +349,10 @@ class NounPhraseReader:
         if not said or any(getattr(named, role) for role in said) or any(word.value for word in follows):
             return
         ends = [to for to, word in self._words(self._book, keys, end) if word.role == "noun"]
-        yield max(ends, default=end), replace(named, **said)
+        yield (
+            max(ends, default=end),
+            replace(named, colour=said.get("colour", named.colour), look=said.get("look", named.look)),
+        )
 
     def _says_more(self, word: _Word, named: NounPhrase) -> bool:
         """Return whether a word describes the thing."""
@@ -345,6 +360,12 @@ class NounPhraseReader:
 
     def _is_determiner(self, keys: Sequence[str], at: int) -> bool:
         return any(word.role == "determiner" for _, word in self._words(self._book, keys, at))
+
+    def _is_another_thing(self, group: Sequence[_Word], kind: str) -> bool:
+        """Return whether what stands before a noun is a shop, of which that is a part: "the bank's corner"."""
+        return kind not in ("", "building") and all(
+            word.role == "look" and word.kind == "shop_sign" and not self._suits(word, kind) for word in group
+        )
 
     def _suits(self, word: _Word, kind: str) -> bool:
         """Return whether the adjective can describe things of that kind."""

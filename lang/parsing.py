@@ -14,19 +14,22 @@ if TYPE_CHECKING:
 DEPTH = 2
 """Maximum nesting of landmarks described by landmarks."""
 
-_ITEM, _WHERE, _WHERE_MORE, _MENTION, _FILLER, _UNKNOWN = 0.2, 0.3, 0.35, 0.8, 0.06, 1.0
+_ITEM, _WHERE, _WHERE_MORE, _MENTION, _FILLER, _UNKNOWN = 0.2, 0.28, 0.37, 0.8, 0.06, 1.0
 """Costs of reading a clause, a relation alone, each further one joined to it, or a thing alone; of skipping a joining
 word, and any other word."""
 
 _SAID = 0.01
 """By how much a clause that is only read costs less for each slot that it fills: one that says more is preferred."""
 
+_WHERE_JOINED = 0.08
+"""Extra cost of each further relation that is joined to one within a clause that is only read."""
+
 _TURNED = 0.35
 """Extra cost of a relation alone where a turn may begin: "left to the planter" is no place to the left of it."""
 
-_ALSO, _AMID, _UNUSUAL = 0.05, 0.3, 0.1
-"""Extra costs of a clause that is only read, of a main clause that begins after other words, and of one about a thing
-of another kind than its pattern is for."""
+_ALSO, _AMID, _UNUSUAL, _NAMELESS = 0.05, 0.3, 0.1, 0.02
+"""Extra costs of a clause that is only read, of a main clause that begins after other words, of one about a thing
+of another kind than its pattern is for, and about a thing of no kind where another pattern says the kind."""
 
 
 @dataclass(slots=True)
@@ -62,6 +65,8 @@ class TextParser:
                 last = items[-1][1] if items else None
                 if chosen.label == "where" and last is not None and last.label == "where" and last.end == at:
                     chosen = replace(chosen, fresh=last.fresh)
+                if last is not None and self._is_joined(last.end, at):
+                    chosen = replace(chosen, joined=True)
                 items.append((at, chosen))
             at = chosen.end if chosen is not None else at + 1
         return items
@@ -75,6 +80,10 @@ class TextParser:
             at, is_found = item.end, is_found or item.label.startswith("target")
         return is_found and not self._skips_words(at, len(self.keys))
 
+    def _is_joined(self, start: int, end: int) -> bool:
+        """Return whether nothing but commas and "and" stands between two words."""
+        return start < end and all(key == "," or key in self.reader.conjunctions for key in self.keys[start:end])
+
     def _skips_words(self, start: int, end: int) -> bool:
         return any(key not in self.reader.fillers for key in self.keys[start:end])
 
@@ -85,9 +94,9 @@ class TextParser:
         for match in automaton.find(self.keys, start, lambda slot, at: self._slot(slot, at, DEPTH, top=True)):
             if (match.label.key.endswith(BARE) and not fresh) or (match.label.also and self.written_only):
                 continue
-            unusual = not self._is_usual(match)
-            cost = _ITEM + _ALSO * match.label.also + _AMID * (amid and match.label.main_only) + _UNUSUAL * unusual
-            cost -= _SAID * len(match.bound) * match.label.also
+            unusual = 0.0 if self._is_usual(match) else _NAMELESS if self._is_nameless(match) else _UNUSUAL
+            cost = _ITEM + _ALSO * match.label.also + _AMID * (amid and match.label.main_only) + unusual
+            cost += match.label.also * (_WHERE_JOINED * _more_wheres(match) - _SAID * len(match.bound))
             yield Item(match.end, match.label.key, match.bound, cost, start, fresh, match.label.also)
         for end, named in self._slot("target", start, DEPTH, top=True):
             yield Item(end, "mention", (("target", named),), _MENTION, start, fresh)
@@ -98,11 +107,17 @@ class TextParser:
 
     def _is_usual(self, match: Match) -> bool:
         kind = match.label.key.removesuffix(BARE).rpartition(" ")[2]
-        if kind == "past" and any(isinstance(named, NounPhrase) and _is_kindless(named) for _, named in match.bound):
+        if kind == "past" and self._is_nameless(match):
             return False
         return kind not in self.reader.noun_phrase_reader.kinds or all(
             named.kind in (kind, "") for slot, named in match.bound if slot == "thing" and isinstance(named, NounPhrase)
         )
+
+    @staticmethod
+    def _is_nameless(match: Match) -> bool:
+        """Return whether a match is about something whose kind is not said ("another one")."""
+        named = [value for _, value in match.bound if isinstance(value, NounPhrase)]
+        return any(not each.kind and not each.back for each in named)
 
     def _slot(self, slot: str, at: int, depth: int, *, top: bool) -> list[tuple[int, object]]:
         key = (slot, at, depth, top)
@@ -132,7 +147,9 @@ class TextParser:
             return [
                 (end, named)
                 for end, named in self._slot("thing", at, depth, top=False)
-                if isinstance(named, NounPhrase) and named.kind and not reader.noun_phrase_reader.is_collectible(named)
+                if isinstance(named, NounPhrase)
+                and (named.kind or (slot == "further" and named.colour and not named.look))
+                and not (named.kind and reader.noun_phrase_reader.is_collectible(named))
             ]
         if slot == "target":
             found = [*self._noun_phrases_at(at), *self._located_things(reader.attached, at, depth, top=True)]
@@ -141,11 +158,11 @@ class TextParser:
                 for end, named in found
                 if isinstance(named, NounPhrase) and reader.noun_phrase_reader.is_collectible(named)
             ]
-        number = {"pair": "two", "several": "several"}.get(slot)
+        numbers = {"pair": ("two",) if self.written_only else ("two", "several"), "several": ("several",)}.get(slot)
         return [
             (end, named)
             for end, named in self._noun_phrases_at(at)
-            if number is None or (isinstance(named, NounPhrase) and named.number == number)
+            if numbers is None or (isinstance(named, NounPhrase) and named.number in numbers)
         ]
 
     def names(self, start: int, end: int, known: set[str]) -> Iterator[NounPhrase]:
@@ -191,19 +208,32 @@ class TextParser:
             longer = [
                 (end, (*wheres, *placed))
                 for before, wheres in longer
-                for join in self.reader.joins[top].find(self.keys, before, lambda *_: ())
-                for end, placed in self._relations_at(join.end, depth)
+                for after in self._joins_at(before, top=top)
+                for end, placed in self._relations_at(after, depth, is_joined=after > before)
             ]
             longer = list(dict.fromkeys(longer))
             found += longer
         return found
 
-    def _relations_at(self, at: int, depth: int) -> list[tuple[int, tuple[RelationPhrase, ...]]]:
+    def _joins_at(self, at: int, *, top: bool) -> Iterator[int]:
+        """Yield where a further relation may begin; in free texts right there ("in the road just past the tree")."""
+        yield from (join.end for join in self.reader.joins[top].find(self.keys, at, lambda *_: ()))
+        if top and not self.written_only:
+            yield at
+
+    def _relations_at(
+        self, at: int, depth: int, *, is_joined: bool = True
+    ) -> list[tuple[int, tuple[RelationPhrase, ...]]]:
         """Return relations: a single one, or one to each of two things that share a noun."""
         found: list[tuple[int, tuple[RelationPhrase, ...]]] = []
         matches = list(
             self.reader.relations.find(self.keys, at, lambda slot, place: self._slot(slot, place, depth, top=False))
         )
+        matches = [
+            match
+            for match in matches
+            if not (match.label.also and self.written_only) and (is_joined or not match.label.main_only)
+        ]
         written = {match.end for match in matches if not match.label.also}
         for match in matches:
             if match.label.also and match.end in written:
@@ -217,8 +247,8 @@ class TextParser:
         return list(dict.fromkeys(found))
 
 
-def _is_kindless(named: NounPhrase) -> bool:
-    return not named.kind and not named.back
+def _more_wheres(match: Match) -> int:
+    return sum(_count(value) - 1 for slot, value in match.bound if slot == "where")
 
 
 def _count(wheres: object) -> int:

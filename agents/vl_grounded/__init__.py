@@ -6,22 +6,28 @@ from arramon_client.errors import AgentLoadError
 
 __all__ = ["make_agent"]
 
+SENSORS = ("rgb", "segmentation")
 
-def make_agent(weights: str | None = None) -> Agent:
+
+def make_agent(weights: str | None = None, sensor: str = SENSORS[0]) -> Agent:
     """Return the agent with the weights that come along, or with others.
 
     Args:
         weights: a file that `python -m agents.train --agent vl_grounded` wrote.
+        sensor: "rgb" to see by RGB and depth alone, "segmentation" for what perfect eyes would give.
 
     Raises:
-        AgentLoadError: if the extra is not installed, or the weights cannot be read.
+        AgentLoadError: if the extra is not installed, there is no such sensor, or the weights cannot be read.
     """
+    if sensor not in SENSORS:
+        raise AgentLoadError(f"agents.vl_grounded has no sensor {sensor!r}; expected one of {', '.join(SENSORS)}")
     require(PLAYING, "agents.vl_grounded")
     import torch
 
     from agents.learning.checkpoint import find_weights
     from agents.learning.vision_eyes import load as load_eyes
     from agents.vl_grounded.agent import GroundedAgent
+    from agents.vl_grounded.sight import EncodedSight, LabelledSight
     from agents.vl_grounded.weights import read_weights
 
     torch.set_num_threads(1)  # A step is small: threads that wait for each other cost more than they do.
@@ -35,4 +41,4 @@ def make_agent(weights: str | None = None) -> Agent:
             f"agents.vl_grounded: its weights were trained on the visual encoder {found.eyes}, but {eyes.fingerprint} "
             "is installed"
         )
-    return GroundedAgent(found, eyes)
+    return GroundedAgent(found, EncodedSight(eyes) if sensor == SENSORS[0] else LabelledSight())

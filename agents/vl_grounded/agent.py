@@ -1,4 +1,4 @@
-"""The agent: reads and sees by what it has learned, by RGB and depth alone, many episodes at a time."""
+"""The agent: reads and sees by what it has learned, many episodes at a time."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
-from agents.learning.vision import FrameMemory, resize
-from agents.learning.vision_eyes import Eyes
 from agents.vl_grounded.placer import Placer
+from agents.vl_grounded.sight import Sight
 from agents.vl_grounded.walker import Walker
 from agents.vl_grounded.weights import Weights
 from arramon_client.agent import Episode, Observation
@@ -31,26 +30,26 @@ class GroundedAgent:
 
     Args:
         weights: of its networks.
-        eyes: the visual encoder that they were trained on.
+        sight: by which it sees.
     """
 
     name = NAME
-    sensors = ("rgb", "depth")
 
-    def __init__(self, weights: Weights, eyes: Eyes) -> None:
-        self._weights, self._eyes = weights, eyes
-        self._frames = FrameMemory(eyes)
+    def __init__(self, weights: Weights, sight: Sight) -> None:
+        self.sensors = sight.sensors
+        self._weights, self._sight = weights, sight
         self._phases: dict[str, _Phase] = {}
 
     def begin(self, episode: Episode) -> None:
         """Start a new episode."""
         self._phases.pop(episode.episode_id, None)
+        self._sight.begin(episode)
 
     def act(self, observations: Sequence[Observation]) -> list[int]:
         """Return one action for each observation.
 
         Raises:
-            ValueError: if an observation has no RGB or no depth.
+            ValueError: if an observation lacks a sensor.
         """
         actions = [0] * len(observations)
         walking: list[tuple[int, Walker]] = []
@@ -58,36 +57,26 @@ class GroundedAgent:
             player = self._player(observation)
             if isinstance(player, Walker):
                 walking.append((number, player))
-            else:
-                actions[number] = self._place(player, observation)
+                continue
+            if player.is_looking():
+                self._sight.add(player.look, observation)
+            actions[number] = player.act(observation.steps_left)
         if walking:
-            images = [_images(observations[number]) for number, _ in walking]
-            rgb, depth = (np.stack(part) for part in zip(*images, strict=True))
-            for (number, walker), features, ahead in zip(
-                walking, self._frames.features(rgb, depth), depth, strict=True
-            ):
-                actions[number] = walker.act(features, ahead)
+            features = self._sight.features([observations[number] for number, _ in walking])
+            for (number, walker), each in zip(walking, features, strict=True):
+                actions[number] = walker.act(each, np.asarray(observations[number].depth))
         return actions
-
-    def _place(self, placer: Placer, observation: Observation) -> int:
-        rgb, depth = _images(observation)
-        things = []
-        if placer.looks:
-            things = self._eyes.things(*resize(rgb[None], depth[None], self._eyes.image_size))[0]
-        return placer.act(things, observation.steps_left)
 
     def _player(self, observation: Observation) -> Walker | Placer:
         """Return what plays the present phase of an episode."""
         phase = self._phases.get(observation.episode_id)
         if phase is None or (phase.turn, phase.name) != (observation.turn, observation.phase):
             tokens = torch.tensor([self._weights.tokenizer.encode(observation.instruction)])
-            make = Walker if observation.phase == NAVIGATION else Placer
-            phase = _Phase(observation.turn, observation.phase, make(self._weights.network, tokens))
+            player: Walker | Placer
+            if observation.phase == NAVIGATION:
+                player = Walker(self._weights.network, tokens)
+            else:
+                player = Placer(self._weights.network, tokens, self._sight.make_look(observation.episode_id))
+            phase = _Phase(observation.turn, observation.phase, player)
             self._phases[observation.episode_id] = phase
         return phase.player
-
-
-def _images(observation: Observation) -> tuple[np.ndarray, np.ndarray]:
-    if observation.rgb is None or observation.depth is None:
-        raise ValueError("vl_grounded requires the sensors rgb and depth, which this run does not have")
-    return observation.rgb, observation.depth

@@ -7,15 +7,13 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from agents.learning.eyes.names import NamedThing
+from agents.follower.room_sight import RoomSight
 from agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURS
-from agents.learning.room_memory import SeenRoom
-from agents.learning.sight import LABELS
 from agents.shortest_path.room import COLUMNS
 from agents.vl_grounded.naming import KINDS, LOOKS, Named
 from agents.vl_grounded.room import CELLS, LEVELS
 from arramon_client.agent import Action
-from lang.room import START, Standing
+from lang.room import Standing
 
 WAY = (*[Action.LEFT] * 3, *[Action.RIGHT] * 6)
 """Turns that show everything that is not behind the start tile, where there is only a wall."""
@@ -26,25 +24,24 @@ TURN = 30
 class Look:
     """A look around.
 
+    Args:
+        room: gathers what is seen.
+
     Attributes:
         heading: in degrees clockwise from the first one.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, room: RoomSight) -> None:
+        self.room = room
         self.heading = 0
         self._turns = list(WAY)
-        self._seen = SeenRoom(LABELS)
         self._headings: set[int] = set()
 
-    @property
     def is_new(self) -> bool:
-        """Whether the present frame shows what was not looked at yet."""
-        return self.heading not in self._headings
-
-    def add(self, things: Sequence[NamedThing]) -> None:
-        """Add what is named in the present frame."""
+        """Return whether the present frame shows what was not looked at yet; it counts as looked at now."""
+        is_new = self.heading not in self._headings
         self._headings.add(self.heading)
-        self._seen.add_things(things, START, self.heading)
+        return is_new
 
     def turn(self) -> Action | None:
         """Return the next turn, and count it as made; None at the end."""
@@ -56,7 +53,7 @@ class Look:
 
     def things(self) -> tuple[Standing, ...]:
         """Return what was seen so far."""
-        return self._seen.room().things
+        return self.room.room().things
 
 
 def as_named(rooms: Sequence[Sequence[Standing]]) -> Named:

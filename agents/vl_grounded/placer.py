@@ -1,12 +1,10 @@
 """One assembly phase: a look around, the cell that the network finds, and the shortest way to it."""
 
 from collections import deque
-from collections.abc import Sequence
 
 import torch
 from torch import Tensor
 
-from agents.learning.eyes.names import NamedThing
 from agents.shortest_path.room import COLUMNS, RoomPose, plan, quarter_of
 from agents.vl_grounded.look import Look, as_named
 from agents.vl_grounded.network import Grounded
@@ -23,33 +21,26 @@ class Placer:
     Args:
         network: that finds the cell.
         tokens: the instruction, (1, T).
+        look: around; what is seen is added to its room.
     """
 
-    def __init__(self, network: Grounded, tokens: Tensor) -> None:
+    def __init__(self, network: Grounded, tokens: Tensor, look: Look) -> None:
         self._network, self._tokens = network, tokens
-        self._look = Look()
+        self.look = look
         self._way: deque[int] = deque()
 
-    @property
-    def looks(self) -> bool:
-        """Whether the things in the present frame are wanted."""
-        return not self._way and self._look.is_new
+    def is_looking(self) -> bool:
+        """Return whether the present frame is to be looked at, once."""
+        return not self._way and self.look.is_new()
 
-    def act(self, things: Sequence[NamedThing], steps_left: int) -> int:
-        """Return the next action.
-
-        Args:
-            things: in the present frame; none if they are not wanted.
-            steps_left: in the phase.
-        """
+    def act(self, steps_left: int) -> int:
+        """Return the next action, with so many steps left in the phase."""
         if self._way:
             return self._way.popleft()
-        if self.looks:
-            self._look.add(things)
-        turn = self._look.turn() if steps_left > RESERVE + 1 else None
+        turn = self.look.turn() if steps_left > RESERVE + 1 else None
         if turn is not None:
             return turn
-        quarter, first = quarter_of(self._look.heading)
+        quarter, first = quarter_of(self.look.heading)
         row, column = divmod(self._cell(), COLUMNS)
         self._way.extend([*first, *(plan(RoomPose(*START, quarter), (column, row), ()) or ()), Action.INTERACT])
         return self._way.popleft()
@@ -58,5 +49,5 @@ class Placer:
     def _cell(self) -> int:
         """Return the number of the best cell."""
         words = self._network.reading(self._tokens)
-        there = as_named([self._look.things()])
+        there = as_named([self.look.things()])
         return int(self._network.room(self._network.reading, words, self._tokens, there)[0].argmax())

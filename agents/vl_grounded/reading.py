@@ -88,6 +88,14 @@ def match(meant: Meant, there: Named) -> Tensor:
     return kinds * colours * looks
 
 
+def best_match(meant: Meant) -> Tensor:
+    """Return how well what is most likely meant would fit, (B, R): less than 1 as far as it is not certain what is."""
+    kinds = meant.kinds[..., :-1].amax(-1)
+    colours = meant.colours[..., :-1].amax(-1) + meant.colours[..., -1]
+    looks = meant.looks[..., :-1].amax(-1) + meant.looks[..., -1]
+    return kinds * colours * looks
+
+
 class Attention(nn.Module):
     """Attends to words in R ways at once, knowing where it attended before: instructions are told in order.
 

@@ -11,10 +11,11 @@ from agents.learning.paper import ACTIONS, START
 from agents.learning.vision import GRID
 from agents.vl_grounded.network import Grounded
 from agents.vl_grounded.odometry import odometry
+from agents.vl_grounded.reading import best_match
 from arramon_client.agent import Action
 
-FITS = 0.25
-"""How well a thing must fit the described object to be picked up."""
+FITS = 0.4
+"""How well a thing must fit the described object to be picked up, as a share of what would fit best."""
 
 NEAR = 1.0 / (1.0 + 3.6)
 """Nearness that it must have: a little farther than the pick-up reaches."""
@@ -49,6 +50,7 @@ class Walker:
         self._network, self._tokens = network, tokens
         self._words = network.reading(tokens)
         self._target = network.street.read_target(self._words, tokens)
+        self._best = float(best_match(network.reading.meant(self._target[:, None])))
         self.mind = self._after = network.street.first(tokens)
         self._actions: list[int] = []
         self._idle: set[int] = set()
@@ -76,7 +78,7 @@ class Walker:
         mixed, self._after = street.step(self._network.reading, self._words, self._tokens, seen, self.mind)
         values = street.output(mixed)[0]
         barred = self._idle | self._barred_turns()
-        if not is_in_reach(seen.target[0], features):
+        if not is_in_reach(seen.target[0] / self._best, features):
             barred.add(Action.INTERACT)
         action = max((each for each in range(ACTIONS) if each not in barred), key=lambda each: float(values[each]))
         self._actions.append(action)
@@ -111,7 +113,7 @@ def is_in_reach(fits: Tensor, features: npt.NDArray[np.uint8]) -> bool:
     """Return whether something like the described object is ahead, and near.
 
     Args:
-        fits: how well each cell fits it, (N,).
+        fits: how well each cell fits it, (N,), as a share of what would fit best.
         features: (7, 7, C).
     """
     near = features.reshape(GRID * GRID, -1)[_MIDDLE, _NEARNESS] >= NEAR * 255

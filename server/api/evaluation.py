@@ -12,7 +12,6 @@ from arramon.v1.evaluation_pb2_grpc import EvaluationServicer
 from server import __version__
 from server.api.authentication import anonymous_caller, caller_of, is_on_same_machine
 from server.api.encoding_choice import offered_encodings
-from server.api.encoding_threads import EncodingThreads
 from server.api.interceptor import Origin
 from server.api.messages import (
     account_message,
@@ -27,6 +26,7 @@ from server.api.play_stream import PlayHandler
 from server.api.stream_limits import StreamLimits
 from server.configuration.config import Config
 from server.errors import BadInput
+from server.image_threads import ImageThreads
 from server.runs.play.engine import Engine
 from server.runs.results.receipts import Receipts
 from server.runs.service import Runs
@@ -46,15 +46,16 @@ class Servicer(EvaluationServicer):
         engine: plays.
         receipts: issues receipts of finished runs.
         config: the server's settings.
+        threads: in which images are compressed.
     """
 
-    def __init__(self, runs: Runs, engine: Engine, receipts: Receipts, config: Config) -> None:
+    def __init__(self, runs: Runs, engine: Engine, receipts: Receipts, config: Config, threads: ImageThreads) -> None:
         self._runs = runs
         self._engine = engine
         self._receipts = receipts
         self._config = config
         self._stream_limits = StreamLimits(runs.quotas, engine.worker)
-        self._threads = EncodingThreads()
+        self._threads = threads
 
     async def GetServerInfo(self, request: pb.GetServerInfoRequest, context: _Context) -> pb.ServerInfo:
         is_local = is_on_same_machine(Origin.of(context)) and not self._config.trust_proxy

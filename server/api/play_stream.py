@@ -9,12 +9,12 @@ from weakref import WeakKeyDictionary
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from server.api.encoding_choice import choose_encoder, offered_encodings
-from server.api.encoding_threads import EncodingThreads
 from server.api.messages import ACTIONS, LABEL_MESSAGES, PHASES, oracle_message, pose_message, run_message
 from server.api.shared_memory import IMAGE_SENSORS
 from server.api.wire import Data, Parts, observation_event, response_of
 from server.configuration.config import Config
 from server.errors import ArraMonError, BadInput
+from server.image_threads import ImageThreads
 from server.runs.accounts.accounts import is_visible
 from server.runs.accounts.callers import Caller
 from server.runs.play.engine import Engine
@@ -53,7 +53,7 @@ class PlayHandler:
         runs: Runs,
         engine: Engine,
         config: Config,
-        threads: EncodingThreads,
+        threads: ImageThreads,
     ) -> None:
         self._outbox: asyncio.Queue[bytes | ArraMonError | None] = asyncio.Queue()
         self._waiting = 0  # Bytes in the outbox.

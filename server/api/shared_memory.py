@@ -8,6 +8,7 @@ import fcntl
 import mmap
 import os
 import secrets
+import threading
 from collections.abc import Iterable
 from typing import Self
 
@@ -50,7 +51,7 @@ class SharedMemoryEncoder:
         self._sensors = tuple(sensor for sensor in IMAGE_SENSORS if sensor in given)
         self._size = size
         self._each = size * size * sum(IMAGE_SENSORS[sensor] for sensor in self._sensors)
-        self._labels = np.empty((size, size), np.uint16)  # Drawn with every frame, but not shared.
+        self._drawing = threading.Lock()
         self._canvases: dict[str, Frame] = {}
         self._in_messages = MessageEncoder(ENCODING_RAW)
         self._memory: SharedImages | None = None
@@ -74,19 +75,22 @@ class SharedMemoryEncoder:
             opened.shared.CopyFrom(self._memory.message)
 
     def canvas(self, episode_id: str) -> Frame | None:
-        """Return an episode's images in shared memory; None if there is no room, or they cannot be drawn there."""
-        if episode_id in self._canvases:
-            return self._canvases[episode_id]
+        """Return an episode's RGB and depth in shared memory; None if there is no room, or it does not fit.
+
+        For any thread that draws.
+        """
         if self._memory is None or self._size % 2 or self._sensors[:2] != ("rgb", "depth"):
             return None
-        room = self._memory.room(episode_id)
-        if room is None:
-            return None
-        pixels = self._size * self._size
-        rgb = room[: 3 * pixels].reshape(self._size, self._size, 3)
-        depth = room[3 * pixels : 5 * pixels].view(np.uint16).reshape(self._size, self._size)
-        self._canvases[episode_id] = Frame(rgb, depth, self._labels)
-        return self._canvases[episode_id]
+        with self._drawing:
+            if episode_id not in self._canvases:
+                room = self._memory.room(episode_id)
+                if room is None:
+                    return None
+                pixels = self._size * self._size
+                rgb = room[: 3 * pixels].reshape(self._size, self._size, 3)
+                depth = room[3 * pixels : 5 * pixels].view(np.uint16).reshape(self._size, self._size)
+                self._canvases[episode_id] = Frame(rgb, depth)
+            return self._canvases[episode_id]
 
     def encode(self, episode_id: str, images: Images, *, latest: bool) -> list[Data]:
         """Write the images of one observation: the latest one over those of the episode's last one."""

@@ -29,6 +29,7 @@ from server.board.publishing import Publishing
 from server.configuration.config import Config
 from server.episodes.splits import Split
 from server.errors import BadInput
+from server.image_threads import ImageThreads
 from server.process.metrics import Metrics
 from server.process.readiness import Readiness
 from server.process.tls import credentials_of
@@ -86,11 +87,13 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
     address = _bind(server, config.listen, credentials_of(config))
     # gRPC allows renewable credentials for one address only, so each address has credentials of its own.
     own_address = _bind(server, config.own_address, credentials_of(config)) if config.own_address else address
+    threads = ImageThreads()
     engine = Engine(
         splits,
         journal,
         RunActivity(database),
         camera=config.camera,
+        threads=threads,
         address=own_address if config.shared_port else "",
         meter=metrics,
     )
@@ -99,7 +102,7 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
     key = SigningKey(config.signing_key_path)
     KnownKeys(database).check(key.public)
     receipts = Receipts(database, splits, key)
-    add_EvaluationServicer_to_server(Servicer(runs, engine, receipts, config), server)
+    add_EvaluationServicer_to_server(Servicer(runs, engine, receipts, config, threads), server)
     entries = Entries(database)
     local = is_loopback(config.listen) and not config.trust_proxy
     limits = config.limits

@@ -226,7 +226,7 @@ class World(Obstacles):
             return frame
         into.rgb[...], into.depth[...] = frame.rgb, frame.depth
         if frame.segmentation is None or into.segmentation is None:
-            return Frame(into.rgb, into.depth)
+            return Frame(into.rgb, into.depth, frame.segmentation)
         into.segmentation[...] = frame.segmentation
         return into
 

@@ -106,8 +106,8 @@ class Camera(Protocol):
             actors: in the scene for this frame only.
             size: side length of the frame, in pixels.
             segmentation: whether to label each pixel.
-            into: a frame of this size, with a segmentation, whose contiguous arrays are overwritten and returned; None
-                for new ones.
+            into: a frame of this size, whose contiguous arrays are overwritten and returned; None for new ones. If it
+                has no segmentation, and that is asked for, it is new.
             variation: a scene whose bodies are drawn instead of those of the camera's own scene. Their meshes, textures
                 and labels must be known there, by its bodies or its spare ones.
         """

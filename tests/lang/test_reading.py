@@ -68,7 +68,7 @@ PEOPLES: list[tuple[str, Meaning]] = [
     ),
     (
         "Place the mug directly behind the ball dotted.",
-        Assembly((), Thing("mug"), (Where("behind", (Thing("ball"),), True),)),
+        Assembly((), Thing("mug"), (Where("behind", (Thing("ball", look="dotted"),), True),)),
     ),
     (
         "Drop the ball directly in front of you.",

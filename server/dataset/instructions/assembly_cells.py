@@ -12,7 +12,8 @@ def fitting_cells(meaning: Assembly, target: Cell, room: Room) -> tuple[Cell, ..
 
     "Left of" and "right of" a thing are all cells in line with it on that side, and to one's own side all that are not
     behind, unless they are "directly" there. "In front of" and "behind" mean the next cell if the target is the next.
-    Two such relations to one thing mean the cell diagonal to it.
+    "Behind and to the left of" means all cells on both sides. Where "on your left" is not in one's own row, what is
+    "near" or "left of" a thing may be in another row as well.
 
     Args:
         meaning: with the identity of everything that it names ("room/COLUMN,LEVEL,ROW", "wall/LOOK").
@@ -22,12 +23,21 @@ def fitting_cells(meaning: Assembly, target: Cell, room: Room) -> tuple[Cell, ..
     if any(where.relation == "on_top_of" for where in meaning.where):
         return (target,)
     quarter = quarter_after(meaning.turns)
+    is_loose = any(_is_loose(where, target, quarter) for where in meaning.where)
     free = [(column, row) for column in range(COLUMNS) for row in range(ROWS)]
     free = [cell for cell in free if cell != START and (cell == target or not room.height(cell))]
-    return tuple(cell for cell in free if all(_fits(where, cell, target, room, quarter) for where in meaning.where))
+    return tuple(
+        cell for cell in free if all(_fits(where, cell, target, room, quarter, is_loose) for where in meaning.where)
+    )
 
 
-def _fits(where: Where, cell: Cell, target: Cell, room: Room, quarter: int) -> bool:
+def _is_loose(where: Where, target: Cell, quarter: int) -> bool:
+    """Return whether a relation to the reader is one of side alone: then others are not taken by their rows either."""
+    is_side = where.relation in ("left_of", "right_of") and where.things[0].kind == "you"
+    return is_side and not where.exactly and relative(target, START, quarter)[1] != 0
+
+
+def _fits(where: Where, cell: Cell, target: Cell, room: Room, quarter: int, is_loose: bool) -> bool:
     offsets = [_offset(cell, thing, room, quarter) for thing in where.things]
     right, ahead = offsets[0]
     first = where.things[0].kind
@@ -38,14 +48,15 @@ def _fits(where: Where, cell: Cell, target: Cell, room: Room, quarter: int) -> b
     if where.relation == "diagonal_to":
         return abs(right) == abs(ahead) == 1
     if where.relation in ("near", "against"):
-        return abs(right) + abs(ahead) == 1
+        return _is_beside(offsets[0]) if is_loose else abs(right) + abs(ahead) == 1
     own = _offset(target, where.things[0], room, quarter)
-    if first != "you" and own[0] and own[1]:
-        return (right, ahead) == own
     is_next = where.exactly
+    if first != "you" and own[0] and own[1]:
+        sides = {"left_of": -right, "right_of": right, "behind": ahead, "in_front_of": -ahead}
+        return sides[where.relation] >= 1
     if where.relation in ("left_of", "right_of"):
         aside = right if where.relation == "right_of" else -right
-        in_line = ahead == 0 or (first == "you" and ahead >= 0 and not is_next)
+        in_line = ahead == 0 or (not is_next and (ahead >= 0 if first == "you" else is_loose))
         return in_line and (aside == 1 if is_next else aside >= 1)
     is_next = is_next or (own[0] == 0 and abs(own[1]) == 1)
     away = ahead if where.relation == "behind" or first == "you" else -ahead

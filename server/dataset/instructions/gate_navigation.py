@@ -2,14 +2,21 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 from lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk, Where
 from lang.reference import things_of
 from lang.street import COUNTED_ASIDE, DEGREES
 from server.dataset.instructions.gate import faults_of_names
-from server.dataset.instructions.gate_world import GateWorld, Place, turn_between
+from server.dataset.instructions.gate_streets import (
+    ORDINALS,
+    faults_of_place,
+    faults_of_street,
+    faults_of_turn_by,
+)
+from server.dataset.instructions.gate_world import PEAK, GateWorld, Place, turn_between
 from server.dataset.instructions.sight import Landmark
-from server.dataset.plans.graph import ROADS, Junction
+from server.dataset.plans.graph import Junction
 from server.sim.geometry import Pose
 
 AT, BY, NEAR = 4.5, 7.0, 4.0
@@ -26,7 +33,7 @@ TURN_AT = 4.0
 TURN_REACH = 4
 """Places around the one nearest to a thing in which the path turns at it."""
 
-TOLD_BEND, AT_GOAL = 47.0, 5.0
+TOLD_BEND, AT_GOAL = 43.0, 5.0
 """A bend of the path by more degrees is said, unless it is within this distance of the target, in units."""
 
 ASIDE, ASIDE_ZEBRA = 0.9, 3.0
@@ -43,7 +50,11 @@ told of it without coming nearer."""
 FACED = 40.0
 """Maximum angle between the way on and what one turns to face, in degrees."""
 
-ORDINALS = {"first": 1, "second": 2, "third": 3}
+WALKED_OVER = 3.0
+"""Maximum distance of the path from the middle of a zebra crossing that counts, in units."""
+
+NOT_FIRST = ("intersection", "t_junction", "corner", "building_corner")
+"""Kinds of places of which the first one on the way is meant."""
 
 
 def faults_of_navigation(meaning: Navigation, world: GateWorld) -> tuple[str, ...]:
@@ -62,20 +73,22 @@ class _Check:
     Attributes:
         at: index of the path's place that the steps so far have come to.
         turned: indices of the places where a turn has been said.
+        faced: indices of those where one has been told what to face.
     """
 
     def __init__(self, world: GateWorld) -> None:
         self._world = world
         self.at = 0
         self.turned: list[int] = []
+        self.faced: list[int] = []
 
     def faults(self, meaning: Navigation) -> Iterator[str]:
         for step in meaning.steps:
             since, things = self.at, things_of(step)
             for thing in things:
                 yield from self._described(thing)
-                if thing.kind == "intersection" and not thing.which:
-                    yield from self._first_intersection(thing, step)
+                if thing.kind in NOT_FIRST:
+                    yield from faults_of_place(self._world, self._last_choice(), thing, step)
                 yield from self._related(thing)
                 if thing.number:
                     yield from self._before_the_walker(thing)
@@ -107,7 +120,7 @@ class _Check:
 
     def _visible(self, thing: Thing, since: int) -> Iterator[str]:
         """Yield each thing that cannot be recognised while its step is walked, from a place `since` the one before."""
-        until = self.at if self.at > since else since + FORESIGHT
+        until = self.at - 1 if self.at > since else since + FORESIGHT
         for mark in self._world.landmarks(thing.identity) if thing.kind not in PLACES else ():
             if not self._world.is_visible(mark, since - HINDSIGHT, until):
                 yield f"{mark.identity} cannot be seen on the way to it"
@@ -153,20 +166,30 @@ class _Check:
             place = self._count(thing, marks[0])
             if place != ORDINALS[thing.which]:
                 yield f"{thing.identity} is number {place} of its kind, not the {thing.which}"
+        elif thing.which == "next" and marks:
+            own = self._passed(marks[0], self.at + 1)
+            others = [
+                self._passed(each, self.at + 1)
+                for each in self._world.marks
+                if each is not marks[0] and _is_called(replace(thing, which=""), each)
+            ]
+            if own is not None and any(place is not None and place < own for place in others):
+                yield f"{thing.identity} is not the next of its kind"
 
     def _count(self, thing: Thing, mark: Landmark) -> int:
-        """Return which of the fitting things along the way a landmark is, from 1."""
-        path, here = self._world.path, self.at
-        heading = self._world.heading_after(here)
-        view = Pose(*path[here], heading)
-        _, own = view.local(mark.x, mark.z)
-        count = 1
-        for other in self._world.marks:
-            right, along = view.local(other.x, other.z)
-            fits = other.label.kind == thing.kind and thing.colour in ("", other.label.colour)
-            fits = fits and thing.look in ("", other.label.look) and other is not mark
-            count += fits and abs(right) <= COUNTED_ASIDE and 0.0 < along < own
-        return count
+        """Return which of the fitting things along the way since the last turn a landmark is, from 1."""
+        since = max((*self.turned, *self.faced, 0))
+        own = self._passed(mark, since)
+        if own is None:
+            return 0
+        others = (each for each in self._world.marks if each is not mark and _is_called(replace(thing, which=""), each))
+        places = (self._passed(each, since) for each in others)
+        return 1 + sum(place is not None and place <= own for place in places)
+
+    def _passed(self, mark: Landmark, since: int) -> int | None:
+        """Return the index where the path comes closest to a landmark that counts; None if it does not come near."""
+        limit = WALKED_OVER if mark.label.kind == "zebra_crossing" else COUNTED_ASIDE
+        return self._world.closest(mark.x, mark.z, since, limit)
 
     def _place(self, thing: Thing) -> Iterator[str]:
         world = self._world
@@ -191,23 +214,6 @@ class _Check:
             yield f"the path does not come to {thing.identity}"
         elif not _is_kind(junction, thing.kind, world.heading_before(max(near - 2, 0))):
             yield f"{thing.identity} is a {junction.kind}, not a {thing.kind}"
-
-    def _first_intersection(self, thing: Thing, step: Step) -> Iterator[str]:
-        """Yield each intersection that one comes to before the one that is meant, unless one cannot turn there."""
-        world = self._world
-        own = world.junction(thing.identity)
-        near = None if own is None else world.closest(own.x, own.z, self.at, own.radius + AT)
-        if world.graph is None or near is None:
-            return
-        sides = {"left": -90.0, "right": 90.0}
-        side = sides.get(step.direction) if isinstance(step, Rotate) and step.at == "at" else None
-        for other in world.graph.junctions:
-            at = world.closest(other.x, other.z, self.at, other.radius + 1.0)
-            arms = [arm for arm in other.arms if world.graph.road(arm.road).kind == "street"]
-            if at is None or other is own or len(arms) < 3 or not self.at + 1 < at < near - 2:
-                continue
-            if side is None or other.arm_towards(world.heading_before(max(at - 2, 0)) + side) is not None:
-                yield f"{other.identity} comes before the {thing.kind} {thing.identity}"
 
     # Where it is
 
@@ -259,20 +265,34 @@ class _Check:
 
     # What one does there
 
+    def _last_choice(self) -> int:
+        """Return the index of the place after which streets open that one could take: a thing may stand at one."""
+        return self.at if self.at and self.at in self.turned else self.at - 2
+
     def _face(self, thing: Thing) -> Iterator[str]:
         world, (x, z) = self._world, self._middle((thing,))
         here = world.path[self.at]
         towards = math.degrees(math.atan2(x - here[0], z - here[1]))
         if abs(turn_between(world.heading_after(self.at), towards)) > FACED:
             yield f"the path does not lead on as one faces {thing.identity}"
-        self.turned.append(self.at)
+        if thing.kind in PLACES:
+            yield f"{thing.identity} is one of several places that one may face"
+        self.faced.append(self.at)
 
     def _untold_bends(self) -> Iterator[str]:
         world = self._world
         for at, angle in world.bends.items():
-            is_near = math.dist(world.path[at], world.goal) <= AT_GOAL
-            if abs(angle) > TOLD_BEND and not is_near and all(abs(at - said) > TURN_REACH for said in self.turned):
+            is_faced = any(abs(at - faced) <= PEAK for faced in self.faced)
+            if abs(angle) > TOLD_BEND and at not in self.turned and not is_faced and not self._sees_goal(at):
                 yield f"the path turns by {angle:.0f} degrees at its place {at}, which is not said"
+
+    def _sees_goal(self, at: int) -> bool:
+        """Return whether the target is near a place of the path, and seen before the path turns there."""
+        world = self._world
+        if math.dist(world.path[at], world.goal) > AT_GOAL:
+            return False
+        targets = [mark for mark in world.marks if (mark.x, mark.z) == world.goal]
+        return not world.poses or any(world.is_visible(mark, at - HINDSIGHT, at - 1) for mark in targets)
 
     def _turn(self, step: Rotate) -> Iterator[str]:
         degrees = DEGREES[step.direction]
@@ -280,55 +300,28 @@ class _Check:
             index = self._world.turn_near(self.at, degrees, TURN_REACH)
             if index is None:
                 yield f"the path does not turn {step.direction} after its place {self.at}"
-            self._turn_at(self.at if index is None else index)
+                return
+            yield from self._turn_at(index)
             return
         near = self._nearest(step.thing, AT)
         reach = TURN_REACH + (3 if step.thing.kind in PLACES else 0)
         index = None if near is None else self._world.turn_near(near, degrees, reach)
         marks = self._world.landmarks(step.thing.identity)
         apart = [math.dist((mark.x, mark.z), self._world.path[index]) for mark in marks] if index is not None else []
-        if index is None or (step.at == "at" and min(apart, default=0.0) > TURN_AT):
+        if near is None or index is None or (step.at == "at" and min(apart, default=0.0) > TURN_AT):
             yield f"the path does not turn {step.direction} {step.at} {step.thing.identity}"
             return
         if step.thing.kind in ("street", "alley"):
-            yield from self._turned_into(step.thing, step.direction, index)
-        elif step.thing.kind == "corner" and self._world.graph is not None:
-            count = sum(len(self._passed_arms(step.direction, index, kind)) for kind in ROADS)
-            if count > 1:
-                yield f"{step.thing.identity} is corner number {count} on the {step.direction}, not the first"
-        self._turn_at(index)
+            yield from faults_of_street(self._world, self._last_choice(), step.thing, step.direction, index)
+        elif step.thing.kind not in PLACES:
+            yield from faults_of_turn_by(self._world, self.at, step, near, index)
+        yield from self._turn_at(index)
 
-    def _turn_at(self, index: int) -> None:
+    def _turn_at(self, index: int) -> Iterator[str]:
+        if index in self.turned:
+            yield f"the path turns only once at its place {index}, not twice"
         self.turned.append(index)
         self.at = max(self.at, index)
-
-    def _turned_into(self, thing: Thing, direction: str, index: int) -> Iterator[str]:
-        """Yield what is wrong with the street that one turns into: that it is another, or not the one counted to."""
-        world = self._world
-        road = world.road(thing.identity)
-        after = world.path[min(index + 4, len(world.path) - 1)]
-        if road is None or road.distance(*after) > road.width / 2 + 1.5:
-            yield f"the path does not turn into {thing.identity}"
-        elif world.graph is not None and thing.which in ("", *ORDINALS):
-            count = len(self._passed_arms(direction, index, thing.kind))
-            if count != ORDINALS.get(thing.which, min(count, 1)):
-                yield f"{thing.identity} is number {count} on the {direction}, not the {thing.which or 'first'}"
-
-    def _passed_arms(self, direction: str, index: int, kind: str) -> set[str]:
-        """Return the streets of a kind that open on a side between the last step and a place, itself included."""
-        world, found = self._world, set()
-        assert world.graph is not None
-        for junction in world.graph.junctions:
-            near = world.closest(junction.x, junction.z, self.at, junction.radius + 1.0)
-            if near is None or near > index + 2 or near < self.at + 1:
-                continue
-            before = world.heading_before(min(max(near - 2, 0), max(index - 2, 0)))
-            for arm in junction.arms:
-                turned = turn_between(before, arm.heading)
-                right = turned * (1.0 if direction == "right" else -1.0)
-                if 40.0 <= right <= 140.0 and world.graph.road(arm.road).kind == kind:
-                    found.add(f"{junction.identity} {arm.road}")
-        return found
 
     def _walk(self, walk: Walk) -> Iterator[str]:
         world, thing = self._world, walk.things[0]
@@ -370,7 +363,7 @@ class _Check:
         world, (x, z) = self._world, self._middle(things)
         here = world.path[self.at]
         towards = math.degrees(math.atan2(x - here[0], z - here[1]))
-        is_turned = any(abs(self.at - said) <= TURN_REACH for said in self.turned)
+        is_turned = any(abs(self.at - said) <= TURN_REACH for said in (*self.turned, *self.faced))
         heading = world.heading_after(self.at) if is_turned else world.heading_before(self.at)
         if math.dist(here, (x, z)) > 3.0 and abs(turn_between(heading, towards)) > STRAIGHT:
             yield f"{things[0].identity} is not straight ahead"

@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from random import Random
 
-from lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk
+from lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
 from server.dataset.instructions.navigation_choice import fits, full_name
 from server.dataset.instructions.navigation_landmarks import landmark_options
 from server.dataset.instructions.navigation_legs import Place, bearing, max_deviation, turn_between
@@ -173,7 +173,12 @@ class _Planner:
         after = option.steps[-1]
         things = after.things if isinstance(after, Walk) else (after.thing,) if isinstance(after, Rotate) else ()
         thing = things[0] if things else None
-        if thing is None or thing.number or sum(fits(thing, mark) for mark in self._around) != 1:
+        if (
+            thing is None
+            or thing.number
+            or thing.kind in PLACES
+            or sum(fits(thing, mark) for mark in self._around) != 1
+        ):
             return option.steps
         return (Face(thing), after)
 

@@ -81,6 +81,8 @@ def _name(kind: str, says: set[str], which: str) -> Name:
         kind = "building"
     kind = SAME_KIND.get(kind, kind)
     says = {SAME_WORD.get(word, word) for word in says}
+    if kind == "barrier" and "orange" in says:  # The catalogue's white barriers are orange and white.
+        says = (says - {"orange"}) | {"white"}
     if kind == "shop_sign" and says & SHOPS:
         kind = "building"
     return Name(kind, frozenset(says - OWN_WORDS.get(kind, set())), which)

@@ -1,10 +1,12 @@
-"""Delivery of events to streams: draws the frames of observations and hands events to the transport."""
+"""Delivery of events to streams: draws the frames of observations in threads, and hands events to the transport."""
 
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 from server.errors import ArraMonError, Unavailable
+from server.image_threads import ImageThreads
 from server.runs.play.events import EpisodeEnded, EpisodeStarted, Event, Observed, PhaseOver, Problem, RunEnded
 from server.runs.play.faults import EpisodeFault, contained
 from server.runs.play.stream import Stream
@@ -14,6 +16,9 @@ from server.runs.storage.records import Claim
 
 TURN_SECONDS, TURN_EVENTS = 0.008, 32
 """Limits of one stream's turn: time spent drawing, and number of events."""
+
+GROUP_EVENTS = 8
+"""Limit of events whose frames are drawn at once, between two looks at the clock."""
 
 
 def is_deliverable(stream: Stream) -> bool:
@@ -41,11 +46,15 @@ class Delivery:
 
     Args:
         worlds: draw the frames.
+        threads: in which frames are drawn.
         now: returns the time of play, in seconds.
         meter: receives the time of each stage.
     """
 
-    def __init__(self, worlds: Worlds, now: Callable[[], float], meter: Meter = NO_METER) -> None:
+    def __init__(
+        self, worlds: Worlds, threads: ImageThreads, now: Callable[[], float], meter: Meter = NO_METER
+    ) -> None:
+        self._threads = threads
         self._now = now
         self._meter = meter
         self._worlds = worlds
@@ -58,33 +67,46 @@ class Delivery:
         events: list[Event] = []
         left, until = stream.together, time.perf_counter() + TURN_SECONDS
         while stream.told and left and len(events) < TURN_EVENTS and (not events or time.perf_counter() < until):
-            event = stream.told.popleft()
-            left -= isinstance(event, Observed) and event.taken is None
-            try:
-                events.append(self._draw(stream, event))
-            except EpisodeFault as fault:
-                done.faulty.append(fault.claim)
+            group = _next_group(stream, left)
+            left -= sum(_is_latest(event) for event in group)
+            events.extend(self._drawn(stream, group, done))
         self._send(stream, events, done)
         done.run_ended = any(isinstance(event, RunEnded) for event in events)
         return done
 
-    def _draw(self, stream: Stream, event: Event) -> Event:
-        """Return the event, with its frame if it is an observation and the run asked for images."""
-        if not (isinstance(event, Observed) and stream.sees):
+    def _drawn(self, stream: Stream, events: Sequence[Event], done: Delivered) -> list[Event]:
+        """Return the events, observations with their frames if the run asked for images; without those that failed."""
+        if not stream.sees:
+            return list(events)
+        works = [partial(self._draw, stream, event) for event in events]
+        drawn: list[Event] = []
+        for result in self._threads.run(works):
+            if isinstance(result, EpisodeFault):
+                done.faulty.append(result.claim)
+            else:
+                drawn.append(result)
+        return drawn
+
+    def _draw(self, stream: Stream, event: Event) -> Event | EpisodeFault:
+        """Return the event, an observation with its frame, or the fault of its episode. For any thread."""
+        if not isinstance(event, Observed):
             return event
         started = time.perf_counter()
-        with contained(stream.run, stream.claim_of(event.episode.episode_id), "drawing"):
-            frame = self._worlds.render(
-                stream.run.split,
-                event.episode,
-                event.state,
-                stream.image_size,
-                segmentation="segmentation" in stream.run.sensors,
-                into=stream.canvas(event.episode.episode_id) if event.taken is None else None,
-            )
-            drawn = event.drawn(frame)
-            self._meter.took(Stage.DRAW, time.perf_counter() - started)
-            stream.prepare(drawn)
+        try:
+            with contained(stream.run, stream.claim_of(event.episode.episode_id), "drawing"):
+                frame = self._worlds.render(
+                    stream.run.split,
+                    event.episode,
+                    event.state,
+                    stream.image_size,
+                    segmentation="segmentation" in stream.run.sensors,
+                    into=stream.canvas(event.episode.episode_id) if event.taken is None else None,
+                )
+                drawn = event.drawn(frame)
+                self._meter.took(Stage.DRAW, time.perf_counter() - started)
+                stream.prepare(drawn)
+        except EpisodeFault as fault:
+            return fault
         return drawn
 
     def _send(self, stream: Stream, events: Sequence[Event], done: Delivered) -> None:
@@ -127,3 +149,27 @@ def _episode_id(event: Event) -> str:
             return event.episode_id
         case _:
             return ""
+
+
+def _next_group(stream: Stream, latest: int) -> list[Event]:
+    """Take the next events of a stream whose frames can be drawn at once: of each episode one observation at most.
+
+    Args:
+        stream: of which the events are taken.
+        latest: at most so many are the latest observation of their episode.
+    """
+    group: list[Event] = []
+    drawn: set[str] = set()
+    while stream.told and len(group) < GROUP_EVENTS:
+        event = stream.told[0]
+        if isinstance(event, Observed):
+            if event.episode.episode_id in drawn or (_is_latest(event) and not latest):
+                break
+            drawn.add(event.episode.episode_id)
+            latest -= _is_latest(event)
+        group.append(stream.told.popleft())
+    return group
+
+
+def _is_latest(event: Event) -> bool:
+    return isinstance(event, Observed) and event.taken is None

@@ -14,6 +14,7 @@ from contextlib import contextmanager
 
 from server.episodes.splits import Split
 from server.errors import ArraMonError, Conflict, TakenOver, Unavailable
+from server.image_threads import ImageThreads
 from server.runs.play.actions import ActionHandler, Answers
 from server.runs.play.assignment import GRACE, Assignment
 from server.runs.play.clocks import Stopwatch
@@ -47,6 +48,7 @@ class Engine:
         journal: everything is written to it before anyone is told.
         activity: banks, last play and fault counts of runs.
         camera: what draws, one of `cameras.CAMERAS`.
+        threads: in which frames are drawn; None for new ones.
         address: of this process alone; empty if it has none.
         grace: seconds for which an orphaned episode is kept for its own player.
         now: clock of play, in seconds.
@@ -61,6 +63,7 @@ class Engine:
         activity: RunActivity,
         *,
         camera: str = CAMERAS[0],
+        threads: ImageThreads | None = None,
         address: str = "",
         grace: float = GRACE,
         now: Callable[[], float] | None = None,
@@ -80,7 +83,8 @@ class Engine:
         self._time = Timekeeper(activity, now or Stopwatch())
         self._durations = RunDurations(monotonic)
         self._actions = ActionHandler(journal, self._time)
-        self._delivery = Delivery(self._worlds, self._time.now, meter)
+        drawing = (threads or ImageThreads()) if self._worlds.draws_in_threads else ImageThreads(cores=1)
+        self._delivery = Delivery(self._worlds, drawing, self._time.now, meter)
         self._upkeep = Upkeep(
             journal,
             activity,

@@ -3,6 +3,7 @@
 Episodes with furniture of their own have a variation of their section's scene, which its camera and physics take.
 """
 
+import threading
 from collections import OrderedDict
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -39,7 +40,9 @@ class _Variation:
 
 
 class Worlds:
-    """Scenes, pybullet worlds and cameras by section; splits with equal sections share them. For use from one thread.
+    """Scenes, pybullet worlds and cameras by section; splits with equal sections share them.
+
+    For use from one thread, but for `render` with a camera that `draws_in_threads`: several threads may draw at once.
 
     Args:
         splits: by name.
@@ -62,6 +65,13 @@ class Worlds:
         self._places: dict[Key | None, npt.NDArray[np.uint16]] = {}
         self._variations: OrderedDict[tuple[str, str], _Variation] = OrderedDict()
         self._room: World | None = None
+        self._making = threading.Lock()
+        """Held while a thread that draws looks for a camera or a variation, or makes it."""
+
+    @property
+    def draws_in_threads(self) -> bool:
+        """Whether several threads may draw at once."""
+        return self._camera == "raster"
 
     def scene(self, split: str, episode: Episode) -> Scene:
         """Return the scene of an episode: its section, with its own furniture."""
@@ -96,10 +106,11 @@ class Worlds:
         """
         seen = view(state, episode.layout)
         key = None if seen.indoors else self._first[split, episode.section]
-        if key not in self._cameras:
-            self._cameras[key] = self._made(key)
-            self._places[key] = places_of(self._cameras[key].labels)
-        variation = None if seen.indoors else self._variation(split, episode)
+        with self._making:
+            if key not in self._cameras:
+                made = self._made(key)
+                self._cameras[key], self._places[key] = made, places_of(made.labels)
+            variation = None if seen.indoors else self._variation(split, episode)
         frame = self._cameras[key].render(
             seen.viewpoint,
             seen.actors,

@@ -1,6 +1,7 @@
 """The fast camera: a rasteriser compiled with numba, equivalent to the reference camera, with mipmaps."""
 
 import math
+import threading
 from collections.abc import Sequence
 from functools import cache, lru_cache
 from itertools import count
@@ -56,8 +57,25 @@ class _Room(NamedTuple):
         return _Room(*map(max, self, other))
 
 
+class _Prepared(NamedTuple):
+    """What a thread keeps for a frame size. `labels` are drawn if nobody asks for them."""
+
+    constants: FrameConstants
+    background: Integers
+    scratch: Scratch
+    labels: npt.NDArray[np.uint16]
+    room: _Room
+
+
+class _Threads(threading.local):
+    """What each thread keeps, by frame size."""
+
+    def __init__(self) -> None:
+        self.prepared: dict[int, _Prepared] = {}
+
+
 class RasterCamera:
-    """Rasteriser of one scene (`cameras.Camera`). Not thread-safe: use it in one thread.
+    """Rasteriser of one scene (`cameras.Camera`). Any number of threads may draw at once, each into other arrays.
 
     Args:
         scene: the scene, without actors.
@@ -85,7 +103,7 @@ class RasterCamera:
             for number, type_ in enumerate(ALL_TYPES)
         }
         self._posed = lru_cache(_CACHED_POSES)(self._pose)
-        self._sizes: dict[int, tuple[FrameConstants, Integers, Scratch, _Room]] = {}
+        self._threads = _Threads()
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -108,20 +126,22 @@ class RasterCamera:
         words of four pixels, so `into` needs a size whose square is a multiple of 4.
         """
         placed = self._own if variation is None else self._placed(variation)
-        setting, background, work = self._prepared(size, len(actors), placed)
-        if into is None or into.segmentation is None:
-            words = np.empty(-(-size * size // 4) * 3, np.int32)
-            depth, labels = np.empty((size, size), np.uint16), np.empty((size, size), np.uint16)
+        prepared = self._prepared(size, len(actors), placed)
+        if into is None:
+            words, depth = np.empty(-(-size * size // 4) * 3, np.int32), np.empty((size, size), np.uint16)
         else:
-            words, depth, labels = into.rgb.reshape(-1).view(np.int32), into.depth, into.segmentation
+            words, depth = into.rgb.reshape(-1).view(np.int32), into.depth
+        if into is not None and into.segmentation is not None:
+            labels = into.segmentation
+        else:
+            labels = np.empty((size, size), np.uint16) if segmentation else prepared.labels
         view = float(viewpoint.x), float(viewpoint.y), float(viewpoint.z), *_turn(viewpoint.heading)
         places, actor_places = self._textures.places, self._actor_textures.places
         posed = self._posed(tuple(actors), placed.end)
-        cover(view, setting, self._geometry, places, placed.bodies, actor_places, posed, work)
-        paint(setting, self._textures, self._actor_textures, background, work, words, depth.ravel(), labels.ravel())
-        if into is not None:
-            return into if segmentation else Frame(into.rgb, depth)
-        rgb = words.view(np.uint8)[: 3 * size * size].reshape(size, size, 3)
+        cover(view, prepared.constants, self._geometry, places, placed.bodies, actor_places, posed, prepared.scratch)
+        outputs = words, depth.ravel(), labels.ravel()
+        paint(prepared.constants, self._textures, self._actor_textures, prepared.background, prepared.scratch, *outputs)
+        rgb = words.view(np.uint8)[: 3 * size * size].reshape(size, size, 3) if into is None else into.rgb
         return Frame(rgb, depth, labels if segmentation else None)
 
     def _place(self, scene: Scene) -> _Placed:
@@ -150,20 +170,21 @@ class RasterCamera:
             ]
         )
 
-    def _prepared(self, size: int, actors: int, placed: _Placed) -> tuple[FrameConstants, Integers, Scratch]:
-        """Return frame constants, background and scratch buffers for a frame size, with space for what is drawn."""
-        if size not in self._sizes or not self._sizes[size][3].holds(actors, placed):
+    def _prepared(self, size: int, actors: int, placed: _Placed) -> _Prepared:
+        """Return what this thread needs to draw frames of a size, with space for what is drawn."""
+        mine = self._threads.prepared
+        if size not in mine or not mine[size].room.holds(actors, placed):
             room = _Room(max(_ACTORS, 2 * actors), placed.end, placed.clusters)
-            if size in self._sizes:
-                room = room.joined(self._sizes[size][3])
-            self._sizes[size] = (
+            if size in mine:
+                room = room.joined(mine[size].room)
+            mine[size] = _Prepared(
                 _frame_constants(size, self._levels),
                 _packed(sky(size)),
                 self._scratch(size, room),
+                np.empty((size, size), np.uint16),
                 room,
             )
-        setting, background, scratch, _ = self._sizes[size]
-        return setting, background, scratch
+        return mine[size]
 
     def _scratch(self, size: int, room: _Room) -> Scratch:
         flat = self._geometry

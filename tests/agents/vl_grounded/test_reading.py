@@ -9,7 +9,7 @@ from torch import Tensor  # noqa: E402
 from agents.learning.eyes.grid import CHANNEL_NAMES  # noqa: E402
 from agents.learning.eyes.vocabulary import COLOURS  # noqa: E402
 from agents.vl_grounded.naming import KINDS, LOOKS, Named, named  # noqa: E402
-from agents.vl_grounded.reading import Attention, Meant, Reading, match  # noqa: E402
+from agents.vl_grounded.reading import Attention, Meant, Reading, best_match, match  # noqa: E402
 
 
 def cell(**channels: float) -> Tensor:
@@ -83,6 +83,13 @@ def test_what_fits(asked: tuple[str, ...], expected: list[float]) -> None:
     )
     there = Named(*(part[None] for part in named(cells)))
     assert match(meant(*asked), there)[0, 0].tolist() == expected
+
+
+@pytest.mark.parametrize(("sure", "colour", "expected"), [(1.0, "red", 1.0), (0.5, "red", 0.125), (0.5, "", 0.125)])
+def test_what_would_fit_best(sure: float, colour: str, expected: float) -> None:
+    """A colour that is not told fits as well as one that is."""
+    parts = [part * sure for part in meant("mug", colour, "dotted")]
+    assert best_match(Meant(*parts)).tolist() == [[expected]]
 
 
 def test_texts_of_a_batch_do_not_affect_each_other() -> None:

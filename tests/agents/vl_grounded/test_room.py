@@ -4,6 +4,8 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
+from agents.learning.room_memory import SeenRoom  # noqa: E402
+from agents.learning.sight import LABELS  # noqa: E402
 from agents.vl_grounded.look import WAY, Look, as_named  # noqa: E402
 from agents.vl_grounded.naming import KINDS  # noqa: E402
 from agents.vl_grounded.network import Grounded  # noqa: E402
@@ -13,11 +15,10 @@ from lang.room import Standing  # noqa: E402
 
 
 def test_a_look_around_shows_each_heading_once() -> None:
-    look, headings = Look(), []
+    look, headings = Look(SeenRoom(LABELS)), []
     while True:
-        if look.is_new:
+        if look.is_new():
             headings.append(look.heading)
-            look.add([])
         if look.turn() is None:
             break
     assert headings == [0, -30, -60, -90, 30, 60, 90]
@@ -46,8 +47,8 @@ def test_the_way(steps_left: int, cell: int, expected: list[int]) -> None:
     network = Grounded(9).eval()
     with torch.no_grad():
         network.room.anywhere.bias[cell] = 100.0
-    placer = Placer(network, torch.tensor([[2, 3]]))
+    placer = Placer(network, torch.tensor([[2, 3]]), Look(SeenRoom(LABELS)))
     actions: list[int] = []
     while not actions or actions[-1] != 3:
-        actions.append(placer.act([], steps_left - len(actions)))
+        actions.append(placer.act(steps_left - len(actions)))
     assert actions == expected

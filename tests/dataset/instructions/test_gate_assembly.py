@@ -49,6 +49,7 @@ def test_what_is_said_of_a_cell(
 
 YOU = Thing("you")
 BEYOND_START = Room((Standing("mug", "red", "dotted", 1, 1), Standing("bowl", "white", "striped", 1, 3)), ROOM.walls)
+ON_THE_RIGHT = "(3, 0), (3, 2), (3, 3), (4, 0), (4, 1), (4, 2), (4, 3)"
 OWN_MUG, BOWL = Thing("mug", identity="room/1,1,1"), Thing("bowl", identity="room/1,1,3")
 
 
@@ -57,7 +58,7 @@ OWN_MUG, BOWL = Thing("mug", identity="room/1,1,1"), Thing("bowl", identity="roo
     [
         ((Where("right_of", (OWN_MUG,)),), (), (2, 1), "(3, 1), (4, 1)"),
         ((Where("right_of", (OWN_MUG,), exactly=True),), (), (2, 1), ""),
-        ((Where("right_of", (OWN_MUG,)), Where("right_of", (YOU,))), (), (3, 1), "(4, 1)"),
+        ((Where("right_of", (OWN_MUG,)), Where("right_of", (YOU,))), (), (3, 1), ON_THE_RIGHT),
         ((Where("right_of", (OWN_MUG,)), Where("in_front_of", (YOU,), exactly=True)), (), (2, 1), ""),
         ((Where("right_of", (BOWL,)), Where("against", (BRICK,))), (), (2, 3), "(3, 3), (4, 3)"),
         ((Where("left_of", (OWN_MUG,)),), (), (0, 1), ""),
@@ -66,12 +67,15 @@ OWN_MUG, BOWL = Thing("mug", identity="room/1,1,1"), Thing("bowl", identity="roo
         ((Where("behind", (OWN_MUG,)),), (), (1, 2), ""),
         ((Where("in_front_of", (YOU,)),), (), (2, 1), ""),
         ((Where("in_front_of", (YOU,)),), (), (2, 2), "(2, 1), (2, 3)"),
-        ((Where("behind", (OWN_MUG,)), Where("right_of", (OWN_MUG,))), (), (2, 2), ""),
+        ((Where("behind", (OWN_MUG,)), Where("left_of", (OWN_MUG,))), (), (0, 2), "(0, 3)"),
+        ((Where("behind", (OWN_MUG,)), Where("left_of", (OWN_MUG,)), Where("against", (BRICK,))), (), (0, 3), ""),
         ((Where("between", (OWN_MUG, BOWL)),), (), (1, 2), ""),
         ((Where("diagonal_to", (BOWL,)),), (), (2, 2), "(0, 2)"),
         ((Where("left_of", (OWN_MUG,)),), ("right",), (1, 2), ""),
         ((Where("near", (OWN_MUG,)),), (), (0, 1), "(1, 0), (1, 2), (2, 1)"),
         ((Where("on_top_of", (OWN_MUG,)),), (), (1, 1), ""),
+        ((Where("near", (BOWL,)), Where("left_of", (YOU,))), (), (1, 2), "(0, 2), (0, 3)"),
+        ((Where("right_of", (BOWL,), exactly=True), Where("near", (BOWL,))), (), (2, 3), ""),
     ],
 )
 def test_an_instruction_fits_no_other_free_cell(

@@ -5,6 +5,7 @@ import math
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -178,6 +179,19 @@ def test_frames_are_not_overwritten_and_independent_of_others(camera: RasterCame
     for kept, copy, new in zip((first.rgb, first.depth, first.segmentation), copies, vars(again).values(), strict=True):
         np.testing.assert_array_equal(kept, copy)
         np.testing.assert_array_equal(new, copy)
+
+
+def test_threads_draw_at_once_what_one_alone_draws(camera: RasterCamera) -> None:
+    views = [Viewpoint(0.5 * number, -0.25 * number, 30.0 * number) for number in range(24)]
+
+    def draw(view: Viewpoint) -> tuple[bytes, bytes, bytes]:
+        frame = camera.render(view, [], 224, segmentation=True)
+        assert frame.segmentation is not None
+        return frame.rgb.tobytes(), frame.depth.tobytes(), frame.segmentation.tobytes()
+
+    alone = list(map(draw, views))
+    with ThreadPoolExecutor(4) as threads:
+        assert list(threads.map(draw, views)) == alone
 
 
 def test_scene_order_decides_between_equal_depths() -> None:

@@ -1,0 +1,151 @@
+"""What the agent sees: by the visual encoder from RGB and depth, or by the sensor segmentation, with perfect eyes."""
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from agents.follower.room_sight import RoomSight
+from agents.learning.eyes.grid import CHANNEL_NAMES
+from agents.learning.eyes.scores import LEAST_PIXELS, cells_showing, channels_of
+from agents.learning.eyes.vocabulary import COLLECTIBLES
+from agents.learning.room_memory import SeenRoom
+from agents.learning.sight import LABELS
+from agents.learning.vision import GRID, FrameMemory, quantise, resize
+from agents.learning.vision_eyes import Eyes
+from agents.vl_grounded.look import Look
+from arramon_client.agent import Episode, Label, Observation
+from lang.room import START
+
+Features = npt.NDArray[np.uint8]
+
+SIZE = 224
+"""Side length to which a segmentation is brought, in pixels."""
+
+
+class Sight(Protocol):
+    """Sees for the agent.
+
+    Attributes:
+        sensors: that it needs.
+    """
+
+    sensors: tuple[str, ...]
+
+    def begin(self, episode: Episode) -> None:
+        """Learn of a new episode."""
+
+    def features(self, observations: Sequence[Observation]) -> Features:
+        """Return the features of the cells of each frame, (B, 7, 7, C).
+
+        Raises:
+            ValueError: if an observation lacks a sensor.
+        """
+
+    def make_look(self, episode_id: str) -> Look:
+        """Return a look around in an episode's room."""
+
+    def add(self, look: Look, observation: Observation) -> None:
+        """Add what is seen in a frame of the room to a look around.
+
+        Raises:
+            ValueError: if the observation lacks a sensor.
+        """
+
+
+class EncodedSight:
+    """Sees by the visual encoder, from RGB and depth alone.
+
+    Args:
+        eyes: the encoder.
+    """
+
+    sensors: tuple[str, ...] = ("rgb", "depth")
+
+    def __init__(self, eyes: Eyes) -> None:
+        self._eyes, self._frames = eyes, FrameMemory(eyes)
+
+    def begin(self, episode: Episode) -> None:
+        """Do nothing."""
+
+    def features(self, observations: Sequence[Observation]) -> Features:
+        """Return the features of the cells of each frame, (B, 7, 7, C)."""
+        rgb = np.stack([_sensed(observation, "rgb", self.sensors) for observation in observations])
+        depth = np.stack([_sensed(observation, "depth", self.sensors) for observation in observations])
+        return self._frames.features(rgb, depth)
+
+    def make_look(self, episode_id: str) -> Look:  # noqa: ARG002 - the same for all
+        """Return a look around in a room."""
+        return Look(SeenRoom(LABELS))
+
+    def add(self, look: Look, observation: Observation) -> None:
+        """Add what is seen in a frame of the room to a look around."""
+        assert isinstance(look.room, SeenRoom)
+        rgb, depth = (_sensed(observation, name, self.sensors)[None] for name in self.sensors)
+        things = self._eyes.things(*resize(rgb, depth, self._eyes.image_size))[0]
+        look.room.add_things(things, START, look.heading)
+
+
+class LabelledSight:
+    """Sees by depth and segmentation: every name is right."""
+
+    sensors: tuple[str, ...] = ("depth", "segmentation")
+
+    def __init__(self) -> None:
+        self._labels: dict[str, tuple[Label, ...]] = {}
+
+    def begin(self, episode: Episode) -> None:
+        """Remember the labels of an episode."""
+        self._labels[episode.episode_id] = tuple(episode.labels)
+
+    def features(self, observations: Sequence[Observation]) -> Features:
+        """Return the features of the cells of each frame, (B, 7, 7, C)."""
+        found = []
+        for observation in observations:
+            depth, segmentation = (_sensed(observation, name, self.sensors) for name in self.sensors)
+            found.append(true_features(depth, segmentation, self._labels[observation.episode_id]))
+        return quantise(np.stack(found))
+
+    def make_look(self, episode_id: str) -> Look:
+        """Return a look around in an episode's room."""
+        return Look(RoomSight(self._labels[episode_id]))
+
+    def add(self, look: Look, observation: Observation) -> None:
+        """Add what is seen in a frame of the room to a look around."""
+        depth, segmentation = (_sensed(observation, name, self.sensors) for name in self.sensors)
+        look.room.add(depth, segmentation, START, look.heading)
+
+
+def true_features(
+    depth: npt.NDArray[np.float32], segmentation: npt.NDArray[np.uint16], labels: Sequence[Label]
+) -> npt.NDArray[np.float32]:
+    """Return what a perfect encoder would say of a frame, (7, 7, C) in [0, 1].
+
+    Args:
+        depth: (size, size) units, 0 where there is nothing.
+        segmentation: (size, size), indices of labels.
+        labels: their meaning.
+    """
+    nearest = (np.arange(SIZE) * 2 + 1) * len(depth) // (2 * SIZE)
+    segmentation, depth = segmentation[nearest][:, nearest], depth[nearest][:, nearest]
+    is_shown = cells_showing(segmentation, len(labels)) >= LEAST_PIXELS
+    lit = channels_of((label.kind, label.colour, label.look) for label in labels)
+    found = (is_shown @ lit > 0).astype(np.float32)
+    nearness = np.where(depth > 0.0, 1.0 / (1.0 + depth), 0.0).astype(np.float32)
+    cells = nearness.reshape(GRID, SIZE // GRID, GRID, SIZE // GRID)
+    found[..., CHANNEL_NAMES.index("nearness")] = cells.max((1, 3))
+    found[..., CHANNEL_NAMES.index("mean nearness")] = cells.mean((1, 3))
+    near = np.zeros(len(labels), np.float32)
+    for number in np.unique(segmentation):
+        if labels[number].kind in COLLECTIBLES:
+            near[number] = 1.0 / (1.0 + depth[segmentation == number].mean())
+    found[..., CHANNEL_NAMES.index("nearness of collectible")] = (is_shown * near).max(-1)
+    return found
+
+
+def _sensed(observation: Observation, sensor: str, wanted: Sequence[str]) -> npt.NDArray[Any]:
+    image = getattr(observation, sensor)
+    if image is None:
+        raise ValueError(f"vl_grounded requires the sensors {' and '.join(wanted)}; this run does not have {sensor}")
+    return np.asarray(image)
