@@ -14,7 +14,7 @@ from agents.learning.demonstrations import ROOMS, Demonstration, Source, collect
 from agents.learning.grounded_exchange import Version, versions
 from agents.learning.grounded_task import GroundedTask, Placing, Walk
 from agents.learning.grounded_words import begin, known_words
-from agents.learning.imitation import data_of, digest_of
+from agents.learning.imitation import digest_of
 from agents.learning.reader.reader import WEIGHTS as READER
 from agents.learning.reader.weights import read_reader
 from agents.learning.recipe import Place
@@ -35,6 +35,9 @@ Tell = Callable[[str], None]
 
 DECAY = 0.01
 """Of weights."""
+
+ROOM_PREFIX = "room-"
+"""Of the ids of drawn rooms."""
 
 LIMITS = """\
 - It is trained by imitation on generated episodes alone: on people's instructions it was not tried.
@@ -119,7 +122,7 @@ def train_grounded(recipe: GroundedRecipe, place: Place, tell: Tell) -> Path:
     weights = Weights(grounded.eval(), tokenizer, eyes.fingerprint, {})
     about: dict[str, Any] = {
         "recipe": asdict(recipe) | {"languages": list(recipe.languages)},
-        "data": f"{data_of(demonstrations)}, and {len(views)} rooms",
+        "data": _data_of(demonstrations, views),
         "data_hash": data_hash_of(sources[0]),
         "updates": trainer.done,
         "cpu_seconds": round(trainer.seconds),
@@ -167,6 +170,17 @@ def _plan(recipe: GroundedRecipe, demonstrations: Sequence[Demonstration], views
         decay=DECAY,
         seed=recipe.seed,
         about=json.dumps([learned, digest_of(demonstrations), len(views)]),
+    )
+
+
+def _data_of(demonstrations: Sequence[Demonstration], views: Sequence[RoomView]) -> str:
+    """Return how many episodes, steps and rooms there are, in words."""
+    episodes = len({each.episode_id for each in demonstrations})
+    steps = sum(len(each.actions) for each in demonstrations)
+    drawn = sum(view.episode_id.startswith(ROOM_PREFIX) for view in views)
+    return (
+        f"{episodes} episodes of `train`, {steps:,} steps of the expert in the streets, and {len(views):,} rooms, "
+        f"{drawn:,} of them drawn alone"
     )
 
 
