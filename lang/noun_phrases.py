@@ -363,7 +363,7 @@ class NounPhraseReader:
 
     def _is_another_thing(self, group: Sequence[_Word], kind: str) -> bool:
         """Return whether what stands before a noun is a shop, of which that is a part: "the bank's corner"."""
-        return kind not in ("", "building") and all(
+        return kind not in ("", "building", "zebra_crossing") and all(  # "The pharmacy crossing" is one thing.
             word.role == "look" and word.kind == "shop_sign" and not self._suits(word, kind) for word in group
         )
 

@@ -71,7 +71,11 @@ def test_smoke_of_the_map_agent(data: Path, tmp_path: Path) -> None:
         weights.unlink()
         assert train.main([*command, "--validate-episodes", "0"]) == 0
         again, _ = read_policy(weights)
-        assert all(torch.equal(one, two) for one, two in zip(first.parameters(), again.parameters(), strict=True))
+        assert all(
+            torch.equal(one, two)
+            for ours, others in zip(first, again, strict=True)
+            for one, two in zip(ours.parameters(), others.parameters(), strict=True)
+        )
 
 
 @pytest.mark.parametrize(
