@@ -29,7 +29,7 @@ from server.episodes.splits import folder_of, read_split
 READING = ("vl_map", "seeing_follower")
 """Agents that read with the learned reader, which can be fine-tuned."""
 
-AGENTS = ("random_walk", "language_only", "vision_only", "vl", *READING, "follower")
+AGENTS = ("random_walk", "language_only", "vision_only", "vl", "vl_grounded", *READING, "follower")
 METRICS = ("nDTW", "CTC-3", "PTC@CTC-3")
 ALONE = "PTC alone"
 TUNED = "fine-tuned"

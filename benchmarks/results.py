@@ -30,6 +30,8 @@ from arramon_client import load_agent
 LEARNED = ("language_only", "vision_only", "vl")
 TRAINED_ONCE = ("vl_grounded", "vl_map")
 """Agents that have learned as well, but not once for each seed: they play with the weights that come along."""
+READ_OTHERWISE = ("vl_sentencepiece", "vl_multilingual")
+"""Trained once too; played only if they are named, as the second needs a package that is not of the extra `agents`."""
 
 AGENTS = ("random_walk", *LEARNED, *TRAINED_ONCE, "seeing_follower", "follower", "shortest_path")
 LANGUAGES = ("en", "hi")
@@ -111,7 +113,7 @@ def main() -> None:
 def players_of(agent: str, folders: list[Path]) -> list[Player]:
     """Return an agent once for each of its seeds; that of a learned one is in its file of weights."""
     agent, _, sensor = agent.partition("+")
-    if agent in TRAINED_ONCE:
+    if agent in (*TRAINED_ONCE, *READ_OTHERWISE):
         return [Player(agent, 0, WEIGHTS / f"{agent}{SUFFIX}", sensor)]
     if agent not in LEARNED:
         return [Player(agent, seed, None) for seed in (CHANCE_SEEDS if agent == CHANCE else (0,))]

@@ -53,21 +53,25 @@ class Row:
         encoder: a key of ENCODERS.
         trained: languages in which actions are learned.
         align: weight of the alignment loss.
+        times: so many times the CPU time of the other rows.
     """
 
     encoder: str
     trained: tuple[str, ...]
     align: float = 0.0
+    times: int = 1
 
     @property
     def name(self) -> str:
         """Name of its runs."""
-        return f"{self.encoder}-{'+'.join(self.trained)}{'-aligned' if self.align else ''}"
+        aligned, twice = "-aligned" if self.align else "", "-twice" if self.times == 2 else ""
+        return f"{self.encoder}-{'+'.join(self.trained)}{aligned}{twice}"
 
 
 ROWS = (
     *(Row(encoder, LANGUAGES) for encoder in ENCODERS),
     *(Row(encoder, (language,)) for language in LANGUAGES for encoder in TRANSFERRED),
+    *(Row(encoder, LANGUAGES, times=2) for encoder in ("word", "multilingual")),
     *(Row(encoder, trained, ALIGN) for trained in (("en",), LANGUAGES) for encoder in ("word", "multilingual")),
 )
 
@@ -103,11 +107,11 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=Path("arramon-data"))
     parser.add_argument("--runs", type=Path, default=Path("arramon-results/transfer"))
     parser.add_argument("--cache", type=Path, default=Path("arramon-cache"))
-    parser.add_argument("--rooms", type=int, default=4000)
-    parser.add_argument("--seconds", type=float, default=60.0, help="of CPU time, to train a row once")
+    parser.add_argument("--rooms", type=int, default=2000)
+    parser.add_argument("--seconds", type=float, default=45.0, help="of CPU time, to train a row once")
     parser.add_argument("--rate", type=float, default=0.002, help="learning rate at first; it falls to 0")
-    parser.add_argument("--seeds", default="1,2")
-    parser.add_argument("--episodes", type=int, default=40)
+    parser.add_argument("--seeds", default="1", help="separated by commas")
+    parser.add_argument("--episodes", type=int, default=0, help="of each split; 0 for all")
     parser.add_argument("--rows", default=",".join(row.name for row in ROWS))
     parser.add_argument("--page", type=Path, default=Path("docs/transfer.md"))
     parser.add_argument("--play-only", action="store_true", help="do not write the page")
@@ -145,7 +149,7 @@ class Study:
             path.write_text(json.dumps(self._measure(row, seed)))
             print(f"{row.name}, seed {seed}: played", file=sys.stderr, flush=True)
         kept: dict[str, Any] = json.loads(path.read_text())
-        return Result(row.encoder, row.trained, bool(row.align), seed, **kept)
+        return Result(row.encoder, row.trained, bool(row.align), row.times, seed, **kept)
 
     def train(self, row: Row, seed: int) -> Policy:
         """Return the weights of a row, from the folder of runs or by training it."""
@@ -166,7 +170,7 @@ class Study:
         rooms = self._demonstrations()
         training = Imitation(recipe, Place(given.data, given.cache, given.runs / "unused"), rooms)
         began = time.process_time()
-        while (used := (time.process_time() - began) / given.seconds) < 1.0:
+        while (used := (time.process_time() - began) / (row.times * given.seconds)) < 1.0:
             for group in training.optimizer.param_groups:
                 group["lr"] = given.rate * (1.0 - used)
             training.update()

@@ -43,6 +43,7 @@ class Result:
         encoder: a key of ENCODERS.
         trained: languages in which actions were learned.
         aligned: whether languages were pulled together.
+        times: so many times the CPU time of the other rows.
         placed: by language of play, the PTC of each episode.
         updates: in the time that all had.
         pieces: mean of a text's, by language.
@@ -52,6 +53,7 @@ class Result:
     encoder: str
     trained: tuple[str, ...]
     aligned: bool
+    times: int
     seed: int
     placed: Mapping[str, Mapping[str, float]]
     updates: int
@@ -65,14 +67,16 @@ class Table:
     def __init__(self, results: Sequence[Result]) -> None:
         self._results = results
 
-    def seeds(self, encoder: str, trained: Sequence[str], *, aligned: bool = False) -> list[Result]:
+    def seeds(self, encoder: str, trained: Sequence[str], *, aligned: bool = False, times: int = 1) -> list[Result]:
         """Return the results of one row."""
-        wanted = (encoder, tuple(trained), aligned)
-        return [each for each in self._results if (each.encoder, each.trained, each.aligned) == wanted]
+        wanted = (encoder, tuple(trained), aligned, times)
+        return [each for each in self._results if (each.encoder, each.trained, each.aligned, each.times) == wanted]
 
-    def placed(self, encoder: str, trained: Sequence[str], language: str, *, aligned: bool = False) -> Floats | None:
+    def placed(
+        self, encoder: str, trained: Sequence[str], language: str, *, aligned: bool = False, times: int = 1
+    ) -> Floats | None:
         """Return the PTC of each episode, the mean of all seeds; None where nothing was played."""
-        found = [each.placed[language] for each in self.seeds(encoder, trained, aligned=aligned)]
+        found = [each.placed[language] for each in self.seeds(encoder, trained, aligned=aligned, times=times)]
         if not found:
             return None
         scores: Floats = np.array([[each[name] for name in sorted(found[0])] for each in found], np.float64).mean(0)
@@ -87,8 +91,7 @@ def tables(results: Sequence[Result]) -> str:
         encoder_table(table),
         "Trained in the language of play alone, in both, and in the other alone (zero-shot):",
         transfer_table(table),
-        "With the alignment loss and without:",
-        alignment_table(table),
+        *(["With the alignment loss and without:", aligned] if (aligned := alignment_table(table)) else []),
         "Each seed's mean:",
         seed_table(results),
     ]
@@ -121,19 +124,19 @@ def transfer_table(table: Table) -> str:
     for language, other in (LANGUAGES, LANGUAGES[::-1]):
         for name in ENCODERS:
             alone, joint, zero = (table.placed(name, each, language) for each in ((language,), LANGUAGES, (other,)))
+            twice = table.placed(name, LANGUAGES, language, times=2)
             random = table.placed("random", (other,), language)
-            less = "" if name == "random" else difference(zero, random)
             if zero is None:
                 continue
-            rows.append(
-                (f"`{name}`", language, _mean(alone), _mean(joint), difference(joint, alone), _mean(zero), less)
-            )
-    header = ("", "played in", "that language", "both", "both less that", "the other alone", "less `random` so trained")
-    return markdown(header, rows)
+            row = [f"`{name}`", language, _mean(alone), _mean(joint), difference(joint, alone)]
+            row += [_mean(twice), difference(twice, alone), _mean(zero)]
+            rows.append([*row, "" if name == "random" else difference(zero, random)])
+    header = ["", "played in", "that language", "both", "less that", "both, twice the time", "less that", "the other"]
+    return markdown([*header, "less `random` so trained"], rows)
 
 
 def alignment_table(table: Table) -> str:
-    """Return what the alignment loss changes."""
+    """Return what the alignment loss changes; nothing where no row has it."""
     rows = []
     for name in ENCODERS:
         for trained in (("en",), LANGUAGES):
@@ -143,14 +146,15 @@ def alignment_table(table: Table) -> str:
                 if aligned is not None:
                     shown = _mean(without), _mean(aligned), difference(aligned, without)
                     rows.append((f"`{name}`", " and ".join(trained), language, *shown))
-    return markdown(("", "actions learned in", "played in", "without", "with", "difference"), rows)
+    return markdown(("", "actions learned in", "played in", "without", "with", "difference"), rows) if rows else ""
 
 
 def seed_table(results: Sequence[Result]) -> str:
     """Return the mean of each seed."""
     shown: dict[tuple[str, str], list[Result]] = {}
     for result in sorted(results, key=lambda each: each.seed):
-        trained = f"{' and '.join(result.trained)}{', aligned' if result.aligned else ''}"
+        marks = [mark for mark, is_so in (("aligned", result.aligned), ("twice", result.times == 2)) if is_so]
+        trained = ", ".join([" and ".join(result.trained), *marks])
         shown.setdefault((result.encoder, trained), []).append(result)
     rows = []
     for (encoder, trained), seeds in shown.items():

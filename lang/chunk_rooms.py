@@ -71,9 +71,13 @@ class RoomReader:
             if aside:
                 continue
             if chunk.kind == THING:
-                for named in chunk.things:
-                    self._name(discourse.mention(named))
-                self._judge(number)
+                things = [
+                    discourse.mention(named) for named in chunk.things if named.kind or named.colour or named.look
+                ]
+                for thing in things:
+                    self._name(thing)
+                if things:
+                    self._judge(number)
             else:
                 self._word(number)
         self._settle()

@@ -399,6 +399,8 @@ class RouteReader(Route):
             return not any(self._is_alone(n, chosen) for n in range(number + 1, chosen))
         if self._places and self._next(number) == "comma" and number + 2 == chosen:
             return True
+        if self._next(number) == THING and self.chunks[number + 1].things[0].kind == "street":
+            return True  # "On the left pavement."
         return self._next(number) not in _BOUNDARIES and not self._is_way(number + 1)
 
     def _is_alone(self, number: int, chosen: int) -> bool:

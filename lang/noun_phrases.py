@@ -307,6 +307,8 @@ class NounPhraseReader:
             if not patterned:
                 return
             kind = self._patterned[tuple(keys[at:end])]
+        if any(self._is_another_thing(group, kind) for group in described):
+            return
         if kind == "corner" and any(w.role == "look" and w.kind == "building" for group in described for w in group):
             kind = _CORNER  # "The brick corner."
         if kind == "building" and (shop := self._shop(described)):
@@ -358,6 +360,12 @@ class NounPhraseReader:
 
     def _is_determiner(self, keys: Sequence[str], at: int) -> bool:
         return any(word.role == "determiner" for _, word in self._words(self._book, keys, at))
+
+    def _is_another_thing(self, group: Sequence[_Word], kind: str) -> bool:
+        """Return whether what stands before a noun is a shop, of which that is a part: "the bank's corner"."""
+        return kind not in ("", "building", "zebra_crossing") and all(  # "The pharmacy crossing" is one thing.
+            word.role == "look" and word.kind == "shop_sign" and not self._suits(word, kind) for word in group
+        )
 
     def _suits(self, word: _Word, kind: str) -> bool:
         """Return whether the adjective can describe things of that kind."""

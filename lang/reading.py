@@ -152,7 +152,7 @@ class Reader:
         return (*said, *(Said(thing=discourse.mention(named), manner="seen") for named in rest))
 
     def _understood(self, text: str, phase: str) -> tuple[list[Item], Meaning | None]:
-        """Return the parts of a text by the written patterns if they cover it, or else by all; or its chunks' meaning."""
+        """Return a text's parts by the written patterns if they cover it, or else by all; or its chunks' meaning."""
         keys = self._keys(text)
         written = TextParser(self, keys, phase, written_only=True)
         parts = written.items()

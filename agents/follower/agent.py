@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 import lang
 from agents.follower.navigation import Navigator
 from agents.follower.navigation_body import Body
-from agents.follower.room import RoomFollower
+from agents.follower.room import RoomFollower, find_by_rules
 from arramon_client.agent import Action, Episode, Observation
 from lang.meaning import Assembly, Navigation, Thing
+from lang.room import Cell, Room
 
 Walk = Callable[[int], Action]
 """Returns the next action of a navigation phase, given the steps left; called after the body has perceived."""
@@ -63,7 +64,11 @@ class Agent:
 
     def make_room(self, meaning: Assembly, episode: Episode) -> RoomFollower:
         """Return what plays an assembly phase."""
-        return RoomFollower(meaning, episode.labels)
+        return RoomFollower(meaning, episode.labels, self.find_cell)
+
+    def find_cell(self, meaning: Assembly, room: Room) -> Cell:
+        """Return the cell for the object by the meaning of an instruction and the contents of the room."""
+        return find_by_rules(meaning, room)
 
     def read(self, language: str, text: str, phase: str) -> Navigation | Assembly:
         """Return the meaning of an instruction."""

@@ -1,13 +1,13 @@
 """Execution of an assembly instruction: look around the room, find the target cell, walk to it and place the object."""
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from agents.follower.room_sight import RoomSight
 from agents.shortest_path.room import RoomPose, plan, quarter_of
 from arramon_client.agent import Action, Label, Observation
 from lang.meaning import Assembly
-from lang.room import START, Cell, find_cell, is_all_there, quarter_after
+from lang.room import START, Cell, Room, find_cell, is_all_there, quarter_after
 
 TURN = 30
 """Degrees of one turn."""
@@ -21,6 +21,14 @@ RESERVE = 26
 OUTLOOK: Cell = (2, 3)
 """Cell that the agent faces, from the one before it, for a second look around if a named object was not found."""
 
+Find = Callable[[Assembly, Room], Cell]
+"""Returns the cell for the object by the meaning of an instruction and the contents of the room."""
+
+
+def find_by_rules(meaning: Assembly, room: Room) -> Cell:
+    """Return the cell that fits an instruction best by the rules of `lang.room`."""
+    return find_cell(meaning, room)[0]
+
 
 class RoomFollower:
     """Player of one assembly phase by depth and segmentation alone.
@@ -28,13 +36,14 @@ class RoomFollower:
     Args:
         meaning: meaning of the phase's instruction; parts that match nothing in the room are ignored.
         labels: `Episode.labels`.
+        find: returns the cell for the object in a room; None for the rules of `lang.room`.
 
     Raises:
         ValueError: if there are no labels.
     """
 
-    def __init__(self, meaning: Assembly, labels: Sequence[Label]) -> None:
-        self._meaning = meaning
+    def __init__(self, meaning: Assembly, labels: Sequence[Label], find: Find | None = None) -> None:
+        self._meaning, self._find = meaning, find or find_by_rules
         self._sight = RoomSight(labels)
         self._cell: Cell = START
         self._heading = 0
@@ -70,7 +79,7 @@ class RoomFollower:
             self._has_outlook, self._looks_left = True, LOOKS
             return self._way(OUTLOOK) or [self._aside]
         self._looks_left = 0
-        return [*self._way(find_cell(self._meaning, room)[0]), Action.INTERACT]
+        return [*self._way(self._find(self._meaning, room)), Action.INTERACT]
 
     def _way(self, target: Cell) -> list[Action]:
         """Return the actions to a pose whose cell ahead is the target."""

@@ -4,7 +4,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from agents.learning.checkpoint import Policy
+from agents.learning.pretrained.encoders import INSTALL, PACKAGE
 from agents.learning.recipe import RECIPES, Recipe
+from agents.learning.tokenizers import PRETRAINED
 
 WHAT = {
     (True, True): "It reads the instruction and sees the present image.",
@@ -44,6 +46,7 @@ def card(policy: Policy, recipe: Recipe) -> str:
         "agent": f"`agents.{recipe.agent}`. {WHAT[recipe.sees, recipe.reads]}",
         "model": f"the paper's (`agents/learning/paper.py`), {size:,} parameters, reader `{recipe.reader}`",
         "tokenizer": f"`{policy.tokenizer.name}`, {policy.tokenizer.size} pieces, for {' and '.join(recipe.languages)}",
+        "text encoder": _text_encoder(recipe),
         "visual encoder": encoder,
         "training data": f"{about.get('data', 'unknown')}; SHA-256 of `train` {about.get('data_hash', 'unknown')[:12]}",
         "command": f"`{command_of(recipe)}`",
@@ -54,6 +57,15 @@ def card(policy: Policy, recipe: Recipe) -> str:
     }
     table = "\n".join(f"| {name} | {value} |" for name, value in rows.items())
     return f"# {recipe.agent}\n\n| | |\n| --- | --- |\n{table}\n\n## Limits\n\n{LIMITS}\n"
+
+
+def _text_encoder(recipe: Recipe) -> str:
+    if not recipe.reader.startswith(PRETRAINED):
+        return "none: all of the reader is learned"
+    source = recipe.reader.removeprefix(PRETRAINED)
+    if source == PACKAGE:
+        source = f"multilingual-e5-small of the package {PACKAGE} (MIT; `{INSTALL}`)"
+    return f"{source}; frozen, and no part of these weights"
 
 
 def _validation(best: Mapping[str, float], recipe: Recipe) -> str:

@@ -18,7 +18,7 @@ from agents.learning.checkpoint import SUFFIX, Policy, read_tensors, save_policy
 from agents.learning.demonstrations import ROOMS, Demonstration, Source, collect, data_hash_of, unseen
 from agents.learning.paper import PHASES, Config, Model
 from agents.learning.pretrained.states import open_states
-from agents.learning.readers import own_pieces
+from agents.learning.readers import PretrainedReader, own_pieces
 from agents.learning.recipe import Place, Recipe
 from agents.learning.rollouts import Plan, mean, play
 from agents.learning.tokenizers import PRETRAINED, train_tokenizer
@@ -69,7 +69,10 @@ class Imitation:
         if recipe.reads and recipe.reader.startswith(PRETRAINED):
             states = open_states(recipe.reader.removeprefix(PRETRAINED))
             pieces = (own_pieces(tokenizer.encode(text)) for text in texts)
-            states.prepare(pieces, place.cache, tell, recipe.precision)
+            moments = states.prepare(pieces, place.cache, tell, recipe.precision)
+            for module in map(self.policy.model.of, PHASES):
+                assert isinstance(module.reader, PretrainedReader)
+                module.reader.standardise(*moments)
         self.optimizer = torch.optim.Adam(self.policy.model.parameters(), recipe.learning_rate)
         self.step, self.losses = 0, list[float]()
         self.best: dict[str, float] = {}

@@ -18,6 +18,9 @@ from agents.vl_map.features import Sample, mirror
 from agents.vl_map.network import PolicyNetwork, directions_of, shares_of, tensors_of
 from agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS
 
+PROGRESS = 0.3
+"""Weight of the loss of the row that is being carried out."""
+
 KEPT = {"rows": np.uint8, "match": np.float16}
 """Types in which arrays are kept where their own is larger than they need."""
 
@@ -25,7 +28,7 @@ Arrays = dict[str, npt.NDArray[np.generic]]
 
 
 def arrays_of(decided: Sequence[Decided]) -> Arrays:
-    """Return decisions as arrays, with the labels as (n, 3)."""
+    """Return decisions as arrays, with the labels as (n, 4)."""
     arrays: Arrays = {
         name: np.stack(part).astype(KEPT.get(name, part[0].dtype))
         for name, part in zip(Sample._fields, zip(*(each.sample for each in decided), strict=True), strict=True)
@@ -70,10 +73,12 @@ class ChoosingTask:
     Args:
         network: that learns.
         seed: of the order of the decisions, and of mirroring.
+        precision: "float32" or "bfloat16".
     """
 
-    def __init__(self, network: PolicyNetwork, seed: int) -> None:
+    def __init__(self, network: PolicyNetwork, seed: int, precision: str = "float32") -> None:
         self.network, self._seed = network, seed
+        self._type = getattr(torch, precision)
         self._arrays: Arrays = {}
 
     @property
@@ -95,7 +100,10 @@ class ChoosingTask:
         sample = Sample(*(np.concatenate(part) for part in zip(*parts, strict=True)))
         labels = torch.tensor(self._arrays["label"][chosen])
         labels[:half, 0] *= -1.0
-        return loss_of(self.network(tensors_of(sample)), labels)
+        with torch.autocast("cpu", self._type, enabled=self._type is not torch.float32):
+            values, progress = self.network.predict(tensors_of(sample))
+        choice = loss_of(values.float(), labels)
+        return choice + PROGRESS * functional.cross_entropy(progress.float(), labels[:, 3].long())
 
     def _samples(self, chosen: npt.NDArray[np.int64]) -> Sample:
         """Return decisions by their numbers, with one more axis in front."""
@@ -107,9 +115,9 @@ def targets_of(labels: Tensor) -> Tensor:
     """Return the share of each option that is right, (B, OPTIONS): of waypoints those around the right place.
 
     Args:
-        labels: (B, 3), as `Label`.
+        labels: (B, 4), as `Label`.
     """
-    right, ahead, thing = labels.float().unbind(1)
+    right, ahead, thing, _ = labels.float().unbind(1)
     distance = torch.hypot(right, ahead).clamp(min=DISTANCES[0]).log()
     far = shares_of(distance, tuple(math.log(each) for each in DISTANCES))
     waypoints = (directions_of(right, ahead)[:, :, None] * far[:, None]).flatten(1)
@@ -119,5 +127,5 @@ def targets_of(labels: Tensor) -> Tensor:
 
 
 def loss_of(values: Tensor, labels: Tensor) -> Tensor:
-    """Return the mean cross-entropy of options' values, (B, OPTIONS), for labels, (B, 3)."""
+    """Return the mean cross-entropy of options' values, (B, OPTIONS), for labels, (B, 4)."""
     return -(targets_of(labels) * values.log_softmax(1)).sum(1).mean()

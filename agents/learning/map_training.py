@@ -50,6 +50,7 @@ class MapRecipe:
             at half of the highest; 0 for none of this.
         batch: decisions of a step.
         learning_rate: the highest.
+        precision: "float32", or "bfloat16", which takes two thirds of the time on a processor that has it.
         seed: of everything.
     """
 
@@ -57,12 +58,13 @@ class MapRecipe:
     episodes: int = 0
     walks: int = 1
     rounds: int = 2
-    round_walks: float = 0.5
-    first: float = 0.4
-    passes: int = 7
-    again: int = 3
-    batch: int = 64
+    round_walks: float = 0.25
+    first: float = 0.35
+    passes: int = 18
+    again: int = 0
+    batch: int = 32
     learning_rate: float = 2e-3
+    precision: str = "bfloat16"
     seed: int = 1
 
 
@@ -163,7 +165,7 @@ class MapTraining:
             self.trainer.restore(self.state)
 
     def _make_task(self) -> ChoosingTask:
-        self._task = ChoosingTask(PolicyNetwork(Sizes()), self.recipe.seed)
+        self._task = ChoosingTask(PolicyNetwork(Sizes()), self.recipe.seed, self.recipe.precision)
         return self._task
 
     def _part(self, number: int, make: Callable[[], list[Decided]]) -> Arrays:

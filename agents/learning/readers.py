@@ -81,14 +81,21 @@ class PretrainedReader(nn.Module):
         super().__init__()
         self.states = open_states(source)
         size = self.states.encoder.size
-        self.narrow = nn.Sequential(
-            nn.LayerNorm(size), nn.Linear(size, 2 * hidden), nn.GELU(), nn.Linear(2 * hidden, hidden)
-        )
+        self.narrow = nn.Sequential(nn.Linear(size, 2 * hidden), nn.GELU(), nn.Linear(2 * hidden, hidden))
+        self.mean: Tensor
+        self.deviation: Tensor
+        self.register_buffer("mean", torch.zeros(size))
+        self.register_buffer("deviation", torch.ones(size))
+
+    def standardise(self, mean: Tensor, deviation: Tensor) -> None:
+        """Set mean and standard deviation of each number of a state: pretrained states have much in common."""
+        for kept, given in ((self.mean, mean), (self.deviation, deviation)):
+            kept.copy_(given)
 
     def forward(self, tokens: Tensor) -> Tensor:
         """Return (B, T, H)."""
-        states = self.states.of([own_pieces(row) for row in tokens.tolist()])
-        return cast(Tensor, self.narrow(states.to(tokens.device)))
+        states = self.states.of([own_pieces(row) for row in tokens.tolist()]).to(tokens.device)
+        return cast(Tensor, self.narrow((states - self.mean) / self.deviation))
 
 
 def own_pieces(tokens: Sequence[int]) -> list[int]:

@@ -10,10 +10,15 @@ import torch
 
 from agents.learning.checkpoint import SUFFIX
 from agents.learning.map_training import MapRecipe, MapTraining, Tell
+from agents.learning.reader.reader import load as load_reader
 from agents.learning.rollouts import Plan, mean, play
+from agents.learning.simulated.courses import training_episodes
+from agents.learning.simulated.rooms import tasks_of
+from agents.learning.train_rooms import train_rooms
 from agents.vl_map.agent import SeeingAgent
 from agents.vl_map.policy import Policy
-from agents.vl_map.weights import write_policy
+from agents.vl_map.room import Placement
+from agents.vl_map.weights import Networks, write_policy
 
 NAME = "vl_map"
 
@@ -27,7 +32,8 @@ LIMITS = """\
 - It knows the instruction only as the learned reader read it, mistakes included.
 - It looks around at the start and after each walk of three moves, as long as there are steps to spare: it takes more
   actions than an expert.
-- The room is played by the rules of `agents.seeing_follower`."""
+- In the room it looks around and walks by the rules of `agents.seeing_follower`; the cell is found by its network,
+  which knows nothing of ordinals there, and nothing of relations of a landmark itself."""
 
 
 @dataclass(frozen=True)
@@ -54,21 +60,27 @@ def train_map(recipe: MapRecipe, validation: Validation, data: Path, output: Pat
     training = MapTraining(recipe, data, output, tell)
     training.run()
     network = training.network.eval()
+    found = training_episodes(data, recipe.languages, recipe.episodes)
+    tasks = [task for _, episodes in found for task in tasks_of(episodes, recipe.languages, load_reader())]
+    placer, seconds = train_rooms(tasks, recipe.seed)
+    networks = Networks(network, placer)
     about: dict[str, Any] = {
         "recipe": asdict(recipe) | {"languages": list(recipe.languages)},
         "data": training.told,
         "data_hash": training.data_hash,
         "updates": training.updates,
-        "cpu_seconds": round(training.seconds),
+        "cpu_seconds": round(training.seconds + seconds),
         "parameters": sum(parameter.numel() for parameter in network.parameters()),
+        "room_parameters": sum(parameter.numel() for parameter in placer.parameters()),
+        "rooms": len(tasks),
     }
     if validation.episodes:
         plan = Plan(data, validation.split, recipe.languages, validation.episodes, IMAGE_SIZE)
-        scores = play(SeeingAgent(Policy(network)), plan)
+        scores = play(SeeingAgent(Policy(network), Placement(placer)), plan)
         about["validation"] = asdict(validation) | {name: mean(scores, name) for name in ("nDTW", "CTC-3", "PTC")}
         tell(f"{NAME}: validation: {json.dumps(about['validation'])}")
     weights = output / f"{NAME}{SUFFIX}"
-    write_policy(weights, network, about)
+    write_policy(weights, networks, about)
     weights.with_suffix(".md").write_text(card(about), encoding="utf-8")
     return weights
 
@@ -85,9 +97,9 @@ def card(about: Mapping[str, Any]) -> str:
     command = " ".join(["python -m agents.train --agent", NAME, "--lang", ",".join(recipe["languages"]), *changed])
     rows = {
         "agent": "`agents.vl_map`. It chooses waypoints on the landmarks and the free ground that it remembers.",
-        "model": f"`agents/vl_map/network.py`, {about['parameters']:,} parameters; with it come the visual encoder "
-        "`eyes` and the learned reader",
-        "training data": f"{about['data']}; SHA-256 of `train` {about['data_hash'][:12]}",
+        "model": f"`agents/vl_map/network.py`, {about['parameters']:,} parameters, and `room.py`, "
+        f"{about['room_parameters']:,}; with them come the visual encoder `eyes` and the learned reader",
+        "training data": f"{about['data']}, {about['rooms']} rooms; SHA-256 of `train` {about['data_hash'][:12]}",
         "command": f"`{command}`",
         "seed": recipe["seed"],
         "updates": about["updates"],

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from agents.follower.agent import Agent as Follower
 from agents.follower.navigation_body import Body
-from agents.follower.room import RoomFollower
+from agents.follower.room import Find, RoomFollower
 from agents.learning.landmarks import SeenLandmarks
 from agents.learning.reader.reader import LearnedReader
 from agents.learning.reader.reader import load as load_reader
@@ -51,7 +51,7 @@ class Agent(Follower):
 
     def make_room(self, meaning: Assembly, episode: Episode) -> RoomFollower:  # noqa: ARG002
         """Return what plays an assembly phase."""
-        return _SeeingRoom(meaning, self._look)
+        return _SeeingRoom(meaning, self._look, self.find_cell)
 
     def read(self, language: str, text: str, phase: str) -> Navigation | Assembly:  # noqa: ARG002
         """Return the meaning of an instruction, as far as it is understood; the language is not used."""
@@ -87,10 +87,11 @@ class _SeeingRoom(RoomFollower):
     Args:
         meaning: of the instruction.
         look: at an observation.
+        find: returns the cell for the object.
     """
 
-    def __init__(self, meaning: Assembly, look: Look) -> None:
-        super().__init__(meaning, LABELS)
+    def __init__(self, meaning: Assembly, look: Look, find: Find) -> None:
+        super().__init__(meaning, LABELS, find)
         self._sight = self._seen_room = SeenRoom(LABELS)
         self._look = look
 

@@ -32,13 +32,14 @@ def make_agent(weights: str | None = None, sensor: str = SENSORS[0], reader: str
     from agents.learning.reader.reader import load as load_reader
     from agents.vl_map.agent import SeeingAgent, SegmentationAgent
     from agents.vl_map.policy import Policy
+    from agents.vl_map.room import Placement
     from agents.vl_map.weights import read_policy
 
     torch.set_num_threads(1)  # A step is small: threads that wait for each other cost more than they do.
     try:
-        network, _ = read_policy(find_weights(weights or "vl_map"))
+        networks, _ = read_policy(find_weights(weights or "vl_map"))
         reads = load_reader(Path(reader) if reader else None)
     except (ValueError, FileNotFoundError) as error:
         raise AgentLoadError(f"agents.vl_map: {error}") from error
-    policy = Policy(network)
-    return SeeingAgent(policy, reader=reads) if sensor == "rgb" else SegmentationAgent(policy, reads)
+    parts = Policy(networks.policy), Placement(networks.placer)
+    return SeeingAgent(*parts, reader=reads) if sensor == "rgb" else SegmentationAgent(*parts, reads)

@@ -9,7 +9,9 @@ from agents.learning.vision_eyes import Eyes
 from agents.seeing_follower.agent import Agent as SeeingFollower
 from agents.vl_map.navigator import MapNavigator
 from agents.vl_map.policy import Policy
+from agents.vl_map.room import Placement
 from lang.meaning import Assembly, Navigation
+from lang.room import Cell, Room
 
 NAME = "vl_map"
 
@@ -19,15 +21,18 @@ class SeeingAgent(SeeingFollower):
 
     Args:
         policy: chooses waypoints.
+        placement: finds cells of the room.
         eyes: visual encoder; None for that which comes along.
         reader: of instructions; None for that which comes along.
     """
 
     name = NAME
 
-    def __init__(self, policy: Policy, eyes: Eyes | None = None, reader: LearnedReader | None = None) -> None:
+    def __init__(
+        self, policy: Policy, placement: Placement, eyes: Eyes | None = None, reader: LearnedReader | None = None
+    ) -> None:
         super().__init__(eyes, reader)
-        self._policy = policy
+        self._policy, self._placement = policy, placement
 
     def forget(self, body: Body) -> None:
         """Remove what is not kept from one turn to the next."""
@@ -36,6 +41,10 @@ class SeeingAgent(SeeingFollower):
     def make_walk(self, body: Body, meaning: Navigation, turn: int) -> Walk:
         """Return what plays a navigation phase."""
         return walk_by(self._policy, body, meaning, turn)
+
+    def find_cell(self, meaning: Assembly, room: Room) -> Cell:
+        """Return the cell for the object by the meaning of an instruction and the contents of the room."""
+        return self._placement.find(meaning, room)
 
 
 class SegmentationAgent(Follower):
@@ -43,14 +52,15 @@ class SegmentationAgent(Follower):
 
     Args:
         policy: chooses waypoints.
+        placement: finds cells of the room.
         reader: of instructions.
     """
 
     name = NAME
 
-    def __init__(self, policy: Policy, reader: LearnedReader) -> None:
+    def __init__(self, policy: Policy, placement: Placement, reader: LearnedReader) -> None:
         super().__init__()
-        self._policy, self._reader = policy, reader
+        self._policy, self._placement, self._reader = policy, placement, reader
 
     def forget(self, body: Body) -> None:
         """Remove what is not kept from one turn to the next."""
@@ -59,6 +69,10 @@ class SegmentationAgent(Follower):
     def make_walk(self, body: Body, meaning: Navigation, turn: int) -> Walk:
         """Return what plays a navigation phase."""
         return walk_by(self._policy, body, meaning, turn)
+
+    def find_cell(self, meaning: Assembly, room: Room) -> Cell:
+        """Return the cell for the object by the meaning of an instruction and the contents of the room."""
+        return self._placement.find(meaning, room)
 
     def read(self, language: str, text: str, phase: str) -> Navigation | Assembly:  # noqa: ARG002
         """Return the meaning of an instruction, as far as it is understood; the language is not used."""

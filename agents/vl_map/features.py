@@ -9,7 +9,16 @@ import numpy as np
 import numpy.typing as npt
 
 from agents.follower.map import CELL, SIDE, Map
-from agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURED, COLOURS, FURNITURE, KINDS, LOOK_GROUPS, look_slices
+from agents.learning.eyes.vocabulary import (
+    COLLECTIBLES,
+    COLOURED,
+    COLOURS,
+    FURNITURE,
+    KINDS,
+    LOOK_GROUPS,
+    LOOKS,
+    look_slices,
+)
 from agents.learning.landmarks import Belief
 from agents.learning.reader.slots import EMPTY, SLOTS, Row
 
@@ -139,6 +148,10 @@ class Named(NamedTuple):
     def has_colour(self) -> bool:
         """Whether things of these kinds come in several colours: of others one ("the green tree") tells nothing."""
         return any(KINDS[kind] in _OF_SEVERAL_COLOURS for kind in self.kinds)
+
+    def is_facade(self, look: str) -> bool:
+        """Return whether a building with this facade is meant."""
+        return self.kinds == (_BUILDING,) and (self.look is None or LOOKS[self.look] == ("facade", look))
 
 
 def named(row: Row, number: int) -> Named | None:

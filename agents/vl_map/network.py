@@ -29,6 +29,8 @@ NEARNESS = (0.0, 1.0, 2.0, 3.2, 5.0, 7.5, 11.0, 16.0, 24.0)
 AGES = (0.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 """The same for numbers of moves."""
 
+_WHERE = SLOTS["type"].index("where")
+
 NEVER = -30.0
 """Value of an option that there is not."""
 
@@ -49,7 +51,7 @@ class Sizes:
     heads: int = 4
     layers: int = 3
     inner: int = 128
-    dropout: float = 0.05
+    dropout: float = 0.0
 
 
 class Batch(NamedTuple):
@@ -151,6 +153,9 @@ class PolicyNetwork(nn.Module):
         self.ground = nn.Sequential(nn.Linear(len(RADII) * GROUND_CHANNELS, width), nn.GELU(), nn.Linear(width, width))
         self.state = nn.Linear(STATE_VALUES, width)
         self.layers = nn.ModuleList(_Layer(sizes) for _ in range(sizes.layers))
+        self.progress = nn.Sequential(nn.LayerNorm(width), nn.Linear(width, 1))
+        self.now = nn.Linear(2 * width, width)
+        self.meant = nn.Linear(4, width)
         self.last = nn.LayerNorm(width)
         self.go = nn.Linear(width, len(DISTANCES))
         self.take = nn.Linear(width, 1)
@@ -158,6 +163,11 @@ class PolicyNetwork(nn.Module):
 
     def forward(self, batch: Batch) -> Tensor:
         """Return the values of all options, (B, OPTIONS): a waypoint is direction * len(DISTANCES) + distance."""
+        values, _ = self.predict(batch)
+        return values
+
+    def predict(self, batch: Batch) -> tuple[Tensor, Tensor]:
+        """Return the values of all options, and of each row that it is the one that is being carried out, (B, ROWS)."""
         rows = sum(slot(batch.rows[:, :, number]) for number, slot in enumerate(self.slots)) + self.order
         tokens = torch.cat(
             [rows, self._things(batch.things), self._trace(batch.trace), self._ground(batch.ground),
@@ -174,9 +184,24 @@ class PolicyNetwork(nn.Module):
             1,
         )
         mask = torch.where(there, 0.0, NEVER)[:, None, None]
-        for layer in self.layers:
+        for layer in self.layers[:-1]:
             tokens = layer(tokens, mask, batch.match)
-        tokens = self.last(tokens)
+        progress = self.progress(tokens[:, :ROWS])[:, :, 0]
+        progress = progress.masked_fill((batch.rows[:, :, 0] == 0) | (batch.rows[:, :, 0] == _WHERE), NEVER)
+        tokens = self.layers[-1](self._at(tokens, progress.softmax(1), batch.match), mask, batch.match)
+        return self._options(self.last(tokens), batch), progress
+
+    def _at(self, tokens: Tensor, shares: Tensor, match: Tensor) -> Tensor:
+        """Return tokens that know the row that is being carried out and the one before it, and what these name."""
+        both = torch.stack([shares, functional.pad(shares[:, 1:], (0, 1))], 1)  # (B, 2, ROWS)
+        rows = (both @ tokens[:, :ROWS]).flatten(1)
+        named = torch.einsum("bsr,bkrt->btsk", both, match).flatten(2)
+        added = self.now(rows)[:, None].expand_as(tokens)
+        meant = functional.pad(self.meant(named), (0, 0, ROWS, tokens.shape[1] - ROWS - THINGS))
+        known: Tensor = tokens + added + meant
+        return known
+
+    def _options(self, tokens: Tensor, batch: Batch) -> Tensor:
         first = ROWS + THINGS + TRACE
         waypoints = self.go(tokens[:, first : first + DIRECTIONS]).flatten(1)
         # What is picked up has to be a collectible, and to match what is asked for.

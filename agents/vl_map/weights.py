@@ -3,30 +3,47 @@
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import torch
 
 from agents.learning.checkpoint import BadWeights, read_tensors, write_tensors
 from agents.vl_map.network import PolicyNetwork, Sizes
+from agents.vl_map.room import Placer
 
-FORMAT = "vl_map 1"
+FORMAT = "vl_map 2"
 
 
-def write_policy(path: Path, network: PolicyNetwork, about: Mapping[str, Any]) -> None:
-    """Write a policy's network to a file, which appears complete or not at all.
+class Networks(NamedTuple):
+    """What the agent has learned of its own.
+
+    Attributes:
+        policy: chooses waypoints in the street.
+        placer: finds the cell of the room.
+    """
+
+    policy: PolicyNetwork
+    placer: Placer
+
+
+def write_policy(path: Path, networks: Networks, about: Mapping[str, Any]) -> None:
+    """Write the networks to a file, which appears complete or not at all.
 
     Args:
         path: the file.
-        network: trained.
-        about: what else is known of it, as JSON values.
+        networks: trained.
+        about: what else is known of them, as JSON values.
     """
-    tensors = {name: value.detach().to(torch.float16).contiguous() for name, value in network.state_dict().items()}
-    write_tensors(path, tensors, {"format": FORMAT, "sizes": asdict(network.sizes), "about": dict(about)})
+    tensors = {
+        f"{part}.{name}": value.detach().to(torch.float16).contiguous()
+        for part, network in networks._asdict().items()
+        for name, value in network.state_dict().items()
+    }
+    write_tensors(path, tensors, {"format": FORMAT, "sizes": asdict(networks.policy.sizes), "about": dict(about)})
 
 
-def read_policy(path: Path) -> tuple[PolicyNetwork, dict[str, Any]]:
-    """Return the network of a file, ready for use, and what else is known of it.
+def read_policy(path: Path) -> tuple[Networks, dict[str, Any]]:
+    """Return the networks of a file, ready for use, and what else is known of them.
 
     Raises:
         BadWeights: if it is no such file.
@@ -35,9 +52,13 @@ def read_policy(path: Path) -> tuple[PolicyNetwork, dict[str, Any]]:
     if header.get("format") != FORMAT:
         raise BadWeights(f"{path} has the format {header.get('format')!r}, expected {FORMAT!r}")
     try:
-        network = PolicyNetwork(Sizes(**header["sizes"]))
-        network.load_state_dict({name: value.float() for name, value in tensors.items()})
+        networks = Networks(PolicyNetwork(Sizes(**header["sizes"])), Placer())
+        for part, network in networks._asdict().items():
+            own = {
+                name.removeprefix(f"{part}."): value.float() for name, value in tensors.items() if name.startswith(part)
+            }
+            network.load_state_dict(own)
+            network.eval().requires_grad_(requires_grad=False)
     except (KeyError, TypeError, RuntimeError) as error:
         raise BadWeights(f"{path} does not hold the weights of a {PolicyNetwork.__name__}: {error}") from error
-    network.requires_grad_(requires_grad=False)
-    return network.eval(), header["about"]
+    return networks, header["about"]

@@ -10,11 +10,12 @@ import pytest
 from tests import ROOT
 
 PLACED = {
-    ("word", ("en", "hi"), False): {"en": [0.5, 1.0, 0.5], "hi": [0.5, 0.5, 0.5]},
-    ("multilingual", ("en", "hi"), False): {"en": [0.5, 1.0, 1.0], "hi": [0.5, 1.0, 1.0]},
-    ("multilingual", ("en",), False): {"en": [1.0, 1.0, 1.0], "hi": [0.5, 0.5, 0.0]},
-    ("random", ("en",), False): {"en": [0.0, 0.5, 0.5], "hi": [0.0, 0.0, 0.0]},
-    ("multilingual", ("en",), True): {"en": [1.0, 1.0, 0.5], "hi": [1.0, 1.0, 0.5]},
+    ("word", ("en", "hi"), False, 1): {"en": [0.5, 1.0, 0.5], "hi": [0.5, 0.5, 0.5]},
+    ("multilingual", ("en", "hi"), False, 1): {"en": [0.5, 1.0, 1.0], "hi": [0.5, 1.0, 1.0]},
+    ("multilingual", ("en", "hi"), False, 2): {"en": [1.0, 1.0, 1.0], "hi": [1.0, 1.0, 1.0]},
+    ("multilingual", ("en",), False, 1): {"en": [1.0, 1.0, 1.0], "hi": [0.5, 0.5, 0.0]},
+    ("random", ("en",), False, 1): {"en": [0.0, 0.5, 0.5], "hi": [0.0, 0.0, 0.0]},
+    ("multilingual", ("en",), True, 1): {"en": [1.0, 1.0, 0.5], "hi": [1.0, 1.0, 0.5]},
 }
 
 
@@ -28,14 +29,14 @@ def tables(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 def results(tables: ModuleType) -> list[Any]:
     """Two seeds of each row; the second is 0.25 worse in English."""
     found = []
-    for (encoder, trained, aligned), placed in PLACED.items():
+    for (encoder, trained, aligned, times), placed in PLACED.items():
         for seed in (1, 2):
             by_name = {
                 language: {str(at): value - 0.25 * (seed == 2 and language == "en") for at, value in enumerate(row)}
                 for language, row in placed.items()
             }
             pieces = {"en": 20.0, "hi": 24.0}
-            found.append(tables.Result(encoder, trained, aligned, seed, by_name, 100 + seed, pieces, 1000))
+            found.append(tables.Result(encoder, trained, aligned, times, seed, by_name, 100 + seed, pieces, 1000))
     return found
 
 
@@ -65,10 +66,9 @@ def test_encoders_are_compared_with_words(tables: ModuleType) -> None:
 
 def test_zero_shot_is_compared_with_random_and_joint_with_one_language(tables: ModuleType) -> None:
     line = cells(tables.transfer_table(tables.Table(results(tables))), "`multilingual`", "hi")
-    assert line[2:4] == ["", "0.833"]
-    assert line[4] == ""
-    assert line[5] == "0.333"
-    assert line[6].startswith("+0.333 (")
+    assert line[2:7] == ["", "0.833", "", "1.000", ""]
+    assert line[7] == "0.333"
+    assert line[8].startswith("+0.333 (")
 
 
 def test_alignment(tables: ModuleType) -> None:

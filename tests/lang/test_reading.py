@@ -105,3 +105,52 @@ def test_text_without_any_meaning_is_an_error(text: str, phase: str) -> None:
 def test_unknown_phase_is_refused() -> None:
     with pytest.raises(ValueError, match="phase 'room'; expected navigation or assembly"):
         load("en").read("Turn left.", "room")
+
+
+FREE: list[tuple[str, Meaning]] = [
+    (
+        "Swing round left past the bench, then right by the phone box. The mug: red, striped, over on your left.",
+        Navigation(
+            (Rotate("left"), Walk("past", (BENCH,)), Rotate("right", "at", BOOTH)),
+            near(MUG, Thing("you"), relation="left_of"),
+        ),
+    ),
+    (
+        "Turn around, I think, and stroll past the grubby bench, phone booth and tree, all on your right.",
+        Navigation(
+            (
+                Rotate("around"),
+                *(Walk("past", (thing,), "right") for thing in (BENCH, BOOTH, Thing("tree"))),
+            ),
+            Thing(""),
+        ),
+    ),
+    (
+        "Over the crossing and over another, not quite to the phone box. Left there: striped red mug.",
+        Navigation(
+            (
+                Walk("past", (Thing("zebra_crossing"),)),
+                Walk("past", (Thing("zebra_crossing", which="another"),)),
+                Rotate("left", "before", BOOTH),
+            ),
+            MUG,
+        ),
+    ),
+    (
+        "Far right corner, between brick and wood.",
+        Assembly(
+            (),
+            Thing(""),
+            (
+                Where("near", (Thing("corner"),)),
+                Where("against", (Thing("wall", look="brick"),)),
+                Where("against", (Thing("wall", look="wood"),)),
+            ),
+        ),
+    ),
+]
+
+
+@pytest.mark.parametrize(("text", "meaning"), FREE, ids=[text for text, _ in FREE])
+def test_free_texts_are_read(text: str, meaning: Meaning) -> None:
+    assert load("en").read(text, phase_of(meaning)) == meaning

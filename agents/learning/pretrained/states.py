@@ -37,7 +37,7 @@ class TextStates:
 
     def prepare(
         self, texts: Iterable[Sequence[int]], cache: Path, tell: Callable[[str], None], precision: str = "float32"
-    ) -> None:
+    ) -> tuple[Tensor, Tensor]:
         """Make the states of many texts ready, from a cache as far as it has them; they stay in memory.
 
         Args:
@@ -46,6 +46,9 @@ class TextStates:
             tell: gets lines of progress.
             precision: of the products of matrices, "float32" or "bfloat16": of the latter's states the cosine with the
                 former's is 0.9999, in 0.4 of the time on processors that have it.
+
+        Returns:
+            Mean and standard deviation of each number of a state, (size,).
         """
         folder = cache / f"texts-{self.encoder.fingerprint}-{precision}"
         folder.mkdir(parents=True, exist_ok=True)
@@ -69,6 +72,7 @@ class TextStates:
                 part.replace(folder / _name(key))
                 self._known[key] = states
             tell(f"states of texts: {at + len(some)} of {len(missing)}")
+        return _moments([self._known[key] for key in keys], self.encoder.size)
 
     def of(self, texts: Sequence[Sequence[int]]) -> Tensor:
         """Return the states of texts, (B, T, size) float32; 0 after a text's end.
@@ -101,6 +105,17 @@ def open_states(source: str) -> TextStates:
         BadModel: as `open_text_encoder`.
     """
     return TextStates(open_text_encoder(source))
+
+
+def _moments(states: Sequence[States], size: int) -> tuple[Tensor, Tensor]:
+    """Return mean and standard deviation over all pieces of all texts, (size,)."""
+    count, total, squares = 0, np.zeros(size), np.zeros(size)
+    for each in states:
+        whole = each.astype(np.float64)
+        count, total, squares = count + len(each), total + whole.sum(0), squares + (whole**2).sum(0)
+    mean = total / max(count, 1)
+    deviation = np.sqrt(np.maximum(squares / max(count, 1) - mean**2, 1e-8))
+    return torch.from_numpy(mean).float(), torch.from_numpy(deviation).float()
 
 
 def _name(key: Key) -> str:

@@ -100,16 +100,13 @@ def _rows(meaning: object) -> list[Row]:
         return []
 
 
-def training_courses(
-    data: Path, languages: Sequence[str], episodes: int, reader: LearnedReader
-) -> tuple[list[Course], str]:
-    """Return the turns to learn from, of `train` and of EXTRA, and the hash of `train`.
+def training_episodes(data: Path, languages: Sequence[str], episodes: int) -> list[tuple[Split, list[Episode]]]:
+    """Return the splits to learn from, `train` and EXTRA, each with the episodes that have all languages.
 
     Args:
         data: the data folder.
         languages: in which instructions are read.
         episodes: of each split, the first ones in playing order; 0 for all.
-        reader: of instructions.
 
     Raises:
         ValueError: if there is no such split, or it does not have a language.
@@ -119,7 +116,7 @@ def training_courses(
         splits = [read_split(folder_of(data, name)) for name in ("train", *sorted({EXTRA} & there))]
     except ArraMonError as error:
         raise ValueError(str(error)) from error
-    courses: list[Course] = []
+    found = []
     for split in splits:
         for language in languages:
             if language not in split.languages:
@@ -131,5 +128,18 @@ def training_courses(
             for episode in split.in_playing_order(*languages)
             if all(language in episode.instructions for language in languages)
         ]
-        courses += courses_of(split, chosen[: episodes or None], languages, reader)
-    return courses, splits[0].data_hash
+        found.append((split, chosen[: episodes or None]))
+    return found
+
+
+def training_courses(
+    data: Path, languages: Sequence[str], episodes: int, reader: LearnedReader
+) -> tuple[list[Course], str]:
+    """Return the turns to learn from, and the hash of `train`; arguments as for `training_episodes`, and the reader.
+
+    Raises:
+        ValueError: if there is no such split, or it does not have a language.
+    """
+    found = training_episodes(data, languages, episodes)
+    courses = [course for split, chosen in found for course in courses_of(split, chosen, languages, reader)]
+    return courses, found[0][0].data_hash

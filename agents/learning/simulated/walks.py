@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from agents.learning.landmarks import Belief
 from agents.learning.reader.slots import Row
+from agents.learning.simulated.alignment import current_row, places_of
 from agents.learning.simulated.body import Faults, SimulatedBody
 from agents.learning.simulated.courses import Course
 from agents.vl_map.features import DIRECTIONS, Sample
@@ -36,11 +37,16 @@ SAME = 1.2
 
 
 class Label(NamedTuple):
-    """The right decision: a place, units to the right and ahead, or a landmark among the sample's, else -1."""
+    """The right decision: a place, units to the right and ahead, or a landmark among the sample's, else -1.
+
+    Attributes:
+        row: number of the row that is being carried out.
+    """
 
     right: float
     ahead: float
     thing: int
+    row: int
 
 
 class Guide:
@@ -48,11 +54,13 @@ class Guide:
 
     Args:
         course: the way.
+        rows: of the instruction.
         body: of the agent that walks it.
     """
 
-    def __init__(self, course: Course, body: SimulatedBody) -> None:
-        self._course, self._body = course, body
+    def __init__(self, course: Course, rows: Sequence[Row], body: SimulatedBody) -> None:
+        self._course, self._rows, self._body = course, rows, body
+        self._places = places_of(course, rows)
         self._at = 0
         self._way: list[tuple[float, float]] = []
 
@@ -111,7 +119,7 @@ class Guide:
 
     def _to(self, place: tuple[float, ...], thing: int) -> Label:
         right, ahead = self._body.local(*self._body.to_own(place[0], place[1]))
-        return Label(right, ahead, thing)
+        return Label(right, ahead, thing, current_row(self._rows, self._places, self._at))
 
 
 class Decided(NamedTuple):
@@ -162,7 +170,7 @@ def walk(
         body = SimulatedBody(course.world, course.things, course.start, faults, random)
     else:
         body.begin_turn(course.things)
-    guide = Guide(course, body)
+    guide = Guide(course, rows, body)
     decisions: list[Decided] = []
 
     def decide(sample: Sample, beliefs: Sequence[Belief]) -> Choices:
@@ -225,7 +233,7 @@ def _near(label: Label, random: np.random.Generator) -> Choices:
     sin, cos = math.sin(angle), math.cos(angle)
     far = random.uniform(0.3, 1.2)
     right, ahead = label.right * cos + label.ahead * sin, label.ahead * cos - label.right * sin
-    return _exactly(Label(far * right, far * ahead, -1))
+    return _exactly(label._replace(right=far * right, ahead=far * ahead, thing=-1))
 
 
 def score(courses: Sequence[Course], choose: Choose, reading: int, faults: Faults, seed: int = 0) -> dict[str, float]:

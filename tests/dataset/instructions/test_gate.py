@@ -197,6 +197,15 @@ def test_a_thing_that_is_taken_for_another_is_found_out() -> None:
     assert faults_of_text(text, "en", face) == ("takes one thing for another: the white barrier barrier/1",)
 
 
+def test_a_street_at_the_start_counts() -> None:
+    path = [(0.0, float(z)) for z in range(-1, 13)] + [(float(x), 12.0) for x in range(1, 7)]
+    later = Junction("junction/1", 0.0, 12.0, "crossing", tuple(replace(a, z=a.z + 12.0) for a in ARMS), 3.0)
+    graph = StreetGraph((*GRAPH.junctions, later), ROADS, (), ())
+    world = GateWorld(path, Pose(0.0, -1.0, 0.0), (), (7.0, 12.0), graph)
+    turn = told(Rotate("right", "at", Thing("corner", identity="junction/1")), target=PLAIN)
+    assert "junction/0 comes before the corner junction/1" in faults_of_navigation(turn, world)
+
+
 SLIGHT, SHARP = math.radians(30.0), math.radians(60.0)
 BENT = [(0.0, float(z)) for z in range(10)]
 

@@ -49,4 +49,4 @@ def test_names_fit_by_kind_and_what_they_say(one: str, other: str, fit: bool) ->
 
 
 def test_the_kind_is_the_last_word() -> None:
-    assert name_said("orange-white barrier") == Name("barrier", frozenset({"orange", "white"}))
+    assert name_said("orange-white barrier") == Name("barrier", frozenset({"white"}))

@@ -51,7 +51,9 @@ def test_what_is_prepared_is_read_from_disk_the_second_time(tmp_path: Path) -> N
     TextStates(first).prepare(texts, tmp_path, told.append)
     assert told == ["states of texts: 2 of 2"]
     again = TextStates(second)
-    again.prepare([*texts, [5]], tmp_path, told.append)
+    mean, deviation = again.prepare([*texts, [5]], tmp_path, told.append)
+    assert mean.tolist() == [2.75] * 4  # Of 1, 2, 3 and 5.
+    np.testing.assert_allclose(deviation, [np.std([1, 2, 3, 5])] * 4, rtol=1e-5)
     assert again.of([[3], [1, 2]])[:, :, 0].tolist() == [[3, 0], [1, 2]]
     assert first.encoded == [[1, 2], [3]]
     assert second.encoded == [[5]]

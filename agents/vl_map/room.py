@@ -1,0 +1,197 @@
+"""The network that finds the cell of the room in which the object is to be placed.
+
+Where a relation's cell lies from its landmark is learned, as a value for each difference of columns and rows; so are
+how much a word that does not fit speaks against a landmark, and which way the agent faces after the turns.
+
+In the comments B is the batch, R relations, N things, Q = 4 directions that the agent can face, C = 20 cells.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import torch
+from torch import Tensor, nn
+
+from agents.learning.reader.slots import ROTATE, SLOTS, TYPES, WHERE, Row, rows_of
+from lang.meaning import TURNS, Assembly
+from lang.room import COLUMNS, ROWS, START, Cell, Room
+
+PLACES, MARKS, TURNED = 4, 24, 2
+"""Most relations that are given, most things, and most turns."""
+
+NEVER = -30.0
+"""Value of what there is not."""
+
+CELLS: tuple[Cell, ...] = tuple((column, row) for column in range(COLUMNS) for row in range(ROWS))
+ACROSS, MIDDLES = 2 * (COLUMNS - 1) + 1, 4 * (COLUMNS - 1) + 1
+"""Differences of cells along an axis, and of a cell and the middle of two, in half cells."""
+
+THING, WALL, YOU = range(3)
+_RELATIONS = len(SLOTS["relation"])
+_BETWEEN = SLOTS["relation"].index("between")
+_ON_TOP = SLOTS["relation"].index("on_top_of")
+_PLACE = {name: number for number, name in enumerate(SLOTS)}
+_LOOKS = SLOTS["look1"]
+
+Floats = npt.NDArray[np.float32]
+Numbers = npt.NDArray[np.int64]
+
+
+class Given(NamedTuple):
+    """What the network is given, as arrays; with one more axis in front for several.
+
+    Attributes:
+        turns: (TURNED,) numbers of turns, 0 for none.
+        relations: (PLACES, 3) relation, whether it is direct, and THING, WALL or YOU; relation 0 for none.
+        differs: (PLACES, 2, MARKS, 3) whether kind, colour and look that are said of the first and the second thing
+            differ from those of each thing in the room.
+        marks: (MARKS, 3) column, row, and whether there is such a thing.
+        walls: (PLACES, 4) whether the wall that is said is not the one in each direction.
+        heights: (C,) things in each cell.
+    """
+
+    turns: Numbers
+    relations: Numbers
+    differs: Floats
+    marks: Numbers
+    walls: Floats
+    heights: Numbers
+
+
+def given_of(rows: list[Row], room: Room) -> Given:
+    """Return what the network is given for an instruction's rows and a room's contents."""
+    turns = [TURNS.index(SLOTS["direction"][row[_PLACE["direction"]]]) + 1
+             for row in rows if TYPES[row[0]] == ROTATE and row[_PLACE["direction"]]][:TURNED]  # fmt: skip
+    said = [row for row in rows if TYPES[row[0]] == WHERE and row[_PLACE["relation"]]][:PLACES]
+    relations = np.zeros((PLACES, 3), np.int64)
+    differs = np.zeros((PLACES, 2, MARKS, 3), np.float32)
+    marks = np.zeros((MARKS, 3), np.int64)
+    walls = np.zeros((PLACES, 4), np.float32)
+    things = room.things[:MARKS]
+    for number, thing in enumerate(things):
+        marks[number] = thing.column, thing.row, 1
+    for place, row in enumerate(said):
+        names = [[SLOTS[f"{part}{one}"][row[_PLACE[f"{part}{one}"]]] for part in ("kind", "colour", "look")]
+                 for one in (1, 2)]  # fmt: skip
+        mark = {"wall": WALL, "you": YOU}.get(names[0][0], THING)
+        relations[place] = row[_PLACE["relation"]], row[_PLACE["exactly"]], mark
+        for number, thing in enumerate(things):
+            own = thing.kind, thing.colour, thing.look
+            for one in range(2):
+                differs[place, one, number] = [
+                    bool(word) and word != is_ for word, is_ in zip(names[one], own, strict=True)
+                ]
+        if mark == WALL:
+            quarters = {quarter for look, quarter in room.walls.items() if names[0][2] in ("", look)}
+            walls[place] = [float(quarter not in quarters) for quarter in range(4)]
+    heights = np.array([room.height(cell) for cell in CELLS], np.int64)
+    return Given(np.array(turns + [0] * (TURNED - len(turns))), relations, differs, marks, walls, heights)
+
+
+class Placer(nn.Module):
+    """Finds the target cell."""
+
+    cells: Tensor
+    from_walls: Tensor
+    is_start: Tensor
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.against = nn.Parameter(torch.tensor([3.0, 2.0, 1.0]))
+        self.facing = nn.Parameter(torch.zeros(TURNED, len(TURNS) + 1, 4))
+        self.wall = nn.Parameter(torch.tensor(3.0))
+        self.of_thing = nn.Parameter(torch.zeros(_RELATIONS, 2, ACROSS * ACROSS))
+        self.of_you = nn.Parameter(torch.zeros(_RELATIONS, 2, ACROSS * ACROSS))
+        self.of_wall = nn.Parameter(torch.zeros(_RELATIONS, 2, COLUMNS))
+        self.of_middle = nn.Parameter(torch.zeros(MIDDLES * MIDDLES))
+        self.filled = nn.Parameter(torch.zeros(2, 4))
+        self.anywhere = nn.Parameter(torch.zeros(ACROSS * ACROSS))
+        self.register_buffer("cells", torch.tensor(CELLS), persistent=False)
+        self.register_buffer("from_walls", _from_walls(), persistent=False)
+        self.register_buffer("is_start", torch.tensor([cell == START for cell in CELLS]), persistent=False)
+
+    def forward(self, given: Given) -> Tensor:
+        """Return the values of all cells, (B, C)."""
+        turns, relations, differs, marks, walls, heights = (torch.as_tensor(part) for part in given)
+        facing = torch.stack([self.facing[number, turns[:, number]] for number in range(TURNED)]).sum(0)  # (B, Q)
+        offsets = _turned(self.cells - marks[:, :, None, :2])  # (B, Q, N, C, 2)
+        own = _turned((self.cells - torch.tensor(START))[None])  # (1, Q, C, 2)
+        values = self.anywhere[_place(own)].expand(len(turns), -1, -1)  # (B, Q, C)
+        relation, exactly, kind = relations.unbind(2)
+        is_on_top = (relation == _ON_TOP).any(1).long()
+        values = values + self.filled[is_on_top[:, None], heights.clamp(max=3)][:, None]
+        meant = -(differs * self.against.abs()).sum(4) + torch.where(marks[:, :, 2] > 0, 0.0, NEVER)[:, None, None]
+        meant = meant.log_softmax(3)  # (B, R, 2, N)
+        for number in range(PLACES):
+            which = relation[:, number], exactly[:, number]
+            by_thing = _gather(self.of_thing[which], _place(offsets))  # (B, Q, N, C)
+            of_thing = (by_thing + meant[:, number, 0, None, :, None]).logsumexp(2)
+            of_you = _gather(self.of_you[which], _place(own).expand(len(turns), -1, -1))
+            by_wall = self.of_wall[which][:, self.from_walls]  # (B, 4, C)
+            of_wall = (by_wall + (-self.wall.abs() * walls[:, number]).log_softmax(1)[:, :, None]).logsumexp(1)
+            of_middle = self._between(meant[:, number], marks)
+            found = torch.where(
+                (kind[:, number] == YOU)[:, None, None],
+                of_you,
+                torch.where((kind[:, number] == WALL)[:, None, None], of_wall[:, None].expand_as(of_you), of_thing),
+            )
+            found = torch.where((relation[:, number] == _BETWEEN)[:, None, None], of_middle[:, None], found)
+            values = values + torch.where((relation[:, number] > 0)[:, None, None], found, 0.0)
+        all_: Tensor = (values + facing.log_softmax(1)[:, :, None]).logsumexp(1)
+        return all_.masked_fill(self.is_start, NEVER)
+
+    def _between(self, meant: Tensor, marks: Tensor) -> Tensor:
+        """Return the values of cells by how they lie to the middle of the likeliest two things, (B, C)."""
+        first = meant[:, 0].argmax(1)
+        second = meant[:, 1].scatter(1, first[:, None], NEVER).argmax(1)
+        batch = torch.arange(len(marks))
+        middle = marks[batch, first, :2] + marks[batch, second, :2]
+        off = 2 * self.cells[None] - middle[:, None] + MIDDLES // 2
+        found: Tensor = self.of_middle[off[..., 0] * MIDDLES + off[..., 1]]
+        return found
+
+
+class Placement:
+    """Finds cells by a trained network.
+
+    Args:
+        network: trained, in evaluation mode.
+    """
+
+    def __init__(self, network: Placer) -> None:
+        self._network = network
+
+    @torch.inference_mode()
+    def find(self, meaning: Assembly, room: Room) -> Cell:
+        """Return the cell for the object."""
+        values = self._network(several([given_of(rows_of(meaning), room)]))[0]
+        return CELLS[int(values.argmax())]
+
+
+def several(all_: list[Given]) -> Given:
+    """Return what is given for several, with one more axis in front."""
+    return Given(*(np.stack(part) for part in zip(*all_, strict=True)))
+
+
+def _turned(offsets: Tensor) -> Tensor:
+    """Return offsets, (B, ..., 2), as an agent sees them that faces each direction, (B, Q, ..., 2): right and ahead."""
+    x, y = offsets.unbind(-1)
+    return torch.stack([torch.stack(seen, -1) for seen in ((x, y), (-y, x), (-x, -y), (y, -x))], 1)
+
+
+def _place(offsets: Tensor) -> Tensor:
+    """Return the place of offsets, (..., 2), in a table of them."""
+    return (offsets[..., 0] + ACROSS // 2) * ACROSS + offsets[..., 1] + ACROSS // 2
+
+
+def _gather(tables: Tensor, places: Tensor) -> Tensor:
+    """Return the values at places, (B, ...), each in its own table, (B, values)."""
+    return tables.gather(1, places.flatten(1)).view(places.shape)
+
+
+def _from_walls() -> Tensor:
+    """Return how many cells are between each wall and each cell, (4, C)."""
+    return torch.tensor(
+        [[(ROWS - 1 - row, COLUMNS - 1 - column, row, column)[wall] for column, row in CELLS] for wall in range(4)]
+    )

@@ -1,0 +1,72 @@
+"""Free Hindi texts that are read by chunks: what no written phrase says."""
+
+import pytest
+
+from lang import load
+from lang.meaning import Assembly, Navigation, Rotate, Step, Thing, Walk, Where
+
+CONE, BOOTH, BANK = Thing("cone", "blue"), Thing("phone_booth"), Thing("shop_sign", look="bank")
+BALL, YOU = Thing("ball", "red", "striped"), Thing("you")
+
+STEPS: list[tuple[str, tuple[Step, ...]]] = [
+    ("फ़ोन बूथ, नीला कोन दाहिने। लाल धारीदार गेंद", (Walk("past", (BOOTH,), "right"), Walk("past", (CONE,), "right"))),
+    ("बाईं तरफ़ फ़ोन बूथ छूटेगा, आगे लाल धारीदार गेंद है", (Walk("past", (BOOTH,), "left"),)),
+    ("बैंक तक आ जाओ और वहां राइट। लाल धारीदार गेंद", (Walk("to", (BANK,)), Rotate("right", "at", BANK))),
+    ("फोन बूथ के थोड़ा आगे लेफ्ट लो, लाल धारीदार गेंद है", (Rotate("left", "after", BOOTH),)),
+    ("दाएँ पलटकर नीले कोन के पास से निकलके लाल धारीदार बॉल", (Rotate("around"), Walk("past", (CONE,)))),
+    ("BANK की ओर ज़रा-सा दाएँ घूमो, लाल धारीदार गेंद", (Rotate("slightly right"), Walk("towards", (BANK,)))),
+    ("जब तक फ़ोन बूथ आपके बाएँ न आए, चलो; लाल धारीदार गेंद", (Walk("beside", (BOOTH,), "left"),)),
+]
+
+
+@pytest.mark.parametrize(("text", "steps"), STEPS)
+def test_steps_of_free_texts(text: str, steps: tuple[Step, ...]) -> None:
+    meaning = load("hi").read(text, "navigation")
+    assert isinstance(meaning, Navigation)
+    assert tuple(step for step in meaning.steps if step != Walk("ahead")) == steps
+    assert (meaning.target.kind, meaning.target.colour, meaning.target.look) == ("ball", "red", "striped")
+
+
+TARGETS: list[tuple[str, str, tuple[Where, ...]]] = [
+    ("बैंक के सामने लाल गेंद है धारियों वाली", "striped", (Where("in_front_of", (BANK,)),)),
+    ("नीले कोन से ज़रा पहले लाल धारीदार गेंद; हरा मग नहीं", "striped", (Where("in_front_of", (CONE,)),)),
+    ("आगे पीली गेंद भी है, वो नहीं चाहिए। फ़ोन बूथ के बाएँ लाल धारीदार गेंद", "striped", (Where("left_of", (BOOTH,)),)),
+]
+
+
+@pytest.mark.parametrize(("text", "look", "where"), TARGETS)
+def test_targets_of_free_texts(text: str, look: str, where: tuple[Where, ...]) -> None:
+    meaning = load("hi").read(text, "navigation")
+    assert isinstance(meaning, Navigation)
+    assert (meaning.target.colour, meaning.target.look, meaning.target.where) == ("red", look, where)
+
+
+ROOMS: list[tuple[str, tuple[str, ...], str, tuple[Where, ...]]] = [
+    ("टाइल की ठीक बाईं बगल में", (), "", (Where("left_of", (YOU,), exactly=True),)),
+    ("तुम्हारे और लाल धारीदार गेंद के बीच में मग रख दो", (), "mug", (Where("between", (YOU, BALL)),)),
+    ("अपनी बाईं तरफ़ देखो, मग लाल धारीदार गेंद पे रख दो", ("left",), "mug", (Where("on_top_of", (BALL,)),)),
+    ("लाल धारीदार गेंद से एक ख़ाना इधर", (), "", (Where("in_front_of", (BALL,)),)),
+    ("लाल धारीदार गेंद से तिरछा पीछे", (), "", (Where("diagonal_to", (BALL,)),)),
+]
+
+
+@pytest.mark.parametrize(("text", "turns", "kind", "where"), ROOMS)
+def test_assemblies_of_free_texts(text: str, turns: tuple[str, ...], kind: str, where: tuple[Where, ...]) -> None:
+    meaning = load("hi").read(text, "assembly")
+    assert isinstance(meaning, Assembly)
+    assert (meaning.turns, meaning.thing.kind, meaning.where) == (turns, kind, where)
+
+
+def test_what_is_said_of_a_landmark_is_not_said_of_the_place() -> None:
+    meaning = load("hi").read("बाईं तरफ़ लाल धारीदार गेंद है, मग को उसके पीछे रखो", "assembly")
+    assert isinstance(meaning, Assembly)
+    ball = Thing("ball", "red", "striped", where=(Where("left_of", (YOU,)),))
+    assert meaning.where == (Where("behind", (ball,)),)
+
+
+@pytest.mark.parametrize("spelling", ["काँच", "कांच"])
+@pytest.mark.parametrize("verb", ["मुड़ो", "मुडो"])
+def test_spellings_are_folded(spelling: str, verb: str) -> None:
+    meaning = load("hi").read(f"{spelling} वाली बिल्डिंग पे लेफ्ट {verb}, लाल धारीदार गेंद", "navigation")
+    assert isinstance(meaning, Navigation)
+    assert meaning.steps == (Rotate("left", "at", Thing("building", look="glass")),)
