@@ -123,7 +123,7 @@ def test_without_a_sensor_it_says_which(weights: Path) -> None:
 
 def test_the_weights_that_come_along_are_of_the_eyes_that_come_along() -> None:
     agent = load_agent("agents.vl_grounded")
-    assert (agent.name, getattr(agent, "sensors", None)) == ("vl_grounded", ("rgb", "depth"))
+    assert getattr(agent, "sensors", None) == ("rgb", "depth")
     found = read_weights(find_weights("vl_grounded"))
     unknown = found.tokenizer.encode("xyzzy")[0]
     for text in ("pick up the dotted red mug", "बिंदीदार लाल मग उठाएँ"):
