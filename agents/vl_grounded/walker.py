@@ -50,7 +50,7 @@ class Walker:
         self._network, self._tokens = network, tokens
         self._words = network.reading(tokens)
         self._target = network.street.read_target(self._words, tokens)
-        self._best = float(best_match(network.reading.meant(self._target[:, None])))
+        self._best = best_match(network.reading.meant(self._target[:, None])).item()
         self.mind = self._after = network.street.first(tokens)
         self._actions: list[int] = []
         self._idle: set[int] = set()

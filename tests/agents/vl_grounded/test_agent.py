@@ -7,7 +7,7 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
-from agents.learning.checkpoint import BadWeights, write_tensors  # noqa: E402
+from agents.learning.checkpoint import BadWeights, find_weights, write_tensors  # noqa: E402
 from agents.learning.eyes.grid import CHANNEL_NAMES  # noqa: E402
 from agents.learning.tokenizers import Words  # noqa: E402
 from agents.learning.vision_eyes import load as load_eyes  # noqa: E402
@@ -119,3 +119,12 @@ def test_without_a_sensor_it_says_which(weights: Path) -> None:
     agent.begin(Episode("1", "en", "trial"))
     with pytest.raises(ValueError, match="requires the sensors rgb and depth; this run does not have rgb"):
         agent.act([Observation("1", 1, "navigation", 0, "go", 0, 150)])
+
+
+def test_the_weights_that_come_along_are_of_the_eyes_that_come_along() -> None:
+    agent = load_agent("agents.vl_grounded")
+    assert getattr(agent, "sensors", None) == ("rgb", "depth")
+    found = read_weights(find_weights("vl_grounded"))
+    unknown = found.tokenizer.encode("xyzzy")[0]
+    for text in ("pick up the dotted red mug", "बिंदीदार लाल मग उठाएँ"):
+        assert unknown not in found.tokenizer.encode(text)
