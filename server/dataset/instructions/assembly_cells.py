@@ -13,7 +13,8 @@ def fitting_cells(meaning: Assembly, target: Cell, room: Room) -> tuple[Cell, ..
     "Left of" and "right of" a thing are all cells in line with it on that side, and to one's own side all that are not
     behind, unless they are "directly" there. "In front of" and "behind" mean the next cell if the target is the next.
     "Behind and to the left of" means all cells on both sides. Where "on your left" is not in one's own row, what is
-    "near" or "left of" a thing may be in another row as well.
+    "near" or "left of" a thing may be in another row as well. What is "near" a thing and at a wall may be diagonal to
+    the thing.
 
     Args:
         meaning: with the identity of everything that it names ("room/COLUMN,LEVEL,ROW", "wall/LOOK").
@@ -24,10 +25,13 @@ def fitting_cells(meaning: Assembly, target: Cell, room: Room) -> tuple[Cell, ..
         return (target,)
     quarter = quarter_after(meaning.turns)
     is_loose = any(_is_loose(where, target, quarter) for where in meaning.where)
+    is_by_wall = any(where.things[0].kind == "wall" for where in meaning.where)
     free = [(column, row) for column in range(COLUMNS) for row in range(ROWS)]
     free = [cell for cell in free if cell != START and (cell == target or not room.height(cell))]
     return tuple(
-        cell for cell in free if all(_fits(where, cell, target, room, quarter, is_loose) for where in meaning.where)
+        cell
+        for cell in free
+        if all(_fits(where, cell, target, room, quarter, is_loose, is_by_wall) for where in meaning.where)
     )
 
 
@@ -37,7 +41,7 @@ def _is_loose(where: Where, target: Cell, quarter: int) -> bool:
     return is_side and not where.exactly and relative(target, START, quarter)[1] != 0
 
 
-def _fits(where: Where, cell: Cell, target: Cell, room: Room, quarter: int, is_loose: bool) -> bool:
+def _fits(where: Where, cell: Cell, target: Cell, room: Room, quarter: int, is_loose: bool, is_by_wall: bool) -> bool:
     offsets = [_offset(cell, thing, room, quarter) for thing in where.things]
     right, ahead = offsets[0]
     first = where.things[0].kind
@@ -48,7 +52,8 @@ def _fits(where: Where, cell: Cell, target: Cell, room: Room, quarter: int, is_l
     if where.relation == "diagonal_to":
         return abs(right) == abs(ahead) == 1
     if where.relation in ("near", "against"):
-        return _is_beside(offsets[0]) if is_loose else abs(right) + abs(ahead) == 1
+        is_any = is_loose or (is_by_wall and where.relation == "near" and not where.exactly)
+        return _is_beside(offsets[0]) if is_any else abs(right) + abs(ahead) == 1
     own = _offset(target, where.things[0], room, quarter)
     is_next = where.exactly
     if first != "you" and own[0] and own[1]:

@@ -13,6 +13,7 @@ from server.dataset.instructions.gate_streets import (
     faults_of_place,
     faults_of_street,
     faults_of_turn_by,
+    is_beyond_turn,
 )
 from server.dataset.instructions.gate_world import PEAK, GateWorld, Place, turn_between
 from server.dataset.instructions.sight import Landmark
@@ -32,6 +33,15 @@ TURN_AT = 4.0
 
 TURN_REACH = 4
 """Places around the one nearest to a thing in which the path turns at it."""
+
+SLIGHT_WIDE = (12.0, 50.0)
+"""Least and greatest wide bend that is called a slight turn, in degrees."""
+
+TOLD_NEAR = 8
+"""Places of the path between a wide bend and what is said of a turn, if that is another one."""
+
+COLOURED = ("awning",)
+"""Kinds that fronts of houses are painted with too: they are told by their colours."""
 
 TOLD_BEND, AT_GOAL = 43.0, 5.0
 """A bend of the path by more degrees is said, unless it is within this distance of the target, in units."""
@@ -81,10 +91,15 @@ class _Check:
         self.at = 0
         self.turned: list[int] = []
         self.faced: list[int] = []
+        self._named: set[str] = set()
 
     def faults(self, meaning: Navigation) -> Iterator[str]:
+        previous: Step | None = None
         for step in meaning.steps:
             since, things = self.at, things_of(step)
+            if isinstance(previous, Face) and isinstance(step, Rotate) and step.at == "after":
+                yield f"one faces {previous.thing.identity}, and is not told to walk before the turn"
+            previous = step
             for thing in things:
                 yield from self._described(thing)
                 if thing.kind in NOT_FIRST:
@@ -95,7 +110,7 @@ class _Check:
             yield from self._step(step)
             for thing in things if self._world.poses else ():
                 yield from self._visible(thing, since)
-                yield from self._rivals(thing, since)
+                yield from self._rivals(thing, since, isinstance(step, Face))
         yield from self._untold_bends()
         yield from self._described(meaning.target)
         yield from self._related(meaning.target)
@@ -121,12 +136,13 @@ class _Check:
     def _visible(self, thing: Thing, since: int) -> Iterator[str]:
         """Yield each thing that cannot be recognised while its step is walked, from a place `since` the one before."""
         until = self.at - 1 if self.at > since else since + FORESIGHT
-        for mark in self._world.landmarks(thing.identity) if thing.kind not in PLACES else ():
+        is_seen = thing.kind not in PLACES or thing.kind == "building_corner"
+        for mark in self._world.landmarks(thing.identity) if is_seen else ():
             if not self._world.is_visible(mark, since - HINDSIGHT, until):
                 yield f"{mark.identity} cannot be seen on the way to it"
 
-    def _rivals(self, thing: Thing, since: int) -> Iterator[str]:
-        """Yield each other thing of a name that is seen ahead, and clearly nearer than the one that is meant."""
+    def _rivals(self, thing: Thing, since: int, is_faced: bool) -> Iterator[str]:
+        """Yield each other thing of a name that is seen ahead, or as one turns, nearer than the one that is meant."""
         world, marks = self._world, self._world.landmarks(thing.identity)
         if thing.kind in PLACES or thing.which or thing.number or not marks:
             return
@@ -134,9 +150,10 @@ class _Check:
         own = math.hypot(*view.local(marks[0].x, marks[0].z))
         for other in world.marks:
             right, ahead = view.local(other.x, other.z)
-            is_nearer = ahead > 1.0 and abs(right) <= ahead and math.hypot(right, ahead) < own - 2.0
+            is_ahead = is_faced or (ahead > 1.0 and abs(right) <= ahead)
+            is_nearer = is_ahead and math.hypot(right, ahead) < own - (0.0 if is_faced else 2.0)
             is_rival = is_nearer and other not in marks and _is_called(thing, other)
-            if is_rival and world.is_visible(other, since, max(self.at, since + FORESIGHT)):
+            if is_rival and world.is_visible(other, since, since if is_faced else max(self.at, since + FORESIGHT)):
                 yield f"{other.identity} may be taken for {thing.identity}"
 
     def _before_the_walker(self, thing: Thing) -> Iterator[str]:
@@ -156,6 +173,9 @@ class _Check:
         marks = self._world.landmarks(thing.identity)
         if not marks:
             yield f"{thing.kind} {thing.identity!r} does not exist"
+        if thing.kind in COLOURED and not thing.colour and thing.identity not in self._named:
+            yield f"{thing.identity} is not told by its colour"
+        self._named.add(thing.identity)
         for mark in marks:
             label = mark.label
             if thing.kind != label.kind or thing.colour not in ("", label.colour) or thing.look not in ("", label.look):
@@ -285,6 +305,22 @@ class _Check:
             is_faced = any(abs(at - faced) <= PEAK for faced in self.faced)
             if abs(angle) > TOLD_BEND and at not in self.turned and not is_faced and not self._sees_goal(at):
                 yield f"the path turns by {angle:.0f} degrees at its place {at}, which is not said"
+        for at in range(len(world.path)):
+            wide, is_told = (
+                world.wide_bend(at),
+                any(abs(at - each) <= TOLD_NEAR for each in (*self.turned, *self.faced)),
+            )
+            if wide is not None and abs(wide) > TOLD_BEND and not is_told and not self._sees_goal(at):
+                yield f"the path turns by {wide:.0f} degrees in all around its place {at}, which is not said"
+                return
+
+    def _is_slight(self, index: int, degrees: float) -> bool:
+        """Return whether the way as a whole turns slightly at a place; so does one that cannot be measured there."""
+        if any(0 < abs(index - each) <= TOLD_NEAR for each in (*self.turned, *self.faced)):
+            return True
+        measured = (self._world.wide_bend(at) for at in range(index - PEAK, index + PEAK + 1))
+        wide = [math.copysign(1.0, degrees) * each for each in measured if each is not None]
+        return not wide or SLIGHT_WIDE[0] <= max(wide) <= SLIGHT_WIDE[1]
 
     def _sees_goal(self, at: int) -> bool:
         """Return whether the target is near a place of the path, and seen before the path turns there."""
@@ -301,7 +337,7 @@ class _Check:
             if index is None:
                 yield f"the path does not turn {step.direction} after its place {self.at}"
                 return
-            yield from self._turn_at(index)
+            yield from self._turn_at(index, degrees)
             return
         near = self._nearest(step.thing, AT)
         reach = TURN_REACH + (3 if step.thing.kind in PLACES else 0)
@@ -315,9 +351,13 @@ class _Check:
             yield from faults_of_street(self._world, self._last_choice(), step.thing, step.direction, index)
         elif step.thing.kind not in PLACES:
             yield from faults_of_turn_by(self._world, self.at, step, near, index)
-        yield from self._turn_at(index)
+        if step.at == "before" and any(is_beyond_turn(self._world, mark.x, mark.z, index) for mark in marks):
+            yield f"{step.thing.identity} lies in the street after the turn"
+        yield from self._turn_at(index, degrees)
 
-    def _turn_at(self, index: int) -> Iterator[str]:
+    def _turn_at(self, index: int, degrees: float) -> Iterator[str]:
+        if abs(degrees) < 90.0 and not self._is_slight(index, degrees):
+            yield f"the path does not turn slightly at its place {index}, or only for a few paces"
         if index in self.turned:
             yield f"the path turns only once at its place {index}, not twice"
         self.turned.append(index)

@@ -16,6 +16,10 @@ CORNER_NEAR = 5.0
 ASIDE = (40.0, 140.0)
 """Least and greatest angle between the way on and a street that opens to a side, in degrees."""
 
+BEYOND_TURN = 20.0
+"""Minimum difference of the angles between a thing and the ways before and after a turn, for it to lie beyond, in
+degrees."""
+
 SIDES = {"left": -1.0, "right": 1.0}
 
 ORDINALS = {"first": 1, "second": 2, "third": 3}
@@ -102,6 +106,14 @@ def faults_of_turn_by(world: GateWorld, since: int, step: Rotate, near: int, ind
     for arm in sorted(passed):
         if not any(arm.startswith(f"{each.identity} ") for each in own):
             yield f"one may turn {step.direction} at {arm}, {step.at} {step.thing.identity if step.thing else ''}"
+
+
+def is_beyond_turn(world: GateWorld, x: float, z: float, index: int) -> bool:
+    """Return whether (x, z) lies along the street turned into at a place of the path, not ahead of the turn."""
+    here = world.path[index]
+    towards = math.degrees(math.atan2(x - here[0], z - here[1]))
+    off_before = abs(turn_between(world.heading_before(index), towards))
+    return abs(turn_between(world.heading_after(index), towards)) < off_before - BEYOND_TURN
 
 
 def passed_arms(world: GateWorld, since: int, direction: str, index: int, kind: str) -> set[str]:

@@ -25,6 +25,11 @@ PEAK = 2
 """Places on both sides of a bend's sharpest one that belong to it."""
 
 
+WIDE_GAP, WIDE_STRIDE = 3, 5
+"""Places on both sides of one that a wide bend leaves out, and places beyond them over which its directions are
+measured."""
+
+
 @dataclass(frozen=True, eq=False)
 class GateWorld:
     """A turn's world.
@@ -97,6 +102,21 @@ class GateWorld:
             if abs(angle) >= BEND and abs(angle) >= max(each * math.copysign(1.0, angle) for each in around):
                 found[at] = angle
         return found
+
+    def wide_bend(self, index: int) -> float | None:
+        """Return by how many degrees the path turns around a place, small bends of the way taken together.
+
+        What is left and entered again within a few places, as around a barrier, is no wide bend.
+
+        Returns:
+            Degrees, positive clockwise; None near the path's ends.
+        """
+        before, after = index - WIDE_GAP, index + WIDE_GAP
+        if before - WIDE_STRIDE < 0 or after + 2 >= len(self.path):
+            return None
+        last = min(after + WIDE_STRIDE, len(self.path) - 1)
+        arrival = _bearing(self.path[before - WIDE_STRIDE], self.path[before])
+        return turn_between(arrival, _bearing(self.path[after], self.path[last]))
 
     def turn_near(self, index: int, degrees: float, reach: int) -> int | None:
         """Return the index within `reach` places of the bend most nearly by `degrees`; None if there is none."""

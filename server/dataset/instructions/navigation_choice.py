@@ -30,6 +30,10 @@ OMIT_COLOUR = 0.4
 """Probability that an unnecessary colour is omitted."""
 
 
+NEVER_BARE = ("awning",)
+"""Kinds that are always named with their colour: fronts of houses are painted with such things too."""
+
+
 def name_of(
     mark: Landmark, marks: Sequence[Landmark], view: Pose, until: int, random: Random
 ) -> tuple[Thing, bool] | None:
@@ -47,7 +51,7 @@ def name_of(
     """
     label = mark.label
     names = [full_name(mark)]
-    if label.kind in COLOURS and random.random() < OMIT_COLOUR:
+    if label.kind in COLOURS and label.kind not in NEVER_BARE and random.random() < OMIT_COLOUR:
         names.insert(0, Thing(label.kind, identity=mark.identity))
     own = perceived_distance(mark, view)
     for name in names if own < math.inf else []:

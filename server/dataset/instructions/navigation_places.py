@@ -17,8 +17,8 @@ MAX_BEND = 25.0
 
 NAMES: dict[str, tuple[tuple[str, int], ...]] = {
     "crossing": (("intersection", 9), ("corner", 1), ("street", 1)),
-    "t_junction": (("t_junction", 1), ("street_end", 2), ("intersection", 6), ("corner", 1)),
-    "side street": (("street", 2), ("corner", 1), ("intersection", 7)),
+    "t_junction": (("t_junction", 6), ("street_end", 2), ("corner", 1)),
+    "side street": (("street", 4), ("corner", 2), ("intersection", 3)),
     "alley": (("alley", 3), ("corner", 1)),
     "bend": (("corner", 4), ("street_end", 1)),
     "fork": (("intersection", 4), ("corner", 1), ("street", 1)),
@@ -208,7 +208,7 @@ def _walks(
     pose = waypoint.pose
     kind = junction.kind_from(pose.heading)
     if kind in ("crossing", "t_junction"):
-        name = "intersection" if kind == "crossing" else route.random.choice(("intersection", "street_end"))
+        name = "intersection" if kind == "crossing" else route.random.choice(("t_junction", "street_end"))
         step = Walk("to", (Thing(name, identity=junction.identity),))
         yield from route.option(waypoint, turns, step, pose.ahead(along), PLACE_COST + WALK_COST)
     if kind == "crossing":
