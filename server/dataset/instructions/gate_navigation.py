@@ -320,7 +320,8 @@ class _Check:
             return True
         measured = (self._world.wide_bend(at) for at in range(index - PEAK, index + PEAK + 1))
         wide = [math.copysign(1.0, degrees) * each for each in measured if each is not None]
-        return not wide or SLIGHT_WIDE[0] <= max(wide) <= SLIGHT_WIDE[1]
+        own = self._world.wide_bend(index)
+        return own is None or (math.copysign(1.0, degrees) * own >= SLIGHT_WIDE[0] and max(wide) <= SLIGHT_WIDE[1])
 
     def _sees_goal(self, at: int) -> bool:
         """Return whether the target is near a place of the path, and seen before the path turns there."""

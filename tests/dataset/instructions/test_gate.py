@@ -260,3 +260,45 @@ def test_what_is_told_of_is_seen_on_the_way_to_it() -> None:
         world = replace(WORLD, marks=marks, poses=poses)
         fault = "cone/0 cannot be seen on the way to it"
         assert (fault not in faults_of_navigation(told_of, world)) == is_seen, seen
+
+
+def way(*headings: float) -> tuple[tuple[float, float], ...]:
+    """A path of one unit towards each of the headings in turn."""
+    places = [(0.0, 0.0)]
+    for heading in map(math.radians, headings):
+        places.append((places[-1][0] + math.sin(heading), places[-1][1] + math.cos(heading)))
+    return tuple(places)
+
+
+AHEAD = [0.0] * 15
+
+
+@pytest.mark.parametrize(
+    ("headings", "told_as", "fault"),
+    [
+        ([*AHEAD, 15.0, 30.0, 45.0, *[60.0] * 15], None, "in all"),
+        ([*AHEAD, 15.0, *[30.0] * 15], None, ""),
+        ([*AHEAD, *[30.0] * 15], "slightly right", ""),
+        ([*AHEAD, *[40.0] * 4, *[0.0] * 15], "slightly right", "not turn slightly"),
+        ([*AHEAD, 30.0, 30.0, 30.0, *[60.0] * 15], "slightly right", "not turn slightly"),
+    ],
+)
+def test_small_turns_are_taken_together(headings: list[float], told_as: str | None, fault: str) -> None:
+    path = way(*headings)
+    world = GateWorld(path, Pose(0.0, 0.0, 0.0), (mark("bin/0", 0.5, 15.5),), path[-1], None)
+    steps = () if told_as is None else (Rotate(told_as, "at", BIN),)
+    faults = faults_of_navigation(told(*steps, target=PLAIN), world)
+    found = [each for each in faults if "in all" in each or "turn slightly" in each]
+    assert len(found) == bool(fault), faults
+    assert all(fault in each for each in found)
+
+
+def test_an_awning_is_told_by_its_colour_and_what_is_faced_is_walked_to() -> None:
+    world = GateWorld(way(*AHEAD), Pose(0.0, 0.0, 0.0), (mark("awning/0", 1.0, 12.0, "green"),), (0.0, 15.0), None)
+    bare, green = Thing("awning", identity="awning/0"), Thing("awning", "green", identity="awning/0")
+    for steps, fault in (
+        ((Face(bare),), "awning/0 is not told by its colour"),
+        ((Face(green), Rotate("right", "after", green)), "one faces awning/0, and is not told to walk before the turn"),
+    ):
+        assert fault in faults_of_navigation(told(*steps, target=PLAIN), world)
+    assert not any("colour" in each for each in faults_of_navigation(told(Face(green), target=PLAIN), world))
