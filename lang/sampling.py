@@ -105,10 +105,9 @@ def identified(meaning: Meaning) -> Meaning:
         earlier = next((each for each in reversed(named) if repeats(thing, each)), None)
         if earlier is not None and earlier.where != thing.where:
             return identify(replace(thing, which="another"))
-        if earlier is not None and earlier.which in ("next", "another"):
-            # It is "that tree" from now on, which is clear only if no other tree is named.
-            if any(each.kind == thing.kind and each is not earlier for each in named):
-                earlier = None
+        others = any(each.kind == thing.kind and each is not earlier for each in named)
+        if others and earlier is not None and earlier.which in ("next", "another"):
+            earlier = None  # It would be "that tree" from now on, which is clear only if no other tree is named.
         if earlier is None or thing.identity == _OTHER:
             earlier = replace(thing, identity=str(len(named) + 1))
             named.append(earlier)
