@@ -137,7 +137,7 @@ def test_session_on_a_hidden_split_leaves_no_secret_in_the_log(tmp_path: Path) -
     texts = {
         text for each in split.episodes.values() for turns in each.instructions.values() for text in texts_of(turns)
     }
-    secrets = {token, token.rpartition("_")[2], wrong, "WrongSecret", *texts}
+    secrets = {token, token.split("_", 2)[2], wrong, "WrongSecret", *texts}
     secrets |= {str(item.type) for each in split.episodes.values() for turn in each.turns for item in turn.street}
     assert len(secrets) > 8
     for secret in secrets:
