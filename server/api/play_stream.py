@@ -87,7 +87,7 @@ class PlayHandler:
             images=f"{self._encoder.form}-{size}" if self._image_sensors else "",
             history=open_.history,
             adopt=open_.adopt,
-            prepare=self._prepare,
+            prepare=self._prepare if self._encoder.compresses else None,
             canvas=self._encoder.canvas,
             deliver=self._deliver,
             close=self._outbox.put_nowait,
@@ -132,7 +132,7 @@ class PlayHandler:
 
     def _prepare(self, event: Observed) -> None:
         """Begin to compress an observation's images; `_deliver` finishes it."""
-        if event.frame is not None and self._encoder.compresses:
+        if event.frame is not None:
             heads, encode = self._encoding(event, event.frame)
             self._begun[event.frame] = heads, self._threads.begin(encode)
 

@@ -79,8 +79,10 @@ class Delivery:
         if not stream.sees:
             return list(events)
         works = [partial(self._draw, stream, event) for event in events]
+        # Threads draw, unless they have frames to compress.
+        results = self._threads.run(works) if stream.prepare is None else [work() for work in works]
         drawn: list[Event] = []
-        for result in self._threads.run(works):
+        for result in results:
             if isinstance(result, EpisodeFault):
                 done.faulty.append(result.claim)
             else:
@@ -104,7 +106,8 @@ class Delivery:
                 )
                 drawn = event.drawn(frame)
                 self._meter.took(Stage.DRAW, time.perf_counter() - started)
-                stream.prepare(drawn)
+                if stream.prepare is not None:
+                    stream.prepare(drawn)
         except EpisodeFault as fault:
             return fault
         return drawn

@@ -80,7 +80,8 @@ class Stream:
         images: encoding and size of the images, such as "lossless-224"; empty without images.
         history: whether the agent needs each open episode from its first observation on.
         adopt: whether to take over at once what other players left open.
-        prepare: is called with each observation that has a frame, before the next one is drawn.
+        prepare: begins to compress an observation's frame in the threads while the next one is drawn; None if frames are
+            not compressed, so that the threads can draw.
         canvas: returns what the latest observation of an episode is drawn into; None for a new frame.
         deliver: hands events to the transport.
         close: ends the stream, with an error or without.
@@ -103,7 +104,7 @@ class Stream:
     images: str
     history: bool
     adopt: bool
-    prepare: Callable[[Observed], None]
+    prepare: Callable[[Observed], None] | None
     deliver: Callable[[Sequence[Event]], None]
     close: Callable[[ArraMonError | None], None]
     backlog: Callable[[], int]
