@@ -80,8 +80,8 @@ class Stream:
         images: encoding and size of the images, such as "lossless-224"; empty without images.
         history: whether the agent needs each open episode from its first observation on.
         adopt: whether to take over at once what other players left open.
-        prepare: begins to compress an observation's frame in the threads while the next one is drawn; None if frames are
-            not compressed, so that the threads can draw.
+        prepare: begins to compress an observation's frame in the threads, while the next one is drawn; None if frames
+            are not compressed, so that the threads can draw.
         canvas: returns what the latest observation of an episode is drawn into; None for a new frame.
         deliver: hands events to the transport.
         close: ends the stream, with an error or without.
