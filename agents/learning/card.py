@@ -55,8 +55,23 @@ def card(policy: Policy, recipe: Recipe) -> str:
         "CPU time": f"{about.get('cpu_seconds', 0) / 60:.0f} minutes, without drawing the demonstrations",
         "validation": _validation(about.get("validation", {}), recipe),
     }
-    table = "\n".join(f"| {name} | {value} |" for name, value in rows.items())
-    return f"# {recipe.agent}\n\n| | |\n| --- | --- |\n{table}\n\n## Limits\n\n{LIMITS}\n"
+    return page(recipe.agent, rows, LIMITS)
+
+
+def page(name: str, rows: Mapping[str, object], limits: str) -> str:
+    """Return a model card in Markdown: a title, a table of what the weights are, and their limits."""
+    table = "\n".join(f"| {row} | {value} |" for row, value in rows.items())
+    return f"# {name}\n\n| | |\n| --- | --- |\n{table}\n\n## Limits\n\n{limits}\n"
+
+
+def command_with(name: str, recipe: Mapping[str, Any], default: Mapping[str, Any]) -> str:
+    """Return the command that trains an agent by a recipe, with the options in which it differs from the default."""
+    changed = [
+        f"--{option.replace('_', '-')} {recipe[option]}"
+        for option in default
+        if option != "languages" and recipe[option] != default[option]
+    ]
+    return " ".join(["python -m agents.train --agent", name, "--lang", ",".join(recipe["languages"]), *changed])
 
 
 def _text_encoder(recipe: Recipe) -> str:

@@ -2,13 +2,14 @@
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import torch
 
 from agents.learning.batches import epoch
+from agents.learning.card import command_with, page
 from agents.learning.checkpoint import SUFFIX
 from agents.learning.demonstrations import ROOMS, Demonstration, Source, collect, data_hash_of
 from agents.learning.grounded_exchange import Version, versions
@@ -186,26 +187,19 @@ def _data_of(demonstrations: Sequence[Demonstration], views: Sequence[RoomView])
 
 def card(about: Mapping[str, Any]) -> str:
     """Return the model card, in Markdown."""
-    recipe, default = about["recipe"], GroundedRecipe()
-    changed = [
-        f"--{each.name.replace('_', '-')} {recipe[each.name]}"
-        for each in fields(GroundedRecipe)
-        if each.name != "languages" and recipe[each.name] != getattr(default, each.name)
-    ]
-    command = " ".join(["python -m agents.train --agent", NAME, "--lang", ",".join(recipe["languages"]), *changed])
+    recipe = about["recipe"]
     rows = {
         "agent": "`agents.vl_grounded`. It reads on as it walks, and scores what it sees by what it has read.",
         "model": f"`agents/vl_grounded/network.py`, {about['parameters']:,} parameters; with it comes the visual "
         "encoder `eyes`",
         "training data": f"{about['data']}; SHA-256 of `train` {about['data_hash'][:12]}",
-        "command": f"`{command}`",
+        "command": f"`{command_with(NAME, recipe, asdict(GroundedRecipe()))}`",
         "seed": recipe["seed"],
         "updates": about["updates"],
         "CPU time": f"{about['cpu_seconds'] / 60:.0f} minutes, without drawing the demonstrations",
         "validation": _validated(about.get("validation"), recipe),
     }
-    table = "\n".join(f"| {name} | {value} |" for name, value in rows.items())
-    return f"# {NAME}\n\n| | |\n| --- | --- |\n{table}\n\n## Limits\n\n{LIMITS}\n"
+    return page(NAME, rows, LIMITS)
 
 
 def _validated(found: Mapping[str, float] | None, recipe: Mapping[str, Any]) -> str:

@@ -2,12 +2,13 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import torch
 
+from agents.learning.card import command_with, page
 from agents.learning.checkpoint import SUFFIX
 from agents.learning.map_training import MapRecipe, MapTraining, Tell
 from agents.learning.reader.reader import load as load_reader
@@ -88,26 +89,18 @@ def train_map(recipe: MapRecipe, validation: Validation, data: Path, output: Pat
 def card(about: Mapping[str, Any]) -> str:
     """Return the model card of a policy, in Markdown."""
     recipe = about["recipe"]
-    default = MapRecipe()
-    changed = [
-        f"--{each.name.replace('_', '-')} {recipe[each.name]}"
-        for each in fields(MapRecipe)
-        if each.name != "languages" and recipe[each.name] != getattr(default, each.name)
-    ]
-    command = " ".join(["python -m agents.train --agent", NAME, "--lang", ",".join(recipe["languages"]), *changed])
     rows = {
         "agent": "`agents.vl_map`. It chooses waypoints on the landmarks and the free ground that it remembers.",
         "model": f"`agents/vl_map/network.py`, {about['parameters']:,} parameters, and `room.py`, "
         f"{about['room_parameters']:,}; with them come the visual encoder `eyes` and the learned reader",
         "training data": f"{about['data']}, {about['rooms']} rooms; SHA-256 of `train` {about['data_hash'][:12]}",
-        "command": f"`{command}`",
+        "command": f"`{command_with(NAME, recipe, asdict(MapRecipe()))}`",
         "seed": recipe["seed"],
         "updates": about["updates"],
         "CPU time": f"{about['cpu_seconds'] / 60:.0f} minutes, with the simulated walks",
         "validation": _validated(about.get("validation")),
     }
-    table = "\n".join(f"| {name} | {value} |" for name, value in rows.items())
-    return f"# {NAME}\n\n| | |\n| --- | --- |\n{table}\n\n## Limits\n\n{LIMITS}\n"
+    return page(NAME, rows, LIMITS)
 
 
 def _validated(found: Mapping[str, Any] | None) -> str:

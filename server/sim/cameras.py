@@ -74,13 +74,6 @@ class Frame:
     segmentation: npt.NDArray[np.uint16] | None = None
 
 
-def new_frame(size: int, rgb: npt.NDArray[np.uint8] | None = None) -> Frame:
-    """Return a frame of `size` x `size` pixels to draw into, over the given RGB array if there is one."""
-    if rgb is None:
-        rgb = np.empty((size, size, 3), np.uint8)
-    return Frame(rgb, np.empty((size, size), np.uint16), np.empty((size, size), np.uint16))
-
-
 class Camera(Protocol):
     """Renderer of one scene. Implementations must agree with each other except at edges."""
 
