@@ -184,3 +184,12 @@ def test_client_has_only_the_listed_dependencies() -> None:
 def test_required_repository_files_exist() -> None:
     for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "LICENSE", ".ci/run", "scripts/check"):
         assert (ROOT / name).is_file()
+
+
+def test_no_file_holds_a_merge_conflict() -> None:
+    done = subprocess.run(
+        ["git", "grep", "-lE", "^(<<<<<<<|>>>>>>>) "], capture_output=True, text=True, cwd=ROOT, check=False
+    )
+    if done.returncode > 1:
+        pytest.skip("not a git checkout")
+    assert not done.stdout.split()
