@@ -19,7 +19,14 @@ def _compiled(function: _F) -> _F:
 
 @_compiled
 def fill_input(
-    rgb: npt.NDArray[np.uint8], depth: Floats, down: Floats, eye: float, low: float, high: float, out: Floats
+    rgb: npt.NDArray[np.uint8],
+    depth: Floats,
+    down: Floats,
+    eye: float,
+    low: float,
+    high: float,
+    patch: int,
+    out: Floats,
 ) -> None:
     """Write the network's input of a frame: colours, nearness, and height above the ground on two scales.
 
@@ -29,20 +36,26 @@ def fill_input(
         down: (size,) how far the rays of each row go down, per unit ahead.
         eye: height of the camera, in units.
         low, high: heights at which the scales end, in units.
-        out: (size, size, 6).
+        patch: side length of a patch, in pixels.
+        out: (size / patch, size / patch, 6 * patch * patch), written: a patch has all pixels of a value together.
     """
-    for i in range(depth.shape[0]):
-        for j in range(depth.shape[1]):
-            for k in range(3):
-                out[i, j, k] = rgb[i, j, k] * np.float32(1.0 / 255.0) - np.float32(0.5)
-            z = depth[i, j]
-            height = high
-            out[i, j, 3] = 0.0
-            if z > 0.0:
-                height = eye - down[i] * z
-                out[i, j, 3] = 2.0 / (1.0 + z)
-            out[i, j, 4] = min(max(height, 0.0), low) / low
-            out[i, j, 5] = min(max(height, 0.0), high) / high
+    area = patch * patch
+    scale, middle = np.float32(1.0 / 255.0), np.float32(0.5)
+    for row in range(out.shape[0]):
+        for column in range(out.shape[1]):
+            values = out[row, column]
+            for place in range(area):
+                i, j = row * patch + place // patch, column * patch + place % patch
+                for k in range(3):
+                    values[k * area + place] = rgb[i, j, k] * scale - middle
+                z = depth[i, j]
+                height, nearness = high, 0.0
+                if z > 0.0:
+                    height = eye - down[i] * z
+                    nearness = 2.0 / (1.0 + z)
+                values[3 * area + place] = nearness
+                values[4 * area + place] = min(max(height, 0.0), low) / low
+                values[5 * area + place] = min(max(height, 0.0), high) / high
 
 
 @_compiled

@@ -60,8 +60,8 @@ def probabilities(predictions: Predictions) -> Probabilities:
 class EyesNetwork(nn.Module):
     """Predicts what is anywhere in each of 28 x 28 blocks of pixels.
 
-    The image is cut into 56 x 56 patches, whose pixels are channels of the first layer: little is computed at a high
-    resolution, where it would take most of the time.
+    The image is cut into 56 x 56 patches, whose pixels are channels of the first layer (`prepare`): little is computed
+    at a high resolution, where it would take most of the time.
 
     Args:
         sizes: of the network.
@@ -71,8 +71,7 @@ class EyesNetwork(nn.Module):
         super().__init__()
         self.sizes = sizes or Sizes()
         a, b, c = self.sizes.fine, self.sizes.middle, self.sizes.coarse
-        self.patch = self.sizes.image // (2 * BLOCKS)
-        self.stem = _convolution(CHANNELS * self.patch**2, a, size=1)
+        self.stem = _convolution(CHANNELS * patch_of(self.sizes.image) ** 2, a, size=1)
         self.to_middle = nn.Sequential(_convolution(a, b, stride=2), _Bottleneck(b))
         self.to_coarse = nn.Sequential(_convolution(b, c, stride=2), _Bottleneck(c), _Bottleneck(c))
         self.back = nn.Conv2d(c, b, 1)
@@ -83,25 +82,32 @@ class EyesNetwork(nn.Module):
         """Return logits.
 
         Args:
-            images: (B, 6, image, image) of `prepare`.
+            images: (B, 6 * pixels of a patch, 56, 56) of `prepare`.
         """
-        fine = self.stem(functional.pixel_unshuffle(images, self.patch))  # (B, fine, 56, 56)
+        fine = self.stem(images)  # (B, fine, 56, 56)
         middle = self.to_middle(fine)  # (B, middle, 28, 28)
         coarse = self.to_coarse(middle)  # (B, coarse, 14, 14)
         middle = self.mix(middle + functional.interpolate(self.back(coarse), scale_factor=2, mode="nearest"))
         return Predictions(self.head(middle).split([len(KINDS), len(COLOURS), len(LOOKS)], dim=1))
 
 
+def patch_of(size: int) -> int:
+    """Return the side length of a patch of images of a size, in pixels."""
+    return size // (2 * BLOCKS)
+
+
 def prepare(rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> Tensor:
-    """Return the network's input, (B, 6, size, size), with the channels last in memory.
+    """Return the network's input, (B, 6 * pixels of a patch, 56, 56), with the channels last in memory.
 
     Args:
         rgb: (B, size, size, 3) uint8.
         depth: (B, size, size) float32 in units along the viewing direction; 0 where there is nothing.
     """
-    images = np.empty((*depth.shape, CHANNELS), np.float32)
+    size = depth.shape[1]
+    patch = patch_of(size)
+    images = np.empty((len(depth), size // patch, size // patch, CHANNELS * patch**2), np.float32)
     for each, ahead, image in zip(rgb, depth, images, strict=True):
-        fill_input(each, ahead, rays(len(ahead)), EYE_HEIGHT, LOW, HIGH, image)
+        fill_input(each, ahead, rays(size), EYE_HEIGHT, LOW, HIGH, patch, image)
     return torch.from_numpy(images).permute(0, 3, 1, 2)
 
 
