@@ -1,13 +1,14 @@
 """The tables of agents in docs/results.md, from runs of `arramon-client` on the embedded server.
 
     python -m benchmarks.agents.results [--data DIR] [--runs DIR] [--weights DIR ...] [--episodes N] [--agents A,B]
-                                        [--splits S,T] [--page FILE] [--part NAME]
+                                        [--splits S,T] [--hidden-agents A,B] [--page FILE] [--play-only]
 
-Each agent plays the first N episodes of each split in each language; an agent that has learned, with the weights of
-each folder of `--weights`, one for each seed (without it, with those that come along). Runs that are in the folder of
+Each agent plays each split in each language, whole or its first N episodes; an agent that has learned, with its weights
+in each folder of `--weights`, one for each seed (without it, with those that come along). Runs that are in the folder of
 runs already, of N episodes or more with the same weights, are not played again: after an interruption the command goes
 on; name another folder for other data. With `--play-only` the page stays as it is: two commands with different agents
-can play side by side. "PTC alone" is the placement after perfect navigation, played in process by the same rules.
+can play side by side. "PTC alone" is the placement after perfect navigation, played in process by the same rules. Of the
+hidden split, which some agents play if the data folder has it, the server tells means and intervals alone.
 """
 
 import argparse
@@ -17,22 +18,31 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from agents.learning.checkpoint import SUFFIX, WEIGHTS, load_policy
+from agents.learning.checkpoint import SUFFIX, WEIGHTS
 from agents.learning.training.rollouts import Plan, play
 from arramon_client import load_agent
-from benchmarks.agents.results_tables import Run, part, section
+from benchmarks.agents.results_tables import HiddenRun, Run, hidden_section, section
 
-LEARNED = ("language_only", "vision_only", "vl")
-TRAINED_ONCE = ("vl_grounded", "vl_map")
-"""Agents that have learned as well, but not once for each seed: they play with the weights that come along."""
-READ_OTHERWISE = ("vl_sentencepiece", "vl_multilingual")
-"""Trained once too; played only if they are named, as the second needs a package that is not of the extra `agents`."""
+LEARNED = ("language_only", "vision_only", "vl", "vl_sentencepiece", "vl_multilingual", "vl_grounded", "vl_map")
+"""Agents that have learned; the one that reads by a pretrained encoder needs a package that is no part of the extra."""
 
-AGENTS = ("random_walk", *LEARNED, *TRAINED_ONCE, "seeing_follower", "follower", "shortest_path")
+AGENTS = (
+    "random_walk", "language_only", "vision_only", "vl", "vl_grounded", "vl_grounded+segmentation", "vl_map",
+    "vl_map+segmentation", "seeing_follower", "follower", "shortest_path",
+)  # fmt: skip
+"""Agents that are played if none are named; `+segmentation`: with that sensor."""
+
+HIDDEN, HIDDEN_AGENTS = "test_unseen", ("vl", "vl_map")
+"""The hidden split, and the agents that play it."""
+
+NOT_READING = ("random_walk", "vision_only", "shortest_path")
+"""Agents that play the same in every language: they are played in the first one, and shown in all."""
+
 LANGUAGES = ("en", "hi")
 SPLITS = ("val_seen", "val_unseen")
 SENSORS = {"shortest_path": "pose,oracle", "random_walk": "pose"}
@@ -84,65 +94,97 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--data", type=Path, default=Path("arramon-data"))
     parser.add_argument("--runs", type=Path, default=Path("arramon-results/table"))
-    parser.add_argument("--weights", type=Path, nargs="+", default=[WEIGHTS], help="a folder for each seed")
-    parser.add_argument("--episodes", type=int, default=40)
+    parser.add_argument("--weights", type=Path, nargs="+", default=[WEIGHTS], help="a folder for each seed, in order")
+    parser.add_argument("--episodes", type=int, default=0, help="the first ones of each split; 0 for all")
     parser.add_argument("--agents", default=",".join(AGENTS))
     parser.add_argument("--splits", default=",".join(SPLITS))
+    parser.add_argument("--hidden-agents", default=",".join(HIDDEN_AGENTS), help=f"that play {HIDDEN}; empty for none")
     parser.add_argument("--page", type=Path, default=Path("docs/results.md"))
-    parser.add_argument("--part", default="", help="of the page: the means alone, between marks of this name")
     parser.add_argument("--play-only", action="store_true", help="do not write the page")
     given = parser.parse_args()
-    players = [player for agent in given.agents.split(",") for player in players_of(agent, given.weights)]
+    splits = [split for split in given.splits.split(",") if split]
     runs = [
         play_one(given, player, split, language)
-        for split in given.splits.split(",")
-        for player in players
+        for player in _players(given.agents, given.weights)
+        for split in splits
+        for language in LANGUAGES
+    ]
+    hidden = [
+        play_hidden(given, player, language)
+        for player in _players(given.hidden_agents, given.weights)
         for language in LANGUAGES
     ]
     if given.play_only:
         return
-    write = part if given.part else section
-    tables = "\n\n".join(write(split, runs) for split in given.splits.split(","))
+    tables = [section(split, runs) for split in splits]
+    if hidden:
+        tables.append(hidden_section(HIDDEN, hidden))
     page = given.page.read_text(encoding="utf-8")
-    begin = BEGIN.replace(" -->", f" --part {given.part} -->") if given.part else BEGIN
-    before, rest = page.split(begin)
-    given.page.write_text(f"{before}{begin}\n\n{tables}\n\n{END}{rest.split(END, 1)[1]}", encoding="utf-8")
+    (before, rest), shown = page.split(BEGIN), "\n\n".join(tables)
+    given.page.write_text(f"{before}{BEGIN}\n\n{shown}\n\n{END}{rest.split(END, 1)[1]}", encoding="utf-8")
 
 
-def players_of(agent: str, folders: list[Path]) -> list[Player]:
-    """Return an agent once for each of its seeds; that of a learned one is in its file of weights."""
+def _players(agents: str, folders: Sequence[Path]) -> list[Player]:
+    return [player for agent in agents.split(",") if agent for player in players_of(agent, folders)]
+
+
+def players_of(agent: str, folders: Sequence[Path]) -> list[Player]:
+    """Return an agent once for each of its seeds: for one that has learned, the number of its folder from 1 on.
+
+    Raises:
+        SystemExit: if no folder has weights of an agent that has learned.
+    """
     agent, _, sensor = agent.partition("+")
-    if agent in (*TRAINED_ONCE, *READ_OTHERWISE):
-        return [Player(agent, 0, WEIGHTS / f"{agent}{SUFFIX}", sensor)]
     if agent not in LEARNED:
         return [Player(agent, seed, None) for seed in (CHANCE_SEEDS if agent == CHANCE else (0,))]
     files = [folder / f"{agent}{SUFFIX}" for folder in folders]
-    return [Player(agent, load_policy(file).about["recipe"]["seed"], file) for file in files]
+    found = [Player(agent, seed, file, sensor) for seed, file in enumerate(files, 1) if file.exists()]
+    if not found:
+        sys.exit(f"there are no weights of {agent} in {', '.join(map(str, folders))}")
+    return found
 
 
 def play_one(given: argparse.Namespace, player: Player, split: str, language: str) -> Run:
     """Return what an agent reaches on a split in a language, from the folder of runs or by playing."""
-    name = f"{player.mark}-{split}-{language}"
-    there = {int(each.stem.rsplit("-", 1)[1]): each for each in given.runs.glob(f"{name}-*.json")}
-    most = max(there, default=0)
-    path = there[most] if most >= given.episodes else given.runs / f"{name}-{given.episodes}.json"
-    if not path.exists():
-        _play_run(given, player, split, language, path)
+    played_in = LANGUAGES[0] if player.agent in NOT_READING else language
+    path = _results(given, player, split, played_in)
     kept: dict[str, Any] = json.loads(path.read_text())
     if player.agent not in NOT_ALONE and "alone" not in kept:
-        plan = Plan(given.data, split, (language,), len(kept["episodes"]), 224, phases=("assembly",))
+        plan = Plan(given.data, split, (played_in,), len(kept["episodes"]), 224, phases=("assembly",))
         scores = play(load_agent(f"agents.{player.agent}", player.arguments), plan)
         kept["alone"] = {episode_id: each["PTC"] for episode_id, each in scores.items()}
         path.write_text(json.dumps(kept))
     return Run.of_results(player.name, player.seed, split, language, kept)
 
 
+def play_hidden(given: argparse.Namespace, player: Player, language: str) -> HiddenRun:
+    """Return what an agent reaches on the hidden split in a language, from the folder of runs or by playing."""
+    whole = argparse.Namespace(**{**vars(given), "episodes": 0})  # A hidden split is played whole.
+    kept: dict[str, Any] = json.loads(_results(whole, player, HIDDEN, language).read_text())
+    return HiddenRun(player.name, player.seed, language, kept["run"]["episodes"], kept["metrics"])
+
+
+def _results(given: argparse.Namespace, player: Player, split: str, language: str) -> Path:
+    """Return the file of an agent's results on a split, which it has played before or plays now."""
+    name = f"{player.mark}-{split}-{language}"
+    whole = given.runs / f"{name}-all.json"
+    if whole.exists():
+        return whole
+    there = {int(each.stem.rsplit("-", 1)[1]): each for each in given.runs.glob(f"{name}-*.json")}
+    most = max(there, default=0)
+    if given.episodes and most >= given.episodes:
+        return there[most]
+    path = given.runs / f"{name}-{given.episodes}.json" if given.episodes else whole
+    _play_run(given, player, split, language, path)
+    return path
+
+
 def _play_run(given: argparse.Namespace, player: Player, split: str, language: str, path: Path) -> None:
     with tempfile.TemporaryDirectory() as folder:
         command = [
             str(Path(sys.executable).with_name("arramon-client")), "--agent", f"agents.{player.agent}",
-            "--lang", language, "--split", split, "--episodes", str(given.episodes), "--data", str(given.data),
-            "--output", folder, "--parallel", "16", "--quiet",
+            "--lang", language, "--split", split, "--data", str(given.data), "--output", folder, "--parallel", "16", "--quiet",
+            *(("--episodes", str(given.episodes)) if given.episodes else ()),
             *(("--sensors", SENSORS[player.agent]) if player.agent in SENSORS else ()),
             *(part for name, value in player.arguments.items() for part in ("--agent-arg", f"{name}={value}")),
         ]  # fmt: skip

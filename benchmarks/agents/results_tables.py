@@ -24,6 +24,8 @@ COMPARED = (
     ("vision_only", "random_walk"),
     ("language_only", "random_walk"),
     ("vl", "random_walk"),
+    ("vl_grounded", "vl"),
+    ("vl_map", "vl_grounded"),
 )
 """Pairs of agents whose difference is shown."""
 
@@ -101,6 +103,27 @@ class Group:
         return float(scores.mean()) if names else None
 
 
+@dataclass(frozen=True)
+class HiddenRun:
+    """One agent with one seed on a hidden split in one language.
+
+    Attributes:
+        episodes: that were played.
+        metrics: of each turn and of both ("turn 1", "turn 2", "total"), by name: mean, low and high.
+    """
+
+    agent: str
+    seed: int
+    language: str
+    episodes: int
+    metrics: Mapping[str, Mapping[str, Mapping[str, float]]]
+
+    def shown(self, row: str, metric: str) -> str:
+        """Return a mean with its interval, as it is shown."""
+        found = self.metrics[row][metric]
+        return f"{found['mean']:.3f} ({found['low']:.3f} to {found['high']:.3f})"
+
+
 def groups_of(split: str, runs: Sequence[Run]) -> list[Group]:
     """Return the runs on a split by agent and language, in their order."""
     found: dict[tuple[str, str], list[Run]] = {}
@@ -108,12 +131,6 @@ def groups_of(split: str, runs: Sequence[Run]) -> list[Group]:
         if run.split == split:
             found.setdefault((run.agent, run.language), []).append(run)
     return [Group(agent, language, each) for (agent, language), each in found.items()]
-
-
-def part(split: str, runs: Sequence[Run]) -> str:
-    """Return a split's means in Markdown, for a part of the page."""
-    groups = groups_of(split, runs)
-    return "\n\n".join([f"### {split}", main_table(groups, {}), "By turn:", turn_table(groups)])
 
 
 def section(split: str, runs: Sequence[Run]) -> str:
@@ -131,6 +148,16 @@ def section(split: str, runs: Sequence[Run]) -> str:
             seed_table(groups),
         ]
     )
+
+
+def hidden_section(split: str, runs: Sequence[HiddenRun]) -> str:
+    """Return the tables of a hidden split in Markdown: each run's means, with the intervals that the server tells."""
+    rows = [
+        (f"`{run.agent}`", run.language, str(run.seed), str(run.episodes), row, *map(run.shown, [row] * 7, COLUMNS))
+        for run in runs
+        for row in ("turn 1", "turn 2", "total")
+    ]
+    return f"## {split}\n\n" + markdown(("agent", "language", "seed", "episodes", "", *COLUMNS), rows)
 
 
 def main_table(groups: Sequence[Group], paper: Mapping[str, Sequence[float]]) -> str:

