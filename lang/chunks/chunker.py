@@ -1,4 +1,4 @@
-"""Chunks of a text: its things, what stands behind them, sides, verbs and joining words, whatever is between them."""
+"""Chunks of a text: its things, the words that relate them, sides, verbs and joining words."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -8,7 +8,7 @@ from lang.matching import SplitWords
 from lang.noun_phrases import NounPhrase, NounPhraseReader
 from lang.patterns import parse, spell_out
 
-THING, SIDE, LOOK = "thing", "side", "look"
+THING, SIDE, LOOK, RELATION = "thing", "side", "look", "relation"
 
 Keys = tuple[str, ...]
 
@@ -21,10 +21,10 @@ class Chunk:
     """A part of a text that says one thing.
 
     Attributes:
-        kind: THING, SIDE, LOOK, "behind", "yours", "verb", or a key of `words` in `chunks.toml`.
+        kind: THING, SIDE, LOOK, RELATION, "yours", "verb", or a key of `words` in `chunks.toml`.
         start: index of its first word.
         end: index after its last word.
-        value: for SIDE "left", "right", "back" or "around"; otherwise a key of `behind` or `verbs`, or a
+        value: for SIDE "left", "right", "back" or "around"; otherwise a key of `relations` or `verbs`, or a
             collectible's pattern.
         things: what a THING names: one, or two that share a noun.
         slight: whether a side is "slightly".
@@ -45,7 +45,7 @@ class Chunk:
 
 
 class Chunker:
-    """Divides texts of a language in which the words that relate things stand behind them.
+    """Divides texts of a language into chunks.
 
     Args:
         data: the content of the language's `chunks.toml`, whose comments describe it.
@@ -71,12 +71,12 @@ class Chunker:
         self._own = frozenset(data["own"])
         self._exactly = frozenset(data["exactly"])
         self._also = frozenset(data["also"])
-        self._of = tuple(data["behind"]["of"])
+        self._of = tuple(data["relations"]["of"])
         self._sides = [(phrase, side) for side, texts in data["sides"].items() for phrase in self._phrases(texts)]
         self._nominal = sorted(self._phrases(data["nominal"]), key=len, reverse=True)
         self._slightly, self._slight_more = frozenset(data["slightly"]), frozenset(data["slight_more"])
         self._listed: dict[str, list[tuple[Keys, str, str]]] = {}
-        for kind, table in (("verb", self._verbs(data)), ("behind", data["behind"]), (LOOK, data["looks"])):
+        for kind, table in (("verb", self._verbs(data)), (RELATION, data["relations"]), (LOOK, data["looks"])):
             for value, texts in table.items():
                 self._add(kind, value, texts)
         for kind, texts in data["words"].items():
@@ -132,7 +132,7 @@ class Chunker:
             yield Chunk("yours", at, at + 1)
             for of in self._of:
                 for chunk in self._words((of, *keys[at + 1 : at + _YOURS]), 0):
-                    if chunk.kind == "behind" and chunk.end > 1:
+                    if chunk.kind == RELATION and chunk.end > 1:
                         yield Chunk("yours", at, at + chunk.end, chunk.value)
 
     def _things(self, keys: Sequence[str], at: int) -> Iterator[Chunk]:

@@ -1,13 +1,12 @@
 """Assembly instructions read by chunks: the object to place, and its relations to what stands in the room."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from lang.chunks import SIDE, THING, Chunk
+from lang.chunks.chunker import RELATION, SIDE, THING, Chunk
+from lang.chunks.sequence import ChunkSequence
 from lang.discourse import Discourse
 from lang.grammar import Grammar
 from lang.meaning import Assembly, Thing, Where
-from lang.noun_phrases import NounPhraseReader
 
 _RELATIONS = {
     "on": "on_top_of", "on_top_of": "on_top_of", "near": "near", "along": "near", "at": "near", "by": "near",
@@ -38,14 +37,12 @@ class RoomReader:
     """Reads one text's chunks.
 
     Attributes:
-        chunks: of the text.
+        text: its chunks.
         grammar: of the language.
-        noun_phrases: its reader, which knows what can be picked up.
     """
 
-    chunks: Sequence[Chunk]
+    text: ChunkSequence
     grammar: Grammar
-    noun_phrases: NounPhraseReader
     turns: list[str] = field(default_factory=list)
     _open: list[Where] = field(default_factory=list)
     """Relations of which what follows says whether they are the object's or a landmark's."""
@@ -66,7 +63,7 @@ class RoomReader:
         """Return the meaning, or None if it names no relation."""
         discourse = Discourse(self.grammar)
         aside = False
-        for number, chunk in enumerate(self.chunks):
+        for number, chunk in enumerate(self.text.chunks):
             aside = chunk.kind == "which" or (aside and chunk.kind not in ("verb", "comma", "stop"))
             if aside:
                 continue
@@ -88,18 +85,18 @@ class RoomReader:
         return Assembly(tuple(self.turns), replace(thing, where=(), number=""), tuple(dict.fromkeys(self._where)))
 
     def _word(self, number: int) -> None:
-        chunk = self.chunks[number]
+        chunk = self.text.chunks[number]
         if chunk.kind == "tile":
             self._name(_YOU)
         elif chunk.kind == SIDE:
             self._take_side(number)
-        elif chunk.kind == "behind":
+        elif chunk.kind == RELATION:
             self._behind(number)
         elif chunk.kind == "yours":
             self._yours(number)
         elif chunk.kind in ("straight", "ahead"):
             self._ahead(number)
-        elif chunk.kind in ("it", "them") and self._next(number) == "behind":
+        elif chunk.kind in ("it", "them") and self.text.next_kind(number) == RELATION:
             self._refer(2 if chunk.kind == "them" else 1)
         elif chunk.kind == "verb" and chunk.value == "place":
             self._where += self._open
@@ -108,9 +105,9 @@ class RoomReader:
             self._settle()
 
     def _ahead(self, number: int) -> None:
-        if self._is_after(number, "from") and self._named[-1:] == [_YOU]:
+        if self.text.is_relation(number - 1, "from") and self._named[-1:] == [_YOU]:
             self._relate("in_front_of")
-        elif self.chunks[number].kind == "ahead" and not self._is_of_thing(number):
+        elif self.text.chunks[number].kind == "ahead" and not self._is_of_thing(number):
             self._open.append(Where("in_front_of", (_YOU,)))
 
     def _name(self, thing: Thing) -> None:
@@ -133,12 +130,12 @@ class RoomReader:
 
     def _judge(self, number: int) -> None:
         """Say whether the last named thing is the object or a landmark, if no relation to it follows."""
-        following = self.chunks[number + 1] if number + 1 < len(self.chunks) else None
+        following = self.text.chunks[number + 1] if number + 1 < len(self.text.chunks) else None
         thing = self._named[-1]
-        if following is not None and following.kind == "behind" and following.value == "object":
+        if following is not None and following.kind == RELATION and following.value == "object":
             self._take_object(thing)
             self._is_stated = True
-        elif following is not None and following.kind in ("behind", "and", "which"):
+        elif following is not None and following.kind in (RELATION, "and", "which"):
             return
         elif self._is_shown(number):
             self._show(thing)
@@ -147,11 +144,11 @@ class RoomReader:
 
     def _is_shown(self, number: int) -> bool:
         """Return whether a thing is said to be somewhere, not placed: a verb of being, or a later "on it"."""
-        for chunk in self.chunks[number + 1 :]:
+        for chunk in self.text.chunks[number + 1 :]:
             if chunk.kind == "verb":
                 return chunk.value in ("be", "see")
             if chunk.kind in ("stop", "comma"):
-                return self._object is None and any(map(_refers_back, self.chunks[number + 1 :]))
+                return self._object is None and any(map(_refers_back, self.text.chunks[number + 1 :]))
             if chunk.kind in (THING, "it", "there", "yours", "tile"):
                 return False
         return False
@@ -174,14 +171,16 @@ class RoomReader:
         self._named = earlier[-count:]
 
     def _take_side(self, number: int) -> None:
-        chunk, following = self.chunks[number], self._next(number)
-        verb = next((each.value for each in self.chunks[number + 1 :] if each.kind not in ("straight", "there")), "")
+        chunk, following = self.text.chunks[number], self.text.next_kind(number)
+        verb = next(
+            (each.value for each in self.text.chunks[number + 1 :] if each.kind not in ("straight", "there")), ""
+        )
         if verb in ("turn", "turn_round", "look", "become"):
             direction = "around" if chunk.value == "back" else chunk.value
             self.turns.append(f"slightly {direction}" if chunk.slight and direction != "around" else direction)
         elif chunk.value in _SIDES:
-            before = self.chunks[number - 1] if number else None
-            if before is not None and before.kind == "behind" and before.value in ("of", "from") and self._named:
+            before = self.text.chunks[number - 1] if number else None
+            if before is not None and before.kind == RELATION and before.value in ("of", "from") and self._named:
                 self._relate(f"{chunk.value}_of", exactly=chunk.exactly)
             elif following in (THING, SIDE) or self._is_description(number + 1):
                 self._side = chunk.value
@@ -195,21 +194,21 @@ class RoomReader:
 
     def _is_more(self, number: int) -> bool:
         """Return whether a side goes on from a relation: "and" between them."""
-        before = self.chunks[number - 2 : number] if number > 1 else []
-        return [chunk.kind for chunk in before] == ["behind", "and"] and before[0].value in _STEPS_FROM
+        before = self.text.chunks[number - 2 : number] if number > 1 else []
+        return [chunk.kind for chunk in before] == [RELATION, "and"] and before[0].value in _STEPS_FROM
 
     def _is_after_place(self, number: int) -> bool:
-        return number > 0 and self.chunks[number - 1].kind in ("behind", "yours")
+        return number > 0 and self.text.chunks[number - 1].kind in (RELATION, "yours")
 
     def _behind(self, number: int) -> None:
-        value, following = self.chunks[number].value, self._next(number)
+        value, following = self.text.chunks[number].value, self.text.next_kind(number)
         if value in _DESCRIBING:
             if following == SIDE:
                 return
             if self._named and following == THING:
                 self._open.append(Where("near", (self._take(),)))
-            before = self.chunks[number - 1] if number else None
-            is_place = before is not None and (before.kind in (THING, "behind", "yours") or before.value in _SIDES)
+            before = self.text.chunks[number - 1] if number else None
+            is_place = before is not None and (before.kind in (THING, RELATION, "yours") or before.value in _SIDES)
             self._describes = following == THING and is_place and bool(self._open)
         elif value == "towards" and self._named[-1:] == [_YOU]:
             if self._open:  # "One this way from the ball, towards the tile."
@@ -222,18 +221,20 @@ class RoomReader:
         elif value in ("in", "on") and self._named and self._named[-1].kind in _FIXED:
             self._relate("near")
         elif value in _RELATIONS and self._named:
-            self._relate(_RELATIONS[value], exactly=self.chunks[number].exactly)
+            self._relate(_RELATIONS[value], exactly=self.text.chunks[number].exactly)
 
     def _yours(self, number: int) -> None:
-        value = self.chunks[number].value
+        value = self.text.chunks[number].value
         if value in ("between", "through_between"):
             self._named.append(_YOU)
             self._relate("between")
         elif value and value != "towards":
             self._open.append(
-                Where(_WITHIN_YOURS.get(value, _RELATIONS.get(value, "near")), (_YOU,), self.chunks[number].exactly)
+                Where(
+                    _WITHIN_YOURS.get(value, _RELATIONS.get(value, "near")), (_YOU,), self.text.chunks[number].exactly
+                )
             )
-        elif self._next(number) == "and":
+        elif self.text.next_kind(number) == "and":
             self._named.append(_YOU)
 
     def _relate(self, relation: str, *, exactly: bool = False) -> None:
@@ -270,23 +271,17 @@ class RoomReader:
         shown = next((each for each in self._shown if each.is_same(thing)), None)
         return thing if shown is None or thing.where else shown
 
-    def _is_after(self, number: int, value: str) -> bool:
-        return number > 0 and self.chunks[number - 1].kind == "behind" and self.chunks[number - 1].value == value
-
     def _is_of_thing(self, number: int) -> bool:
         """Return whether "ahead" describes a thing: "the wall ahead"."""
         at = number + 1 + self._is_description(number + 1)
-        following = self.chunks[at] if at < len(self.chunks) else None
+        following = self.text.chunks[at] if at < len(self.text.chunks) else None
         if following is None or following.kind != THING:
             return False
         return at > number + 1 or following.things[0].kind == "wall"
 
     def _is_description(self, number: int) -> bool:
-        chunk = self.chunks[number] if number < len(self.chunks) else None
-        return chunk is not None and chunk.kind == "behind" and chunk.value in _DESCRIBING
-
-    def _next(self, number: int) -> str:
-        return self.chunks[number + 1].kind if number + 1 < len(self.chunks) else ""
+        chunk = self.text.chunks[number] if number < len(self.text.chunks) else None
+        return chunk is not None and chunk.kind == RELATION and chunk.value in _DESCRIBING
 
 
 def _refers_back(chunk: Chunk) -> bool:
