@@ -20,8 +20,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from agents.learning.reader.reader import WEIGHTS as READER
-from agents.learning.rollouts import Plan, play
 from agents.learning.simulated.people import halves
+from agents.learning.training.rollouts import Plan, play
 from arramon_client import load_agent
 from arramon_client.environments.backend import PHASES
 from server.episodes.splits import folder_of, read_split

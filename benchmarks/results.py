@@ -24,7 +24,7 @@ from typing import Any
 from results_tables import Run, part, section
 
 from agents.learning.checkpoint import SUFFIX, WEIGHTS, load_policy
-from agents.learning.rollouts import Plan, play
+from agents.learning.training.rollouts import Plan, play
 from arramon_client import load_agent
 
 LEARNED = ("language_only", "vision_only", "vl")

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from agents.learning.rollouts import Plan, play
+from agents.learning.training.rollouts import Plan, play
 from arramon_client import load_agent
 from arramon_client.agent import Action, Agent, Observation
 from arramon_client.agent import Episode as Begun

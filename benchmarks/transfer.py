@@ -28,11 +28,11 @@ from transfer_tables import ENCODERS, LANGUAGES, Result, tables
 
 from agents.learning.agent import LearnedAgent
 from agents.learning.checkpoint import SUFFIX, Policy, load_policy, save_policy
-from agents.learning.demonstrations import ROOMS, Demonstration, Source, collect
-from agents.learning.imitation import Imitation
-from agents.learning.recipe import Place, Recipe
-from agents.learning.rollouts import Plan, play
-from agents.learning.vision import DEFAULT, VisualEncoder, open_encoder
+from agents.learning.training.demonstrations import ROOMS, Demonstration, Source, collect
+from agents.learning.training.imitation import Imitation
+from agents.learning.training.recipe import Place, Recipe
+from agents.learning.training.rollouts import Plan, play
+from agents.learning.vision.encoder import DEFAULT, VisualEncoder, open_encoder
 
 SPLITS = ("val_seen", "val_unseen")
 
