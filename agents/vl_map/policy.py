@@ -7,12 +7,15 @@ import numpy.typing as npt
 import torch
 
 from agents.learning.memory.landmarks import Belief
-from agents.vl_map.features import Sample
+from agents.vl_map.features import DIRECTIONS, Sample, mirror
 from agents.vl_map.network import PolicyNetwork, batch_of
+from agents.vl_map.options import WAYPOINTS
+
+_MIRRORED = -np.arange(DIRECTIONS) % DIRECTIONS
 
 
 class Policy:
-    """Chooses by a network.
+    """Chooses by a network, from what is given and from its mirror image.
 
     Args:
         network: trained, in evaluation mode.
@@ -23,6 +26,8 @@ class Policy:
 
     @torch.inference_mode()
     def choose(self, sample: Sample, beliefs: Sequence[Belief]) -> npt.NDArray[np.float32]:  # noqa: ARG002
-        """Return the values of all options, (OPTIONS,)."""
-        values: npt.NDArray[np.float32] = self._network(batch_of([sample]))[0].numpy()
+        """Return the values of all options, (OPTIONS,): log-probabilities, the mean of both."""
+        own, other = self._network(batch_of([sample, mirror(sample)])).log_softmax(1)
+        waypoints = other[:WAYPOINTS].reshape(DIRECTIONS, -1)[_MIRRORED].flatten()
+        values: npt.NDArray[np.float32] = ((own + torch.cat([waypoints, other[WAYPOINTS:]])) / 2.0).numpy()
         return values

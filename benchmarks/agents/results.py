@@ -3,12 +3,12 @@
     python -m benchmarks.agents.results [--data DIR] [--runs DIR] [--weights DIR ...] [--episodes N] [--agents A,B]
                                         [--splits S,T] [--hidden-agents A,B] [--page FILE] [--play-only]
 
-Each agent plays each split in each language, whole or its first N episodes; an agent that has learned, with its weights
-in each folder of `--weights`, one for each seed (without it, with those that come along). Runs that are in the folder of
-runs already, of N episodes or more with the same weights, are not played again: after an interruption the command goes
-on; name another folder for other data. With `--play-only` the page stays as it is: two commands with different agents
-can play side by side. "PTC alone" is the placement after perfect navigation, played in process by the same rules. Of the
-hidden split, which some agents play if the data folder has it, the server tells means and intervals alone.
+Each agent plays each split in each language, whole or its first N episodes; an agent that has learned, with its
+weights in each folder of `--weights`, one for each seed (without it, with those that come along). Runs that are in the
+folder of runs already, of N episodes or more with the same weights, are not played again: after an interruption the
+command goes on; name another folder for other data. With `--play-only` the page stays as it is: two commands with
+different agents can play side by side. "PTC alone" is the placement after perfect navigation, played in process by the
+same rules. Of the hidden split, which some agents play, the server tells means and intervals alone.
 """
 
 import argparse
@@ -167,15 +167,16 @@ def play_hidden(given: argparse.Namespace, player: Player, language: str) -> Hid
 def _results(given: argparse.Namespace, player: Player, split: str, language: str) -> Path:
     """Return the file of an agent's results on a split, which it has played before or plays now."""
     name = f"{player.mark}-{split}-{language}"
-    whole = given.runs / f"{name}-all.json"
-    if whole.exists():
-        return whole
-    there = {int(each.stem.rsplit("-", 1)[1]): each for each in given.runs.glob(f"{name}-*.json")}
-    most = max(there, default=0)
-    if given.episodes and most >= given.episodes:
-        return there[most]
-    path = given.runs / f"{name}-{given.episodes}.json" if given.episodes else whole
-    _play_run(given, player, split, language, path)
+    runs: Path = given.runs
+    whole = runs / f"{name}-all.json"
+    parts = {int(each.stem.rsplit("-", 1)[1]): each for each in runs.glob(f"{name}-[0-9]*.json")}
+    most = max(parts, default=0)
+    if whole.exists() or not given.episodes:
+        path = whole
+    else:
+        path = parts[most] if most >= given.episodes else runs / f"{name}-{given.episodes}.json"
+    if not path.exists():
+        _play_run(given, player, split, language, path)
     return path
 
 
@@ -183,7 +184,8 @@ def _play_run(given: argparse.Namespace, player: Player, split: str, language: s
     with tempfile.TemporaryDirectory() as folder:
         command = [
             str(Path(sys.executable).with_name("arramon-client")), "--agent", f"agents.{player.agent}",
-            "--lang", language, "--split", split, "--data", str(given.data), "--output", folder, "--parallel", "16", "--quiet",
+            "--lang", language, "--split", split, "--data", str(given.data), "--output", folder,
+            "--parallel", "16", "--quiet",
             *(("--episodes", str(given.episodes)) if given.episodes else ()),
             *(("--sensors", SENSORS[player.agent]) if player.agent in SENSORS else ()),
             *(part for name, value in player.arguments.items() for part in ("--agent-arg", f"{name}={value}")),

@@ -79,7 +79,7 @@ def test_upright_pixels_are_no_road() -> None:
     right = total = 0
     for number in range(6):
         frame = source.frame(number)
-        seen = see(eyes, frame.rgb, frame.depth).labels
+        seen = see(eyes, frame.rgb[None], frame.depth[None])[0].labels
         kinds = np.array([label.kind for label in LABELS])[seen]
         truth = np.array([name[0] for name in label_names()])[frame.labels]
         building = truth == "building"

@@ -1,5 +1,6 @@
 """What the visual encoder sees in a frame, as labels of pixels and named things, for agents that keep maps."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,7 @@ from agents.learning.eyes.vocabulary import (
     SURFACES,
     look_slices,
 )
-from agents.learning.vision.eyes import Eyes
+from agents.learning.vision.eyes import BATCH, Eyes
 from arramon_client.agent import Label
 
 FLAT = (*(kind for kind in SURFACES if kind not in ("building", "wall")), "zebra_crossing")
@@ -65,27 +66,41 @@ class Sight:
     things: list[NamedThing]
 
 
-def see(eyes: Eyes, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> Sight:
-    """Return what an encoder sees in a frame.
+def see(eyes: Eyes, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[Sight]:
+    """Return what an encoder sees in each frame of a batch.
 
     Args:
         eyes: the encoder.
-        rgb: (size, size, 3) uint8, of the encoder's size.
-        depth: (size, size) units, 0 where there is nothing.
+        rgb: (B, size, size, 3) uint8, of the encoder's size.
+        depth: (B, size, size) units, 0 where there is nothing.
     """
-    kinds, _, looks = (part[0].numpy() for part in eyes.blocks(rgb[None], depth[None]))
+    sights = []
+    for first in range(0, len(rgb), BATCH):
+        some = rgb[first : first + BATCH], depth[first : first + BATCH]
+        kinds, _, looks = (part.numpy() for part in eyes.blocks(*some))
+        for number, things in enumerate(eyes.things(*some)):
+            sights.append(Sight(_labels(kinds[number], looks[number], some[1][number], things), things))
+    return sights
+
+
+def _labels(
+    kinds: npt.NDArray[np.float32],
+    looks: npt.NDArray[np.float32],
+    depth: npt.NDArray[np.float32],
+    things: Sequence[NamedThing],
+) -> npt.NDArray[np.uint16]:
+    """Return the label of each pixel of a frame, by the probabilities of its blocks and the things in it."""
     flat = kinds[_FLAT_KINDS].argmax(0)
     upright = _rooms(looks) if kinds[_KIND["wall"]].sum() > kinds[_KIND["building"]].sum() else _houses(kinds, looks)
     side = len(depth) // len(flat)
     height = EYE_HEIGHT - rays(len(depth))[:, None] * depth
     is_upright = (depth > 0.0) & (height > UPRIGHT)
     labels = np.where(is_upright, _pixels(upright, side), _pixels(flat, side)).astype(np.uint16)
-    things = eyes.things(rgb[None], depth[None])[0]
     for named in things:
         kind = int(named.kinds.argmax())
         if kind >= len(SURFACES):
             labels[named.thing.rows, named.thing.columns][named.thing.mask] = _FIRST_THING + kind - len(SURFACES)
-    return Sight(labels, things)
+    return labels
 
 
 def _rooms(looks: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
