@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from agents.learning.extra import PLAYING, require
-from agents.learning.recipe import RECIPES, Place, Recipe, smoke
-from agents.learning.vision import FOLDER
+from agents.learning.training.recipe import RECIPES, Place, Recipe, smoke
+from agents.learning.vision.encoder import FOLDER
 from arramon_client.errors import ArramonClientError
 
 MAP = "vl_map"
@@ -58,7 +58,7 @@ def main(arguments: list[str] | None = None) -> int:
 def _train(recipe: Recipe, place: Place, *, ship: bool) -> None:
     import torch
 
-    from agents.learning.imitation import Imitation, demonstrations_of, train_data_hash
+    from agents.learning.training.imitation import Imitation, demonstrations_of, train_data_hash
 
     torch.set_num_threads(1)  # Two processes of one thread do more than one of two.
     if place.device == "auto":
@@ -75,9 +75,9 @@ def _train(recipe: Recipe, place: Place, *, ship: bool) -> None:
 
 
 def _train_map(given: argparse.Namespace) -> None:
-    from agents.learning.map_training import MapRecipe
-    from agents.learning.map_training import smoke as smoke_map
-    from agents.learning.train_map import Validation, train_map
+    from agents.learning.training.vl_map.policy import MapRecipe
+    from agents.learning.training.vl_map.policy import smoke as smoke_map
+    from agents.learning.training.vl_map.train import Validation, train_map
 
     recipe, validation = MapRecipe(), Validation()
     if given.smoke:
@@ -94,8 +94,8 @@ def _train_map(given: argparse.Namespace) -> None:
 
 
 def _train_grounded(given: argparse.Namespace) -> None:
-    from agents.learning.train_grounded import GroundedRecipe, train_grounded
-    from agents.learning.train_grounded import smoke as smoke_grounded
+    from agents.learning.training.vl_grounded.train import GroundedRecipe, train_grounded
+    from agents.learning.training.vl_grounded.train import smoke as smoke_grounded
 
     recipe = smoke_grounded(GroundedRecipe()) if given.smoke else GroundedRecipe()
     recipe = replace(recipe, **_own(GROUNDED, recipe, _chosen(given), given))

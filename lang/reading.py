@@ -5,9 +5,10 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from lang.chunk_rooms import RoomReader
-from lang.chunk_routes import RouteReader
-from lang.chunks import Chunker
+from lang.chunks.chunker import Chunker
+from lang.chunks.postpositions.rooms import RoomReader
+from lang.chunks.postpositions.routes import RouteReader
+from lang.chunks.sequence import ChunkSequence
 from lang.discourse import BARE, Discourse, Item
 from lang.grammar import Grammar, Table
 from lang.itinerary import read_navigation
@@ -168,9 +169,9 @@ class Reader:
         """Return the meaning of a text by its chunks, or None if the language has none or they say too little."""
         if self.chunker is None:
             return None
+        text = ChunkSequence(self.chunker.chunks(keys), self.noun_phrase_reader)
         reader: type[RouteReader | RoomReader] = RouteReader if phase == "navigation" else RoomReader
-        chunks = self.chunker.chunks(keys)
-        return reader(chunks=chunks, grammar=self._grammar, noun_phrases=self.noun_phrase_reader).read()
+        return reader(text=text, grammar=self._grammar).read()
 
     def _without_asides(self, keys: tuple[str, ...]) -> tuple[str, ...]:
         """Return a text's words without those that only say how sure or how friendly the writer is."""

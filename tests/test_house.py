@@ -133,7 +133,7 @@ def test_agents_at_play_import_nothing_of_the_server() -> None:
     """Nor what trains them."""
     code = (
         "import sys, agents.seeing_follower, agents.vl_map.agent, agents.vl_grounded.agent; "
-        "import agents.learning.vision_eyes; "
+        "import agents.learning.vision.eyes; "
         "print([name for name in sys.modules if name.split('.')[0] == 'server' or 'simulated' in name])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)

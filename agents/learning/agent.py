@@ -11,7 +11,7 @@ from torch import Tensor
 
 from agents.learning.checkpoint import Policy, as_input
 from agents.learning.paper import ACTIONS, START, State, Text
-from agents.learning.vision import GRID, FrameMemory
+from agents.learning.vision.encoder import GRID, FrameMemory
 from arramon_client.agent import Episode, Observation
 
 

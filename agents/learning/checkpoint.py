@@ -14,8 +14,8 @@ from safetensors.torch import save_file
 from torch import Tensor
 
 from agents.learning.paper import Config, Model
-from agents.learning.tokenizers import Tokenizer, restore_tokenizer
-from agents.learning.vision import VisualEncoder, open_encoder
+from agents.learning.text.tokenizers import Tokenizer, restore_tokenizer
+from agents.learning.vision.encoder import VisualEncoder, open_encoder
 
 WEIGHTS = Path(__file__).parent / "weights"
 """Folder of the weights that come along."""

@@ -14,7 +14,7 @@ import torch
 
 from agents.learning.eyes.scores import GridScores, NameScores
 from agents.learning.simulated.frames import FrameSource, label_names
-from agents.learning.vision_eyes import Eyes, load
+from agents.learning.vision.eyes import Eyes, load
 
 SEED = 1_000_003
 """Of the frames: other than those of training."""

@@ -18,8 +18,8 @@ from agents.learning.eyes.targets import LabelTable
 from agents.learning.eyes.tasks import BlocksTask, NamingTask
 from agents.learning.eyes.weights import write_weights
 from agents.learning.simulated.frames import FrameSource, label_names
-from agents.learning.trainer import Plan, Task, Trainer
-from agents.learning.training_run import train
+from agents.learning.training.run import train
+from agents.learning.training.trainer import Plan, Task, Trainer
 
 SECTIONS = ("1", "2", "3", "4", "5")
 """Sections of the training splits."""

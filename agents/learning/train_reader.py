@@ -22,8 +22,8 @@ from agents.learning.reader.task import Examples, ReadingTask, score
 from agents.learning.reader.weights import write_reader
 from agents.learning.reader.words import Vocabulary
 from agents.learning.simulated.meanings import Sample, draw_samples, read_samples, write_plans
-from agents.learning.trainer import Plan, Trainer
-from agents.learning.training_run import train
+from agents.learning.training.run import train
+from agents.learning.training.trainer import Plan, Trainer
 
 LOG = logging.getLogger("train_reader")
 

@@ -7,7 +7,7 @@ import argparse
 from pathlib import Path
 
 from agents.learning.simulated.meanings import read_samples
-from agents.learning.tokenizers import PIECES, SHIPPED, SentencePieces
+from agents.learning.text.tokenizers import PIECES, SHIPPED, SentencePieces
 
 
 def main() -> None:

@@ -22,7 +22,7 @@ from agents.learning.reader.words import UNKNOWN, Vocabulary
 from agents.learning.simulated.meanings import Sample, draw_samples
 from agents.learning.simulated.people import read_half
 from agents.learning.train_reader import examples_of
-from agents.learning.trainer import Plan, Trainer
+from agents.learning.training.trainer import Plan, Trainer
 
 LOG = logging.getLogger("tune_reader")
 

@@ -10,14 +10,14 @@ import numpy.typing as npt
 from agents.follower.agent import Agent as Follower
 from agents.follower.navigation_body import Body
 from agents.follower.room import Find, RoomFollower
-from agents.learning.landmarks import SeenLandmarks
+from agents.learning.memory.landmarks import SeenLandmarks
+from agents.learning.memory.room import SeenRoom
+from agents.learning.memory.sight import LABELS, Sight, see
 from agents.learning.reader.reader import LearnedReader
 from agents.learning.reader.reader import load as load_reader
-from agents.learning.room_memory import SeenRoom
-from agents.learning.sight import LABELS, Sight, see
-from agents.learning.vision import resize
-from agents.learning.vision_eyes import Eyes
-from agents.learning.vision_eyes import load as load_eyes
+from agents.learning.vision.encoder import resize
+from agents.learning.vision.eyes import Eyes
+from agents.learning.vision.eyes import load as load_eyes
 from arramon_client.agent import Episode, Observation
 from lang.meaning import Assembly, Navigation
 

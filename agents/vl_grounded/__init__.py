@@ -25,7 +25,7 @@ def make_agent(weights: str | None = None, sensor: str = SENSORS[0]) -> Agent:
     import torch
 
     from agents.learning.checkpoint import find_weights
-    from agents.learning.vision_eyes import load as load_eyes
+    from agents.learning.vision.eyes import load as load_eyes
     from agents.vl_grounded.agent import GroundedAgent
     from agents.vl_grounded.sight import EncodedSight, LabelledSight
     from agents.vl_grounded.weights import read_weights

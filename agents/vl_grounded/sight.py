@@ -10,10 +10,10 @@ from agents.follower.room_sight import RoomSight
 from agents.learning.eyes.grid import CHANNEL_NAMES
 from agents.learning.eyes.scores import LEAST_PIXELS, cells_showing, channels_of
 from agents.learning.eyes.vocabulary import COLLECTIBLES
-from agents.learning.room_memory import SeenRoom
-from agents.learning.sight import LABELS
-from agents.learning.vision import GRID, FrameMemory, quantise, resize
-from agents.learning.vision_eyes import Eyes
+from agents.learning.memory.room import SeenRoom
+from agents.learning.memory.sight import LABELS
+from agents.learning.vision.encoder import GRID, FrameMemory, quantise, resize
+from agents.learning.vision.eyes import Eyes
 from agents.vl_grounded.look import Look
 from arramon_client.agent import Episode, Label, Observation
 from lang.room import START

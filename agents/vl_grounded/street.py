@@ -11,7 +11,7 @@ from torch import Tensor, nn
 
 from agents.learning.eyes.grid import CHANNEL_NAMES
 from agents.learning.paper import ACTIONS
-from agents.learning.vision import GRID
+from agents.learning.vision.encoder import GRID
 from agents.vl_grounded.naming import Named, named
 from agents.vl_grounded.odometry import NUMBERS
 from agents.vl_grounded.reading import DROPOUT, WORD, Attention, Reading, match

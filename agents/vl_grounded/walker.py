@@ -8,7 +8,7 @@ from torch import Tensor
 from agents.learning.checkpoint import as_input
 from agents.learning.eyes.grid import CHANNEL_NAMES
 from agents.learning.paper import ACTIONS, START
-from agents.learning.vision import GRID
+from agents.learning.vision.encoder import GRID
 from agents.vl_grounded.network import Grounded
 from agents.vl_grounded.odometry import odometry
 from agents.vl_grounded.reading import best_match

@@ -8,7 +8,7 @@ from typing import Any
 import torch
 
 from agents.learning.checkpoint import BadWeights, read_tensors, write_tensors
-from agents.learning.tokenizers import Tokenizer, restore_tokenizer
+from agents.learning.text.tokenizers import Tokenizer, restore_tokenizer
 from agents.vl_grounded.network import Grounded
 
 FORMAT = "vl_grounded 1"

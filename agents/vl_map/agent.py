@@ -5,7 +5,7 @@ from agents.follower.agent import Walk
 from agents.follower.navigation_body import Body
 from agents.learning.reader.reader import LearnedReader
 from agents.learning.reader.slots import rows_of
-from agents.learning.vision_eyes import Eyes
+from agents.learning.vision.eyes import Eyes
 from agents.seeing_follower.agent import Agent as SeeingFollower
 from agents.vl_map.navigator import MapNavigator
 from agents.vl_map.policy import Policy

@@ -19,7 +19,7 @@ from agents.learning.eyes.vocabulary import (
     LOOKS,
     look_slices,
 )
-from agents.learning.landmarks import Belief
+from agents.learning.memory.landmarks import Belief
 from agents.learning.reader.slots import EMPTY, SLOTS, Row
 
 ROWS, THINGS, TRACE = 16, 24, 12

@@ -11,7 +11,7 @@ from agents.follower.map_landmarks import Landmark
 from agents.follower.navigation_body import Body
 from agents.follower.navigation_motion import HEADINGS, can_step, find_path
 from agents.follower.navigation_target import REACH_TO, is_reached
-from agents.learning.landmarks import Belief, SeenLandmarks, certain_beliefs
+from agents.learning.memory.landmarks import Belief, SeenLandmarks, certain_beliefs
 from agents.learning.reader.slots import Row
 from agents.vl_map.features import DIRECTIONS, Moment, Sample, sample_of
 from agents.vl_map.options import DISTANCES, WAYPOINTS

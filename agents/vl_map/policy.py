@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from agents.learning.landmarks import Belief
+from agents.learning.memory.landmarks import Belief
 from agents.vl_map.features import Sample
 from agents.vl_map.network import PolicyNetwork, batch_of
 

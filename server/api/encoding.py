@@ -35,7 +35,7 @@ ZSTD = zstandard.ZstdCompressionParameters(
 )
 """Quicker than level 1, to compress and to decompress, for images a sixth larger: matches are long in frames of flat
 colours and repeated textures, so short ones are not looked for, and what is left is not worth an entropy code. Higher
-levels gain next to nothing (benchmarks/encodings.py)."""
+levels gain next to nothing (benchmarks/serving/encodings.py)."""
 
 
 class ImageEncoder(Protocol):

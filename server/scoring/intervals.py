@@ -4,7 +4,7 @@ The variance is estimated from the scores, and expressed as a share of the large
 the same mean can have. The interval holds every mean that is within t standard errors of the one observed, where the
 standard error is that of the supposed mean: Wilson's interval (1927) with an effective number of episodes (Korn and
 Graubard 1998). It stays within [0, 1], and covers near both ends too, where the bootstrap does not.
-`benchmarks/interval_coverage.py` measures how often it holds the truth.
+`benchmarks/leaderboard/interval_coverage.py` measures how often it holds the truth.
 """
 
 from dataclasses import dataclass

@@ -5,7 +5,7 @@ is random (Fisher 1935; Noreen 1989 calls it approximate randomisation). One mat
 the signed sum of a pair's differences is the difference of two signed sums of scores. Where so few random sums reach
 the observed one that their number says little, the tail comes from the saddlepoint approximation of the same
 distribution (Robinson 1982); more than FAR standard deviations away, from Hoeffding's bound, which no tail exceeds.
-`benchmarks/interval_coverage.py` measures false claims and power.
+`benchmarks/leaderboard/interval_coverage.py` measures false claims and power.
 """
 
 from collections.abc import Sequence

@@ -8,10 +8,10 @@ import pytest
 
 import lang
 from agents.learning.eyes.vocabulary import COLLECTIBLE_COLOURS, COLLECTIBLES, LOOK_GROUPS
+from agents.learning.memory.sight import LABELS, see
 from agents.learning.reader.reader import LearnedReader, load
-from agents.learning.sight import LABELS, see
 from agents.learning.simulated.frames import FrameSource, label_names
-from agents.learning.vision_eyes import load as load_eyes
+from agents.learning.vision.eyes import load as load_eyes
 from agents.seeing_follower import Agent
 from arramon_client.agent import Episode, Observation
 from lang.meaning import Navigation, Rotate, Thing, Walk

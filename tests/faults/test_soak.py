@@ -9,23 +9,15 @@ from types import ModuleType
 
 import pytest
 
-from tests import ROOT
+from benchmarks.soak.logs import unexplained, warnings
 from tests.postgres import binaries
 
-BENCHMARKS = ROOT / "benchmarks"
-
 
 @pytest.fixture
-def benchmarks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The folder's scripts can be imported."""
-    monkeypatch.syspath_prepend(str(BENCHMARKS))
-
-
-@pytest.fixture
-def soak(benchmarks: None) -> Iterator[ModuleType]:
+def soak() -> Iterator[ModuleType]:
     """The script as a module: in this process its servers and clients are forked, which spares many slow starts."""
     before = signal.getsignal(signal.SIGTERM)
-    yield importlib.import_module("soak")
+    yield importlib.import_module("benchmarks.soak.run")
     signal.signal(signal.SIGTERM, before)
 
 
@@ -79,9 +71,6 @@ FATAL = "no JSON: Fatal Python error: Segmentation fault"
         (["server paused"], [DIED, FATAL]),
     ],
 )
-def test_only_injected_faults_explain_warnings(
-    benchmarks: None, faults: list[str], expected: list[str], tmp_path: Path
-) -> None:
-    logs = importlib.import_module("soak_logs")
+def test_only_injected_faults_explain_warnings(faults: list[str], expected: list[str], tmp_path: Path) -> None:
     (tmp_path / "log-0").write_text(LOG)
-    assert logs.unexplained(logs.warnings(tmp_path), faults) == expected
+    assert unexplained(warnings(tmp_path), faults) == expected

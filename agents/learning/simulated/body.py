@@ -22,8 +22,8 @@ from agents.learning.eyes.vocabulary import (
     NONE,
     look_slices,
 )
-from agents.learning.landmarks import SeenLandmarks
-from agents.learning.sight import LABELS
+from agents.learning.memory.landmarks import SeenLandmarks
+from agents.learning.memory.sight import LABELS
 from agents.learning.simulated.world import FOCAL, Things, World
 from agents.vl_map.features import relative_to
 from arramon_client.agent import Action

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from agents.learning.landmarks import Belief
+from agents.learning.memory.landmarks import Belief
 from agents.learning.reader.slots import Row
 from agents.learning.simulated.alignment import current_row, places_of
 from agents.learning.simulated.body import Faults, SimulatedBody

@@ -152,8 +152,8 @@ def contradicts(text: str, language: str, route: Tokens) -> bool:
 
     So it is if it fits more than MOST_BETTER of OTHERS routes better, or the mirrored one by more than MIRRORED_BETTER.
     The bounds are set such that few of the texts that lead the follower are lost; most texts of another route are found
-    by them, and a text that only says left for right here and there is not (`benchmarks/alignment.py`). A language
-    without a model has no such check.
+    by them, and a text that only says left for right here and there is not (`benchmarks/instructions/alignment.py`).
+    A language without a model has no such check.
     """
     model = load(language)
     return model is not None and (model.margin(text, route) < -MIRRORED_BETTER or model.rank(text, route) > MOST_BETTER)

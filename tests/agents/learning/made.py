@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.learning.demonstrations import Demonstration
 from agents.learning.paper import PHASES
-from agents.learning.recipe import Place, Recipe
-from agents.learning.vision import open_encoder
+from agents.learning.training.demonstrations import Demonstration
+from agents.learning.training.recipe import Place, Recipe
+from agents.learning.vision.encoder import open_encoder
 
 
 def recipe(agent: str = "vl", *, sees: bool = True, reads: bool = True, validate: int = 0, passes: int = 3) -> Recipe:

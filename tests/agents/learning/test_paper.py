@@ -5,7 +5,7 @@ import torch
 from torch import Tensor
 
 from agents.learning.paper import START, Config, Model, Module, Text
-from agents.learning.readers import READERS
+from agents.learning.text.readers import READERS
 
 SMALL = Config(vocabulary=20, channels=6, positions=True, word_size=8, action_size=4, hidden=16)
 

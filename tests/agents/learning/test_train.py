@@ -8,8 +8,8 @@ import torch
 from agents import train
 from agents.learning.checkpoint import load_policy
 from agents.learning.pretrained import encoders
-from agents.learning.recipe import RECIPES
-from agents.learning.rollouts import Plan, play
+from agents.learning.training.recipe import RECIPES
+from agents.learning.training.rollouts import Plan, play
 from agents.vl_grounded.weights import read_weights
 from agents.vl_map.weights import read_policy
 from arramon_client import load_agent

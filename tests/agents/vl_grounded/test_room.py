@@ -4,8 +4,8 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
-from agents.learning.room_memory import SeenRoom  # noqa: E402
-from agents.learning.sight import LABELS  # noqa: E402
+from agents.learning.memory.room import SeenRoom  # noqa: E402
+from agents.learning.memory.sight import LABELS  # noqa: E402
 from agents.vl_grounded.look import WAY, Look, as_named  # noqa: E402
 from agents.vl_grounded.naming import KINDS  # noqa: E402
 from agents.vl_grounded.network import Grounded  # noqa: E402

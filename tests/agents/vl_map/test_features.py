@@ -9,7 +9,7 @@ from agents.follower.map import Map
 from agents.follower.map_landmarks import Landmark
 from agents.follower.perceive import Scan
 from agents.learning.eyes.vocabulary import COLOURS, KINDS
-from agents.learning.landmarks import Belief, certain
+from agents.learning.memory.landmarks import Belief, certain
 from agents.learning.reader.slots import SLOTS, Row, rows_of
 from agents.vl_map.features import (
     DIRECTIONS,

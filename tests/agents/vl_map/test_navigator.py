@@ -10,9 +10,9 @@ import pytest
 from agents.follower.map_landmarks import Landmark
 from agents.follower.navigation_body import Body
 from agents.follower.perceive import Scan
-from agents.learning.landmarks import Belief
+from agents.learning.memory.landmarks import Belief
+from agents.learning.memory.sight import LABELS
 from agents.learning.reader.slots import rows_of
-from agents.learning.sight import LABELS
 from agents.vl_map.features import Sample
 from agents.vl_map.navigator import LOOK, MOVES, RESERVE, MapNavigator
 from agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS

@@ -8,7 +8,7 @@ import pytest
 
 from agents.learning.pretrained.encoders import open_text_encoder
 from agents.learning.pretrained.packed import BadModel
-from agents.learning.vision import GRID, open_encoder, quantise
+from agents.learning.vision.encoder import GRID, open_encoder, quantise
 
 transformers = pytest.importorskip("transformers", reason="the extra `agents` is not installed: scripts/setup")
 

@@ -11,7 +11,7 @@ from agents.learning.reader.slots import rows_of
 from agents.learning.reader.task import Examples, ReadingTask, score
 from agents.learning.reader.weights import write_reader
 from agents.learning.reader.words import Vocabulary
-from agents.learning.trainer import Plan, Trainer
+from agents.learning.training.trainer import Plan, Trainer
 from lang.meaning import Meaning, Navigation, Rotate, Thing, Walk
 
 MUG, BALL = Thing("mug", "red", "dotted"), Thing("ball", "blue", "striped")

@@ -1,0 +1,122 @@
+"""What the visual encoder sees in a frame, as labels of pixels and named things, for agents that keep maps."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from agents.learning.eyes.lens import EYE_HEIGHT, rays
+from agents.learning.eyes.names import NamedThing
+from agents.learning.eyes.vocabulary import (
+    COLLECTIBLES,
+    COLOURED,
+    COLOURS,
+    FURNITURE,
+    KINDS,
+    LOOK_GROUPS,
+    SURFACES,
+    look_slices,
+)
+from agents.learning.vision.eyes import Eyes
+from arramon_client.agent import Label
+
+FLAT = (*(kind for kind in SURFACES if kind not in ("building", "wall")), "zebra_crossing")
+"""Kinds that blocks tell, besides buildings by facade and walls by look."""
+
+_SLICES = look_slices()
+_FACADES, _WALLS = (next(group.looks for group in LOOK_GROUPS if group.name == name) for name in ("facade", "wall"))
+
+LABELS: tuple[Label, ...] = (
+    *(Label(kind) for kind in FLAT),
+    *(Label("building", look=look) for look in (*_FACADES, "")),
+    *(Label("wall", look=look) for look in _WALLS),
+    *(Label(kind) for kind in (*FURNITURE, *COLLECTIBLES)),
+)
+"""Meaning of the label images' values, by index. Furniture and collectibles are told by kind alone here."""
+
+_FIRST_FACADE = len(FLAT)
+_UNCLEAR = _FIRST_FACADE + len(_FACADES)
+_FIRST_WALL = _UNCLEAR + 1
+_FIRST_THING = _FIRST_WALL + len(_WALLS)
+_KIND = {kind: number for number, kind in enumerate(KINDS)}
+_FLAT_KINDS = [_KIND[kind] for kind in FLAT]
+
+
+UPRIGHT = 0.03
+"""Height above the ground from which a pixel shows no road, in units."""
+
+AT_EYE = slice(9, 17)
+"""Rows of blocks at eye height."""
+
+CLEAR = 0.6
+"""Share of a column's facades from which the most likely one is told."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """What was seen in a frame.
+
+    Attributes:
+        labels: (size, size) uint16, indices in LABELS.
+        things: the things on the ground and on walls, by name.
+    """
+
+    labels: npt.NDArray[np.uint16]
+    things: list[NamedThing]
+
+
+def see(eyes: Eyes, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> Sight:
+    """Return what an encoder sees in a frame.
+
+    Args:
+        eyes: the encoder.
+        rgb: (size, size, 3) uint8, of the encoder's size.
+        depth: (size, size) units, 0 where there is nothing.
+    """
+    kinds, _, looks = (part[0].numpy() for part in eyes.blocks(rgb[None], depth[None]))
+    flat = kinds[_FLAT_KINDS].argmax(0)
+    upright = _rooms(looks) if kinds[_KIND["wall"]].sum() > kinds[_KIND["building"]].sum() else _houses(kinds, looks)
+    side = len(depth) // len(flat)
+    height = EYE_HEIGHT - rays(len(depth))[:, None] * depth
+    is_upright = (depth > 0.0) & (height > UPRIGHT)
+    labels = np.where(is_upright, _pixels(upright, side), _pixels(flat, side)).astype(np.uint16)
+    things = eyes.things(rgb[None], depth[None])[0]
+    for named in things:
+        kind = int(named.kinds.argmax())
+        if kind >= len(SURFACES):
+            labels[named.thing.rows, named.thing.columns][named.thing.mask] = _FIRST_THING + kind - len(SURFACES)
+    return Sight(labels, things)
+
+
+def _rooms(looks: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
+    """Return the label of each block's walls, (28, 28)."""
+    walls: npt.NDArray[np.int64] = _FIRST_WALL + looks[_SLICES["wall"]].argmax(0)
+    return walls
+
+
+def _houses(kinds: npt.NDArray[np.float32], looks: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
+    """Return the label of each block's buildings, (28, 28): a column's facade is told from all blocks at eye height.
+
+    Where it is not clear, it is a building of no facade: solid, and not what an instruction means by one.
+    """
+    chances = kinds[_KIND["building"]][AT_EYE] * looks[_SLICES["facade"]][:, AT_EYE]
+    mean = chances.sum(1) / np.maximum(chances.sum((0, 1)), 1e-6)  # (facades, columns)
+    is_clear = (mean.max(0) > CLEAR) & (kinds[_KIND["building"]] > 0.5)
+    return np.where(is_clear, _FIRST_FACADE + mean.argmax(0), _UNCLEAR)
+
+
+def _pixels(blocks: npt.NDArray[np.int64], side: int) -> npt.NDArray[np.int64]:
+    return np.repeat(np.repeat(blocks, side, 0), side, 1)
+
+
+def label_of(
+    kinds: npt.NDArray[np.floating], colours: npt.NDArray[np.floating], looks: npt.NDArray[np.floating]
+) -> Label:
+    """Return the most likely label by the chances of kinds, colours and looks, of whatever scale."""
+    kind = KINDS[int(kinds.argmax())]
+    colour = COLOURS[int(colours.argmax())]
+    group = next((group for group in LOOK_GROUPS if kind in group.kinds), None)
+    look = group.looks[int(looks[_SLICES[group.name]].argmax())] if group else ""
+    if kind in COLLECTIBLES or kind == "banner" or kind in COLOURED:
+        return Label(kind, colour, look)
+    return Label(kind, "", look)

@@ -1,0 +1,306 @@
+"""Imitation of the expert by teacher forcing: updates, checkpoints, validation by rollouts, the best weights."""
+
+import hashlib
+import random
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import torch
+from tensorboardX import SummaryWriter
+
+from agents.learning.agent import LearnedAgent
+from agents.learning.checkpoint import SUFFIX, Policy, read_tensors, save_policy, write_tensors
+from agents.learning.paper import PHASES, Config, Model
+from agents.learning.pretrained.states import open_states
+from agents.learning.text.readers import PretrainedReader, own_pieces
+from agents.learning.text.tokenizers import PRETRAINED, train_tokenizer
+from agents.learning.training.alignment import alignment_loss, other_texts
+from agents.learning.training.batches import as_tokens, draw_text, epoch, loss_of, make_batch
+from agents.learning.training.card import card
+from agents.learning.training.demonstrations import ROOMS, Demonstration, Source, collect, data_hash_of, unseen
+from agents.learning.training.recipe import Place, Recipe
+from agents.learning.training.rollouts import Plan, mean, play
+from agents.learning.vision.encoder import open_encoder
+
+Tell = Callable[[str], None]
+
+JUDGED = {"navigation": "nDTW", "assembly": "PTC"}
+"""The metric by which the best weights of each phase are chosen; the other phase is played by the ground truth."""
+
+
+class OtherRecipe(ValueError):
+    """The output folder holds a checkpoint of another recipe."""
+
+
+class Imitation:
+    """One agent in training.
+
+    Args:
+        recipe: what it follows from.
+        place: where it reads and writes.
+        demonstrations: of the expert.
+        tell: gets lines of progress.
+
+    Attributes:
+        step: updates done.
+        losses: of every update so far.
+    """
+
+    def __init__(
+        self, recipe: Recipe, place: Place, demonstrations: Sequence[Demonstration], tell: Tell = lambda _: None
+    ) -> None:
+        torch.manual_seed(recipe.seed)
+        self.recipe, self.place, self.tell = recipe, place, tell
+        self.demonstrations = demonstrations
+        encoder = open_encoder(recipe.encoder) if recipe.sees else None
+        texts = [text for each in demonstrations for text in each.read_in(recipe.texts)]
+        tokenizer = train_tokenizer(recipe.tokenizer, texts)
+        config = Config(
+            vocabulary=tokenizer.size,
+            channels=encoder.channels if encoder else 0,
+            sees=recipe.sees,
+            reads=recipe.reads,
+            positions=True,
+            reader=recipe.reader,
+        )
+        self.policy = Policy(Model(config).to(place.device), tokenizer, encoder, {"recipe": recipe.as_json()})
+        if recipe.reads and recipe.reader.startswith(PRETRAINED):
+            states = open_states(recipe.reader.removeprefix(PRETRAINED))
+            pieces = (own_pieces(tokenizer.encode(text)) for text in texts)
+            moments = states.prepare(pieces, place.cache, tell, recipe.precision)
+            for module in map(self.policy.model.of, PHASES):
+                assert isinstance(module.reader, PretrainedReader)
+                module.reader.standardise(*moments)
+        self.optimizer = torch.optim.Adam(self.policy.model.parameters(), recipe.learning_rate)
+        self.step, self.losses = 0, list[float]()
+        self.best: dict[str, float] = {}
+        self._cpu, self._cpu_before = time.process_time(), 0.0
+        self._orders: dict[tuple[str, int], list[list[int]]] = {}
+        self._counts = {phase: len(self._order(phase, 0)) for phase in PHASES}
+        self.steps = recipe.passes * (self._counts["navigation"] or self._counts["assembly"])
+
+    @property
+    def weights(self) -> Path:
+        """The file of the best weights."""
+        return self.place.output / f"{self.recipe.agent}{SUFFIX}"
+
+    @property
+    def checkpoint(self) -> Path:
+        """The file from which training goes on."""
+        return self.place.output / f"{self.recipe.agent}.checkpoint{SUFFIX}"
+
+    def run(self) -> Policy:
+        """Train to the end, from the last checkpoint if there is one, and return the best weights of each phase.
+
+        Raises:
+            OtherRecipe: if the checkpoint is of another recipe, or other demonstrations.
+            BadWeights: if it cannot be read.
+        """
+        if self.checkpoint.exists():
+            self.resume()
+            self.tell(f"{self.recipe.agent}: goes on at update {self.step} of {self.steps}")
+        log = SummaryWriter(str(self.place.output / "log" / self.recipe.agent), purge_step=self.step)
+        begun, first = time.monotonic(), self.step
+        self._cpu = time.process_time()
+        while self.step < self.steps:
+            losses = self.update()
+            for phase, loss in losses.items():
+                log.add_scalar(f"loss/{phase}", loss, self.step)
+            if self.step % self.recipe.validate_steps == 0 or self.step == self.steps:
+                for metric, value in self.validate().items():
+                    log.add_scalar(f"validation/{metric}", value, self.step)
+            if self.step % self.place.checkpoint_steps == 0 or self.step == self.steps:
+                self.save()
+                left = (time.monotonic() - begun) / (self.step - first) * (self.steps - self.step)
+                recent = self.losses[-self.place.checkpoint_steps :]
+                mean_loss = sum(recent) / len(recent)
+                self.tell(
+                    f"{self.recipe.agent}: update {self.step} of {self.steps}, loss {mean_loss:.3f}, "
+                    f"{left / 60:.0f} minutes left"
+                )
+        log.close()
+        return self._finish()
+
+    def update(self) -> dict[str, float]:
+        """Do one update on a batch of each phase, and return their losses."""
+        recipe, model = self.recipe, self.policy.model.train()
+        losses, apart = {}, {}
+        for phase, count in self._counts.items():
+            if not count:
+                continue
+            rows = self._order(phase, self.step // count)[self.step % count]
+            chance = random.Random(f"{recipe.seed}/{phase}/{self.step}")  # noqa: S311 - not for secrets
+            chosen = [self.demonstrations[row] for row in rows]
+            texts = [draw_text(each, recipe.languages, chance) for each in chosen]
+            batch = make_batch(chosen, texts, self.policy.tokenizer, recipe.share, f"{recipe.seed}/{self.step}")
+            batch, module = batch.to(self.place.device), model.of(phase)
+            with torch.autocast(self.place.device, torch.bfloat16, enabled=recipe.precision == "bfloat16"):
+                text = module.read(batch.tokens)
+                values, _ = module.act(text, batch.cells, batch.before, at=batch.at)
+                if recipe.align and recipe.reads:
+                    rows, others = other_texts(chosen, texts, recipe.aligned, chance)
+                    tokens = as_tokens(others, self.policy.tokenizer).to(self.place.device)
+                    apart[f"{phase}/alignment"] = alignment_loss(text.of(rows), module.read(tokens))
+            losses[phase] = loss_of(values.float(), batch, recipe.pick_up)
+        total = torch.stack(list(losses.values())).mean()
+        if apart:
+            total = total + recipe.align * torch.stack(list(apart.values())).mean()
+        self.optimizer.zero_grad()
+        total.backward()  # type: ignore[no-untyped-call]
+        torch.nn.utils.clip_grad_norm_(model.parameters(), recipe.clip)
+        self.optimizer.step()
+        self.step += 1
+        self.losses.append(total.item())
+        return {name: loss.item() for name, loss in (losses | apart).items()}
+
+    def validate(self) -> dict[str, float]:
+        """Play the validation episodes, keep the weights of each phase that is better than ever, return the scores."""
+        recipe, model = self.recipe, self.policy.model.eval()
+        if not recipe.validate_episodes:
+            save_policy(self.policy, self.weights)
+            return {}
+        size = self.policy.encoder.image_size if self.policy.encoder else 8
+        plan = Plan(self.place.data, recipe.validate, recipe.languages, recipe.validate_episodes, size)
+        found, best = {}, self._best_model()
+        for phase, metric in JUDGED.items():
+            agent = LearnedAgent(replace(self.policy, model=model), recipe.agent, temperature=recipe.temperature)
+            found[metric] = mean(play(agent, replace(plan, phases=(phase,))), metric)
+            if found[metric] > self.best.get(phase, -1.0):
+                self.best[phase] = found[metric]
+                best.of(phase).load_state_dict(model.of(phase).state_dict())
+        self.policy.about["validation"] = dict(self.best)
+        save_policy(replace(self.policy, model=best), self.weights)
+        scores = ", ".join(f"{metric} {value:.3f}" for metric, value in found.items())
+        self.tell(f"{recipe.agent}: validation after {self.step} updates: {scores}")
+        return found
+
+    def save(self) -> None:
+        """Write a checkpoint."""
+        tensors = {f"model.{name}": value.cpu() for name, value in self.policy.model.state_dict().items()}
+        parameters = dict(self.policy.model.named_parameters())
+        for name, parameter in parameters.items():
+            for key, value in self.optimizer.state[parameter].items():
+                tensors[f"adam.{key}.{name}"] = value.cpu()
+        tensors["random"] = torch.get_rng_state()
+        tensors["losses"] = torch.tensor(self.losses, dtype=torch.float64)
+        if torch.cuda.is_available():
+            tensors["random.cuda"] = torch.cuda.get_rng_state()
+        header = {
+            "recipe": self.recipe.as_json(),
+            "step": self.step,
+            "best": self.best,
+            "cpu_seconds": self._cpu_seconds(),
+            "data": digest_of(self.demonstrations),
+        }
+        write_tensors(self.checkpoint, tensors, header)
+
+    def resume(self) -> None:
+        """Go on from the last checkpoint.
+
+        Raises:
+            OtherRecipe: if it is of another recipe, or other demonstrations.
+            BadWeights: if it cannot be read.
+        """
+        tensors, header = read_tensors(self.checkpoint)
+        if header["recipe"] | self.recipe.without_effect() != self.recipe.as_json():
+            raise OtherRecipe(f"{self.checkpoint} is of another recipe: name another --output, or remove it")
+        if header["data"] != digest_of(self.demonstrations):
+            raise OtherRecipe(f"{self.checkpoint} is of other demonstrations: name another --output, or remove it")
+        model = self.policy.model
+        model.load_state_dict({name[6:]: value for name, value in tensors.items() if name.startswith("model.")})
+        for name, parameter in model.named_parameters():
+            self.optimizer.state[parameter] = {
+                key: tensors[f"adam.{key}.{name}"].to("cpu" if key == "step" else parameter.device)
+                for key in ("step", "exp_avg", "exp_avg_sq")
+                if f"adam.{key}.{name}" in tensors
+            }
+        torch.set_rng_state(tensors["random"])
+        if "random.cuda" in tensors and torch.cuda.is_available():
+            torch.cuda.set_rng_state(tensors["random.cuda"])
+        self.step, self.losses, self.best = header["step"], tensors["losses"].tolist(), header["best"]
+        self._cpu, self._cpu_before = time.process_time(), header["cpu_seconds"]
+
+    def _cpu_seconds(self) -> float:
+        return self._cpu_before + time.process_time() - self._cpu
+
+    def _finish(self) -> Policy:
+        """Write the best weights with all that is known of them, and their model card, and return them."""
+        best = replace(self.policy, model=self._best_model())
+        best.about |= {
+            "data": data_of(self.demonstrations),
+            "updates": self.step,
+            "cpu_seconds": round(self._cpu_seconds()),
+            "validation": dict(self.best),
+        }
+        save_policy(best, self.weights)
+        self.weights.with_suffix(".md").write_text(card(best, self.recipe), encoding="utf-8")
+        return best
+
+    def _order(self, phase: str, number: int) -> list[list[int]]:
+        if (phase, number) not in self._orders:
+            sizes = {"navigation": self.recipe.batch, "assembly": self.recipe.room_batch}
+            order = epoch(self.demonstrations, phase, sizes[phase], f"{self.recipe.seed}/{number}")
+            self._orders = {key: value for key, value in self._orders.items() if key[0] != phase}
+            self._orders[phase, number] = order
+        return self._orders[phase, number]
+
+    def _best_model(self) -> Model:
+        """Return the model with the best weights of each phase so far."""
+        model = Model(self.policy.model.config)
+        source = self.policy.model
+        if self.weights.exists() and self.best:
+            tensors, _ = read_tensors(self.weights)
+            model.load_state_dict({name[6:]: value for name, value in tensors.items() if name.startswith("model.")})
+        else:
+            model.load_state_dict(source.state_dict())
+        return model.eval()
+
+
+def data_of(demonstrations: Sequence[Demonstration]) -> str:
+    """Return how many episodes, rooms and steps there are, in words."""
+    rooms = {each.episode_id for each in demonstrations if each.episode_id.startswith("room-")}
+    episodes = {each.episode_id for each in demonstrations} - rooms
+    steps = sum(len(each.actions) for each in demonstrations)
+    return f"{len(episodes)} episodes of `train` and {len(rooms)} drawn rooms, {steps:,} steps of the expert"
+
+
+def digest_of(demonstrations: Sequence[Demonstration]) -> str:
+    """Return a digest of what is demonstrated: episodes, texts and actions; not of the images."""
+    digest = hashlib.sha256()
+    for each in demonstrations:
+        digest.update(repr((each.episode_id, each.turn, each.phase, each.texts)).encode() + each.actions.tobytes())
+    return digest.hexdigest()
+
+
+def train_data_hash(recipe: Recipe, place: Place) -> str:
+    """Return the hash of the training split.
+
+    Raises:
+        UsageError: if the data folder does not have it, or not the recipe's first language.
+    """
+    return data_hash_of(Source(place.data, "train", recipe.languages, "", recipe.episodes))
+
+
+def demonstrations_of(recipe: Recipe, place: Place, tell: Tell = lambda _: None) -> list[Demonstration]:
+    """Return the demonstrations of a recipe, drawing those that the cache does not hold.
+
+    All agents share one cache: it holds what the visual encoder says of each image, whichever agent learns from it. For
+    an agent that sees nothing the features are left out.
+
+    Raises:
+        UsageError: if the data folder does not have what the recipe names.
+    """
+    sources = [Source(place.data, "train", recipe.texts, recipe.encoder, recipe.episodes)]
+    if recipe.rooms:
+        sources.append(Source(place.data, ROOMS, recipe.texts, recipe.encoder, recipe.rooms))
+    found: list[Demonstration] = []
+    for source in sources:
+        before = told = time.monotonic()
+        for part in collect(source, place.cache, place.processes):
+            found += part if recipe.sees else [unseen(each) for each in part]
+            if time.monotonic() - told > 20:
+                told = time.monotonic()
+                tell(f"{source.split}: {len(found)} demonstrations after {told - before:.0f} seconds")
+    return found

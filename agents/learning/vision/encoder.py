@@ -1,0 +1,135 @@
+"""Visual encoders behind one interface: from RGB and depth to a 7-by-7 grid of features."""
+
+import hashlib
+import importlib
+from collections import OrderedDict
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol, cast
+
+import numpy as np
+import numpy.typing as npt
+
+GRID = 7
+"""Rows and columns of cells into which an image is divided."""
+
+DEFAULT = "eyes"
+"""Name of the encoder that is used where none is named."""
+
+
+FOLDER = "folder="
+"""Before the path of a folder with a vision model of transformers, in names of encoders."""
+
+
+class VisualEncoder(Protocol):
+    """Turns images into features, without gradients; equal images give equal features in every batch.
+
+    Attributes:
+        name: by which `open_encoder` finds it.
+        channels: features of a cell, C.
+        image_size: side length of the images for which it was made, in pixels.
+        channel_names: the meaning of each feature, such as "kind:mug"; empty if they have none.
+        fingerprint: a short hash of its code's version and its weights; features are kept under it.
+    """
+
+    name: str
+    channels: int
+    image_size: int
+    channel_names: tuple[str, ...]
+    fingerprint: str
+
+    def encode(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """Return the features of a batch of images.
+
+        Args:
+            rgb: (B, size, size, 3) uint8.
+            depth: (B, size, size) float32, in metres; 0 where there is nothing.
+
+        Returns:
+            (B, 7, 7, C) float32 in [0, 1]; the first row is the top of the image, the first column its left.
+        """
+
+
+def open_encoder(name: str) -> VisualEncoder:
+    """Return the encoder of the module `agents.learning.vision.NAME`, or of a folder: `folder=PATH`.
+
+    Raises:
+        ValueError: if there is no such module, or what the folder holds is no vision model.
+    """
+    if name.startswith(FOLDER):
+        from agents.learning.pretrained.vision import FolderEyes
+
+        return FolderEyes(Path(name.removeprefix(FOLDER)))
+    if name not in encoder_names():
+        raise ValueError(f"there is no visual encoder {name!r}; there are {', '.join(encoder_names())}")
+    load = cast(Callable[[], VisualEncoder], importlib.import_module(f"agents.learning.vision.{name}").load)
+    return load()
+
+
+def encoder_names() -> list[str]:
+    """Return the names of all encoders, sorted."""
+    modules = {path.stem for path in Path(__file__).parent.glob("*.py")}
+    return sorted(modules - {"__init__", Path(__file__).stem})
+
+
+def quantise(features: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
+    """Return features in [0, 1] as whole numbers of 0 to 255, of the same shape: as agents are trained and play."""
+    whole: npt.NDArray[np.uint8] = np.rint(np.clip(features, 0.0, 1.0) * 255.0).astype(np.uint8)
+    return whole
+
+
+def resize(
+    rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32], size: int
+) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]:
+    """Return images of another side length, by the nearest pixel; the same arrays if they have it already.
+
+    Args:
+        rgb: (B, H, H, 3) uint8.
+        depth: (B, H, H) float32.
+        size: the wanted side length.
+    """
+    given = rgb.shape[1]
+    if given == size:
+        return rgb, depth
+    nearest = (np.arange(size) * 2 + 1) * given // (2 * size)
+    return rgb[:, nearest][:, :, nearest], depth[:, nearest][:, :, nearest]
+
+
+class FrameMemory:
+    """Features of images, which computes those of equal images once: an agent that is stuck sees one image again.
+
+    Args:
+        encoder: computes them.
+        frames: number of images that are remembered, the last ones; 4 kB each with the encoder "eyes".
+    """
+
+    def __init__(self, encoder: VisualEncoder, frames: int = 1024) -> None:
+        self._encoder, self._frames = encoder, frames
+        self._known: OrderedDict[bytes, npt.NDArray[np.uint8]] = OrderedDict()
+
+    def features(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
+        """Return the quantised features of a batch of images, (B, 7, 7, C).
+
+        Args:
+            rgb: (B, H, H, 3) uint8, of any side length.
+            depth: (B, H, H) float32, in metres; 0 where there is nothing.
+        """
+        rgb, depth = resize(rgb, depth, self._encoder.image_size)
+        marks = [_mark(*images) for images in zip(rgb, depth, strict=True)]
+        new = {mark: number for number, mark in enumerate(marks) if mark not in self._known}
+        if new:
+            chosen = list(new.values())
+            self._known.update(zip(new, quantise(self._encoder.encode(rgb[chosen], depth[chosen])), strict=True))
+        found = np.stack([self._known[mark] for mark in marks])
+        for mark in marks:
+            self._known.move_to_end(mark)
+        while len(self._known) > self._frames:
+            self._known.popitem(last=False)
+        return found
+
+
+def _mark(rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> bytes:
+    """Return a digest of one image."""
+    digest = hashlib.blake2b(np.ascontiguousarray(rgb).data, digest_size=16)
+    digest.update(np.ascontiguousarray(depth).data)
+    return digest.digest()

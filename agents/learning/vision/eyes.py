@@ -1,0 +1,94 @@
+"""The visual encoder "eyes": two networks trained on the simulator's labels, which say what is where in a frame."""
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import torch
+
+from agents.learning.eyes.grid import CHANNEL_NAMES, add_things, grid_of_blocks
+from agents.learning.eyes.names import NamedThing, name_things
+from agents.learning.eyes.naming import NamingNetwork
+from agents.learning.eyes.network import EyesNetwork, Probabilities, prepare, probabilities
+from agents.learning.eyes.weights import read_weights
+
+WEIGHTS = Path(__file__).parents[1] / "weights" / "vision_eyes.safetensors"
+
+VERSION = "3"
+"""Changes whenever equal weights give other features."""
+
+BATCH = 8
+"""Frames computed at a time: more do not fit the processor's caches."""
+
+
+class Eyes:
+    """Names what is in each cell of a frame, in each block, and each thing: a `VisualEncoder`.
+
+    Args:
+        blocks, naming: trained networks, in evaluation mode.
+        fingerprint: of their weights.
+    """
+
+    name = "eyes"
+    channels = len(CHANNEL_NAMES)
+    channel_names = CHANNEL_NAMES
+
+    def __init__(self, blocks: EyesNetwork, naming: NamingNetwork, fingerprint: str) -> None:
+        self._blocks, self._naming = blocks, naming
+        self.image_size = blocks.sizes.image
+        self.fingerprint = fingerprint
+
+    def encode(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """Return (B, 7, 7, C) float32 in [0, 1]: what is anywhere in each cell.
+
+        Args:
+            rgb: (B, size, size, 3) uint8.
+            depth: (B, size, size) float32 in units, 0 where there is nothing.
+
+        Raises:
+            ValueError: if the images are not `image_size` pixels wide and high.
+        """
+        self._check(rgb, depth)
+        parts = []
+        for first in range(0, len(rgb), BATCH):
+            some = rgb[first : first + BATCH], depth[first : first + BATCH]
+            cells = grid_of_blocks(self._look(*some), torch.from_numpy(np.ascontiguousarray(some[1])))
+            for each, things in zip(cells, name_things(self._naming, *some), strict=True):
+                add_things(each, things, self.image_size)
+            parts.append(cells)
+        return np.concatenate(parts)
+
+    def blocks(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> Probabilities:
+        """Return the probabilities of kinds, colours and looks of each block, for a batch; arguments as of `encode`."""
+        self._check(rgb, depth)
+        return self._look(rgb, depth)
+
+    def things(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[list[NamedThing]]:
+        """Return the things on the ground in each frame, the nearest first; arguments as of `encode`."""
+        self._check(rgb, depth)
+        return name_things(self._naming, rgb, depth)
+
+    def _look(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> Probabilities:
+        with torch.inference_mode():
+            return probabilities(self._blocks(prepare(rgb, depth)))
+
+    def _check(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> None:
+        wanted = (self.image_size, self.image_size)
+        if rgb.shape[1:] != (*wanted, 3) or depth.shape != (len(rgb), *wanted):
+            raise ValueError(
+                f"images of shapes {rgb.shape} and {depth.shape}; expected (B, {wanted[0]}, {wanted[1]}, 3) and "
+                f"(B, {wanted[0]}, {wanted[1]})"
+            )
+
+
+def load(source: Path | None = None) -> Eyes:
+    """Return the encoder, with the weights that come along or those of a file.
+
+    Raises:
+        FileNotFoundError: if there is no such file.
+        ValueError: if the file holds something else.
+    """
+    path = source or WEIGHTS
+    blocks, naming = read_weights(path)
+    return Eyes(blocks, naming, f"eyes-{VERSION}-{hashlib.sha256(path.read_bytes()).hexdigest()[:12]}")

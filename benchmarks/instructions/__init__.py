@@ -1,0 +1,1 @@
+"""Instructions: whether generated ones are true, lifelike and needed, and how free ones are read."""

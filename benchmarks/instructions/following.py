@@ -1,0 +1,76 @@
+"""Scores of the follower on instructions before any is rejected: `python -m benchmarks.instructions.following`.
+
+Draws the first valid draft of each episode and the first texts that pass the quality checks, and plays them in every
+language. `arramon-server generate` keeps only a part of these, so this measures the quality of the instructions before
+that selection. Prints the paper's table, and the share that would be kept; `--output` also writes it as JSON.
+"""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+import lang
+from server.dataset.generation import Site
+from server.dataset.generation.check import problems
+from server.dataset.generation.sizes import select_plans
+from server.dataset.instruction_writer import make_instruction_writer, passes, room_camera
+from server.dataset.plans import build_section, read_plan
+from server.dataset.trial import TrialWorld, play
+from server.scoring.aggregate import ROWS, aggregate
+from server.scoring.episode import EpisodeScores
+
+METRICS = ("nDTW", "CTC-0", "CTC-3", "CTC-5", "CTC-7", "rPOD", "PTC", "rPOD@CTC-3", "PTC@CTC-3")
+
+
+def main() -> int:
+    """Run the benchmark and print its table."""
+    parser = argparse.ArgumentParser(prog="following", description=__doc__.split("\n\n")[0])
+    parser.add_argument("--split", default="val_unseen", help="an open split (default: %(default)s)")
+    parser.add_argument("--episodes", type=int, default=100, help="number of its episodes (default: %(default)s)")
+    parser.add_argument("--seed", default="1", help="seed as for `arramon-server generate` (default: %(default)s)")
+    parser.add_argument("--output", type=Path, help="output JSON file")
+    arguments = parser.parse_args()
+
+    (split,) = select_plans([arguments.split])
+    episodes = list(split.episodes())[: arguments.episodes]
+    writer, languages = make_instruction_writer(), lang.available()
+    plans = {section: read_plan(section) for _, section in episodes}
+    sites = {section: Site(build_section(plan, arguments.seed), plan) for section, plan in plans.items()}
+    scores: dict[str, list[EpisodeScores]] = {code: [] for code in languages}
+    kept = rejected = 0
+    for episode_id, section in episodes:
+        site = sites[section]
+        for attempt in range(20):
+            names = (arguments.seed, split.name, episode_id, attempt)
+            draft = site.sampler.draw(episode_id, (*names, "draft"))
+            texts = next(writer.candidates(draft, site, (*names, "words")), None)
+            if texts is not None and not problems(draft, site.solids, site.world):
+                break
+            rejected += 1
+        else:
+            raise SystemExit(f"no instruction could be written for 20 drafts of episode {episode_id}")
+        world = TrialWorld(site.world, site.camera, room_camera())
+        played = {code: play(writer.make_follower(), draft.with_instructions(texts), code, world) for code in languages}
+        for code, score in played.items():
+            scores[code].append(score)
+        kept += all(map(passes, played.values()))
+
+    rows: dict[str, dict[str, dict[str, float]]] = {}
+    print(
+        f"{len(episodes)} episodes of {split.name}; {rejected} further drafts had no valid text; {kept} would be kept"
+    )
+    print(" " * 12 + "".join(f"{name:>12}" for name in METRICS))
+    for code in languages:
+        table = aggregate(scores[code])
+        rows[code] = {row: {name: table.rows[row][name].mean for name in METRICS} for row in ROWS}
+        for row, values in rows[code].items():
+            print(f"{code} {row:9}" + "".join(f"{values[name]:12.3f}" for name in METRICS))
+    if arguments.output:
+        counts = {"episodes": len(episodes), "drafts without words": rejected, "kept": kept}
+        arguments.output.write_text(json.dumps({"split": split.name, **counts, "scores": rows}, indent=1))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,86 @@
+"""What the follower reaches without the route: `python -m benchmarks.instructions.guessing DATA --episodes 60`.
+
+Plays episodes of a data folder in English with the full navigation texts, with the target's name alone, and with the
+texts of another episode; the room's texts are always the full ones. The less a name alone leads to the target, the more
+the route is worth. Prints CTC-3 and nDTW over both turns, and the name's apart for turns with another object of the
+target's type.
+"""
+
+import argparse
+from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import lang
+from lang.meaning import Navigation, Thing
+from server.dataset.generation import Site
+from server.dataset.instruction_writer import make_instruction_writer, room_camera
+from server.dataset.randomness import seeded
+from server.dataset.trial import TrialWorld, play
+from server.episodes.episode import Episode, Instructions
+from server.episodes.splits import read_splits
+from server.sim.own_furniture import furnished
+
+LANGUAGE = "en"
+
+Texts = tuple[Instructions, Instructions]
+
+
+def name_alone(episode: Episode) -> Texts:
+    """Return an episode's texts with only the targets named in navigation."""
+    named = []
+    for number, (turn, text) in enumerate(zip(episode.turns, episode.instructions[LANGUAGE], strict=True)):
+        kind = turn.target.type
+        meaning = Navigation((), Thing(kind.kind, kind.colour, kind.pattern))
+        said = lang.load(LANGUAGE).write(meaning, seeded(episode.episode_id, number, "name"))
+        named.append(Instructions(said, text.assembly))
+    return named[0], named[1]
+
+
+def has_twin(episode: Episode, turn: int) -> bool:
+    """Return whether another object of a turn looks like its target; turns from 0."""
+    target, *others = episode.turns[turn].street
+    return any(other.type == target.type for other in others)
+
+
+def main() -> None:
+    """Run the benchmark and print its table."""
+    parser = argparse.ArgumentParser(prog="guessing", description=__doc__.split("\n\n")[0])
+    parser.add_argument("data", type=Path, help="folder of `arramon-server generate`")
+    parser.add_argument("--split", default="val_seen", help="one of its splits (default: %(default)s)")
+    parser.add_argument("--episodes", type=int, default=60, help="number of its episodes (default: %(default)s)")
+    arguments = parser.parse_args()
+
+    split = read_splits(arguments.data)[arguments.split]
+    step = max(1, len(split.episodes) // arguments.episodes)
+    chosen = list(split.episodes.values())[::step][: arguments.episodes]
+    follower = make_instruction_writer().make_follower
+    sites = {name: Site(section) for name, section in split.sections.items()}
+    scores: dict[str, list[Mapping[str, float]]] = defaultdict(list)
+    for number, episode in enumerate(chosen):
+        site = sites[episode.section]
+        if not episode.furniture.is_empty:
+            site = Site(furnished(site.section, episode.furniture))
+        world = TrialWorld(site.world, site.camera, room_camera())
+        full, other = episode.instructions[LANGUAGE], chosen[number - 1].instructions[LANGUAGE]
+        swapped = [Instructions(o.navigation, f.assembly) for o, f in zip(other, full, strict=True)]
+        variants: dict[str, Texts] = {
+            "full text": full,
+            "target's name alone": name_alone(episode),
+            "another episode's text": (swapped[0], swapped[1]),
+        }
+        for name, (first, second) in variants.items():
+            played = replace(episode, instructions={LANGUAGE: (first, second)})
+            turns = play(follower(), played, LANGUAGE, world).turns
+            scores[name] += turns
+            if name == "target's name alone":
+                for turn, values in enumerate(turns):
+                    scores[f"  {'two' if has_twin(episode, turn) else 'one'} of the type"].append(values)
+    for name, listed in scores.items():
+        mean = {metric: sum(turn[metric] for turn in listed) / len(listed) for metric in ("CTC-3", "nDTW")}
+        print(f"{name:24} {len(listed):4} turns  CTC-3 {mean['CTC-3']:.2f}  nDTW {mean['nDTW']:.2f}")
+
+
+if __name__ == "__main__":
+    main()

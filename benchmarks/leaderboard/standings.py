@@ -1,0 +1,156 @@
+"""Time and size of large standings: `python -m benchmarks.leaderboard.standings --runs 200 --episodes 1205`.
+
+Publishes made-up runs of known truth on a split of made-up episodes, and measures the first look at the standings,
+which reads all scores and tests all pairs, a look by another metric, the next look, and one after one more publication.
+Then the sizes of the pages, compressed as they are sent: with one language, and with two, where the same agents have
+played both and declared costs. `--keep FOLDER` leaves the journal there.
+"""
+
+import argparse
+import gzip
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from contextlib import closing, nullcontext
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.common import data_or_sample
+from server.board.board import Board
+from server.board.cost import Cost
+from server.board.entries import Entries, Scores
+from server.board.episode_table import EpisodeTable
+from server.board.epochs import EpochBoard
+from server.board.standings import BOTH
+from server.episodes.splits import Split, read_splits
+from server.runs.play.clocks import Clocks
+from server.runs.storage.database import Database
+from server.runs.storage.epochs import Epochs
+from server.runs.storage.journal import Journal
+from server.runs.storage.records import COMPLETE, Progress, Run
+from server.scoring.aggregate import table_rows, with_total
+from server.scoring.episode import METRICS
+from server.web.comparison_page import ComparisonPage
+from server.web.filters import Choice
+from server.web.rendering import Renderer
+from server.web.standings_page import StandingsPage
+from server.web.texts import all_texts
+
+CLOCKS, STEPS = Clocks(60.0, 86_400.0), 150
+
+
+def main() -> int:
+    """Publish the runs, and print the measurements."""
+    parser = argparse.ArgumentParser(prog="standings", description=__doc__.split("\n\n")[0])
+    parser.add_argument("--runs", type=int, default=200, help="runs on the board (default: %(default)s)")
+    parser.add_argument("--episodes", type=int, default=1205, help="episodes of the split (default: %(default)s)")
+    parser.add_argument("--keep", type=Path, help="empty folder for the journal, which then stays")
+    arguments = parser.parse_args()
+    with (
+        data_or_sample(None) as data,
+        nullcontext(str(arguments.keep)) if arguments.keep else tempfile.TemporaryDirectory() as folder,
+    ):
+        split = _enlarged(next(iter(read_splits(data).values())), arguments.episodes)
+        with closing(Database(f"sqlite:///{Path(folder) / 'journal.db'}")) as database:
+            _measure(database, split, arguments.runs)
+    return 0
+
+
+def _enlarged(split: Split, number: int) -> Split:
+    """Return a hidden split with so many copies of a split's episodes."""
+    found = list(split.episodes.values())
+    names = [f"{n:05d}" for n in range(number)]
+    copies = {name: replace(found[n % len(found)], episode_id=name) for n, name in enumerate(names)}
+    return Split("test_unseen", True, "made up", copies, split.sections, "0" * 64)
+
+
+def _measure(database: Database, split: Split, number: int) -> None:
+    entries, draw = Entries(database), np.random.default_rng(0)
+    hard = draw.normal(0.0, 1.0, len(split.episodes))
+    for place in range(number):
+        _publish(database, entries, split, place, 0.1 + 0.4 * place / max(number - 1, 1), hard)
+    board = Board(entries, {split.name: split}, steps_per_phase=STEPS, clocks=CLOCKS)
+
+    _timed("first look", lambda: board.listing(split.name, "en"))
+    _timed("first look by nDTW", lambda: board.listing(split.name, "en", "nDTW"))
+    _timed("next look", lambda: board.listing(split.name, "en"))
+    _publish(database, entries, split, number, 0.3, hard)
+    _timed("after one more publication", lambda: board.listing(split.name, "en"))
+    lines = board.standings(split.name, "en")
+    print(f"{len(lines)} standings, ranks 1 to {lines[-1].rank}")
+
+    splits = {split.name: split}
+    epochs = EpochBoard(board, entries, Epochs(database), Journal(database), splits)
+    pages, comparisons, renderer = StandingsPage(board, splits, epochs), ComparisonPage(board), Renderer()
+    for code, texts in all_texts().items():
+        choice = Choice(split.name, "en")
+        page = renderer.page("standings.html", texts, "/", pages.context(texts, choice, pages.defaults(code)))
+        against = comparisons.context(texts, lines[0].entries[0].run.run_id, {})
+        _sized(f"{code} standings", page)
+        _sized(f"{code} against", renderer.page("against.html", texts, "/", against))
+    for place in range(number):
+        _publish(database, entries, split, place, 0.1 + 0.3 * place / max(number - 1, 1), hard, "hi")
+    _timed("first look, two languages", lambda: board.listing(split.name, BOTH))
+    for code, texts in all_texts().items():
+        choice = Choice(split.name, BOTH)
+        page = renderer.page("standings.html", texts, "/", pages.context(texts, choice, pages.defaults(code)))
+        _sized(f"{code} standings, two languages", page)
+
+
+def _publish(
+    database: Database,
+    entries: Entries,
+    split: Split,
+    place: int,
+    skill: float,
+    hard: "np.typing.NDArray[np.float64]",
+    language: str = "en",
+) -> None:
+    """Publish a run whose agent solves an episode with a chance that depends on its skill and the episode."""
+    number = place if language == "en" else place + 1_000_000
+    draw = np.random.default_rng(number)
+    chance = 1.0 / (1.0 + np.exp(hard - np.log(skill / (1.0 - skill))))
+    turns = (draw.random((len(hard), 2, len(METRICS))) < chance[:, None, None]).astype(np.float64)
+    turns[:, :, METRICS.index("nDTW")] = draw.beta(4 * chance + 0.1, 4.1 - 4 * chance, size=(2, len(hard))).T
+    now = datetime.now(UTC) + timedelta(seconds=place)
+    run = Run(
+        run_id=f"{number:032x}", participant=f"lab {place % 17}", agent=f"agent-{place}", split=split.name,
+        language=language, sensors=("rgb", "depth"), steps_per_phase=STEPS, data_hash=split.data_hash,
+        server_version="0.1.0", state=COMPLETE, created_at=now, ended_at=now, step_seconds=CLOCKS.step_seconds,
+        bank_seconds=CLOCKS.bank_seconds,
+    )  # fmt: skip
+    ids = tuple(sorted(split.episodes))
+    Journal(database).create(run, ids[:1])
+    sections = np.unique([split.episodes[name].section for name in ids], return_inverse=True)[1]
+    progress = Progress(
+        len(ids),
+        len(ids),
+        90 * len(ids),
+        {"AGENT_FINISHED": len(ids)},
+        ("jpeg90-224",),
+        0,
+        False,
+        9.0 * (place + 1),
+        90,
+    )
+    scores = Scores(progress, table_rows(with_total(turns), sections), f"split:{split.name}|run:{place}")
+    cost = Cost(1_000_000 * (place + 1), 7_654_321 * (place + 1), 1.25 * place) if language != "en" else None
+    entries.publish(run.run_id, "", scores, EpisodeTable(ids, turns), by_host=True, cost=cost)
+
+
+def _sized(name: str, page: bytes) -> None:
+    print(f"{name:28} {len(gzip.compress(page)) / 1000:7.1f} kB compressed")
+
+
+def _timed(name: str, work: Callable[[], object]) -> None:
+    start, used = time.perf_counter(), time.process_time()
+    work()
+    print(f"{name:28} {time.perf_counter() - start:7.3f} s, of which on processors {time.process_time() - used:7.3f} s")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,195 @@
+"""How true human texts are in a city recovered from them: `python -m benchmarks.release.landmarks val_seen.json`.
+
+Recovers each section's fixed scenery without a part of its episodes (`--folds 2`: from half of them), gives the
+episodes of that part their own furniture from their own texts, and counts in that part the mentions and turns that fit:
+each thing named is there (kind, and colour and side where said) within 4 units of where the text's alignment in that
+world puts it. Beside it: the same scenery with its kinds permuted, all furniture at random places of the same ground,
+and furniture drawn without a text. "seen" is the share of the things that fit which the camera shows in one of the
+steps up to the moment at which they are spoken of.
+"""
+
+import argparse
+import json
+import sys
+from collections import Counter, defaultdict
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from itertools import repeat
+from pathlib import Path
+
+import numpy as np
+
+from server.dataset.randomness import seeded
+from server.dataset.release.files import read_release
+from server.dataset.release.importer import add_objects, ground_of
+from server.dataset.release.landmarks.agreement import by_kind, mentions_of, standing_of
+from server.dataset.release.landmarks.alignment import align
+from server.dataset.release.landmarks.city import KNOWN, own_of
+from server.dataset.release.landmarks.ground import Ground, Room
+from server.dataset.release.landmarks.mentions import SCENERY
+from server.dataset.release.landmarks.recovery import Landmark, Map, Told, recover, told_of
+from server.dataset.release.landmarks.scenery import props_of
+from server.dataset.release.landmarks.walks import Numbers
+from server.dataset.release.reconstruction import reconstruct
+from server.episodes.episode import Episode
+from server.sim.cameras import Viewpoint
+from server.sim.city import city_scene, label_of_prop
+from server.sim.own_furniture import furnished
+from server.sim.raster.camera import RasterCamera
+from server.sim.section import Prop, Section
+
+BEFORE = 6
+"""Number of steps before a mention's place from which its thing may be seen."""
+
+SIZE, PIXELS = 224, 6
+"""Side length of frames, and pixels of a label from which on it is seen."""
+
+Counts = dict[str, Counter[str]]
+"""For each world the number of turns, of turns that fit, of mentions and of mentions that fit, by kind."""
+
+
+def main() -> int:
+    """Run the benchmark and print its tables."""
+    parser = argparse.ArgumentParser(prog="landmarks", description=__doc__.split("\n\n")[0])
+    parser.add_argument("file", type=Path, help="a file of the official release")
+    parser.add_argument("--lang", help="code of the file's language; without it detected from the texts")
+    parser.add_argument("--folds", type=int, default=5, help="parts of the episodes (default: %(default)s)")
+    parser.add_argument(
+        "--seen", type=int, default=10, help="one in so many episodes is drawn; 0 for none (default: %(default)s)"
+    )
+    parser.add_argument("--output", type=Path, help="output JSON file")
+    arguments = parser.parse_args()
+
+    language, episodes = read_release(arguments.file, arguments.lang)
+    by_section: dict[str, list[Episode]] = defaultdict(list)
+    for episode in episodes:
+        by_section[episode.section].append(episode)
+    total: Counts = defaultdict(Counter)
+    with ProcessPoolExecutor(2) as pool:
+        measured = pool.map(measure, by_section, by_section.values(), repeat(arguments.folds), repeat(arguments.seen))
+        for section, (counts, landmarks) in zip(by_section, measured, strict=True):
+            print(f"section {section}: {len(by_section[section])} episodes, {landmarks:.1f} landmarks without a part")
+            for world, numbers in counts.items():
+                total[world].update(numbers)
+                print(f"  {world:12}{_line(numbers)}", flush=True)
+    print(f"all, {language}")
+    for world, numbers in total.items():
+        print(f"  {world:12}{_line(numbers)}")
+    print("by kind: mentions that fit, with kinds permuted in brackets, number of mentions")
+    for kind in sorted({name.split()[1] for name in total["held out"] if name.startswith("all ")}):
+        shares = [total[w][f"fits {kind}"] / max(1, total[w][f"all {kind}"]) for w in ("held out", "permuted")]
+        print(f"  {kind:14}{shares[0]:.2f} ({shares[1]:.2f}) {total['held out'][f'all {kind}']}")
+    if arguments.output:
+        arguments.output.write_text(json.dumps({world: dict(numbers) for world, numbers in total.items()}, indent=1))
+    return 0
+
+
+def _line(numbers: Counter[str]) -> str:
+    def share(part: str, whole: str) -> str:
+        return f"{numbers[part] / max(1, numbers[whole]):.3f} of {numbers[whole]}"
+
+    seen = f", seen {share('seen', 'drawn')}" if numbers["drawn"] else ""
+    return (
+        f"turns that fit {share('turn fits', 'turns')}, mentions {share('mention fits', 'mentions')}, "
+        f"of scenery {share('scenery fits', 'scenery')}{seen}"
+    )
+
+
+def measure(section_id: str, episodes: Sequence[Episode], folds: int, seen: int) -> tuple[Counts, float]:
+    """Return the counts of a section's worlds, and the mean number of landmarks that are recovered without a part."""
+    grounded = ground_of(episodes)
+    episodes = [add_objects(episode, grounded) for episode in episodes]
+    paths = [np.array(turn.path) for episode in episodes for turn in episode.turns]
+    targets = np.array([(t.target.position.x, t.target.position.z) for e in episodes for t in e.turns])
+    section, walked = reconstruct(section_id, paths, targets), np.concatenate(paths)
+    ground = Ground.of(section.heading, section.buildings, walked)
+    told = {episode.episode_id: told_of(episode) for episode in episodes}
+    counts: Counts = defaultdict(Counter)
+    found = 0
+    for fold in range(folds):
+        part = episodes[fold::folds]
+        held_out = {episode.episode_id for episode in part}
+        landmarks = recover([each for name, listed in told.items() if name not in held_out for each in listed])
+        found += len(landmarks)
+        worlds = {
+            name: _with(listed, section, ground, walked)
+            for name, listed in (("held out", landmarks), ("permuted", permuted(landmarks, section_id, fold)))
+        }
+        for number, episode in enumerate(part):
+            texts, room = told[episode.episode_id], Room.of(episode, ground)
+            for name, (world, made_from) in worlds.items():
+                own = own_of(episode.episode_id, texts, world, room, made_from)
+                as_it_is = furnished(world, own)
+                drawn = as_it_is if name == "held out" and seen and number % seen == 0 else None
+                _count(counts[name], texts, as_it_is.props, drawn)
+                if name == "held out":
+                    _count(counts["random"], texts, scattered(episode.episode_id, as_it_is.props, ground))
+            _count(counts["before"], texts, section.props)
+    return counts, found / folds
+
+
+def permuted(landmarks: Sequence[Landmark], *names: object) -> list[Landmark]:
+    """Return the landmarks with their kinds, colours and looks permuted among their places."""
+    looks = [(each.kind, each.colour, each.look, each.names) for each in landmarks]
+    seeded(*names, "permuted").shuffle(looks)
+    pairs = zip(landmarks, looks, strict=True)
+    return [
+        replace(each, kind=kind, colour=colour, look=look, names=called) for each, (kind, colour, look, called) in pairs
+    ]
+
+
+def _with(
+    landmarks: Sequence[Landmark], section: Section, ground: Ground, walked: Numbers
+) -> tuple[Section, list[Landmark]]:
+    """Return the section with landmarks, and from which of them each of its props was made."""
+    built = props_of(landmarks, section.heading, section.buildings, ground, walked)
+    return replace(section, props=tuple(prop for prop, _ in built)), [landmark for _, landmark in built]
+
+
+def scattered(episode_id: str, props: Sequence[Prop], ground: Ground) -> list[Prop]:
+    """Return the props at random places."""
+    random = seeded(episode_id, "scattered")
+    places = [ground.places[random.randrange(len(ground.places))] for _ in props]
+    return [replace(prop, x=float(x), z=float(z)) for prop, (x, z) in zip(props, places, strict=True)]
+
+
+def _count(counts: Counter[str], told: Sequence[Told], props: Sequence[Prop], drawn: Section | None = None) -> None:
+    """Add to the counts the turns and the mentions that fit a world, and those that a camera shows if it is drawn."""
+    things = standing_of(props)
+    known = Map.of(by_kind(things, KNOWN))
+    camera = None if drawn is None else RasterCamera(city_scene(drawn))
+    for each in told:
+        fitting = []
+        if each.events:
+            aligned = align(each.events, each.walk, known.fit)
+            for event, place, thing in mentions_of(each.events, aligned, each.walk, things):
+                fitting.append(thing >= 0)
+                counts[f"all {event.sort}"] += 1
+                counts[f"fits {event.sort}"] += thing >= 0
+                counts["scenery"] += event.sort in SCENERY
+                counts["scenery fits"] += event.sort in SCENERY and thing >= 0
+                if camera is not None and thing >= 0:
+                    counts["drawn"] += 1
+                    counts["seen"] += is_seen(camera, each, place, props[thing])
+        if fitting:
+            counts["turns"] += 1
+            counts["turn fits"] += all(fitting)
+        counts["mentions"] += len(fitting)
+        counts["mention fits"] += sum(fitting)
+
+
+def is_seen(camera: RasterCamera, told: Told, place: int, prop: Prop) -> bool:
+    """Return whether the camera shows a prop's label in its direction, in the steps up to a place of the walk."""
+    label = camera.labels.index(str(label_of_prop(prop)))
+    for at in range(max(0, place - BEFORE), place + 1):
+        (x, z), heading = told.walk.places[at], float(told.walk.going[at])
+        frame = camera.render(Viewpoint(float(x), float(z), heading), (), SIZE, segmentation=True)
+        assert frame.segmentation is not None
+        if int((frame.segmentation == label).sum()) >= PIXELS:
+            return True
+    return False
+
+
+if __name__ == "__main__":
+    sys.exit(main())

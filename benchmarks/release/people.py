@@ -1,0 +1,212 @@
+"""The follower on people's texts, in the rebuilt city and the one before: `python -m benchmarks.release.people DATA`.
+
+Plays episodes of an imported split with their own navigation texts and with those of another episode of the section,
+in the city that was recovered from the texts and in the same streets with furniture drawn without them. The room's
+texts are always the episode's own. Prints nDTW, CTC-3 and PTC of the turns, by whether all street furniture that the
+text names is there in that city (`server.dataset.world_check`), with standard errors. The texts of an imported split
+helped to build its city: these are no held-out scores. `--played FILE` keeps each episode when it has been played; the
+same command goes on from there.
+"""
+
+import argparse
+import json
+import math
+import sys
+import time
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence, Set
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from server.dataset.instruction_writer import make_instruction_writer, room_camera
+from server.dataset.release.landmarks.mentions import FURNITURE, events_of
+from server.dataset.release.reconstruction import reconstruct
+from server.dataset.trial import TrialWorld, play
+from server.dataset.world_check import missing
+from server.episodes.episode import Episode, Instructions
+from server.episodes.splits import Split, folder_of, read_split
+from server.sim.bullet import Obstacles
+from server.sim.city import city_scene, refurnished
+from server.sim.own_furniture import NO_FURNITURE, furnished
+from server.sim.raster.camera import RasterCamera
+from server.sim.section import Section
+from server.sim.variations import Difference, VariedCamera, VariedGround
+
+METRICS = ("nDTW", "CTC-3", "PTC")
+ALL, SOME, NONE = "all there", "some missing", "none named"
+CITIES, TEXTS = ("rebuilt", "before"), ("own text", "another's text")
+
+
+@dataclass(frozen=True, slots=True)
+class Played:
+    """The scores of one turn, and how much of the furniture that its own text names is there."""
+
+    episode: str
+    city: str
+    text: str
+    there: str
+    scores: Mapping[str, float]
+
+
+class City:
+    """A section in which episodes are played.
+
+    Args:
+        section: of all episodes.
+        episodes: with their own furniture.
+    """
+
+    def __init__(self, section: Section, episodes: Sequence[Episode]) -> None:
+        self.section = section
+        self._scene = city_scene(section, [prop for each in episodes for prop in each.furniture.added])
+        self._obstacles, self._camera = Obstacles(self._scene), RasterCamera(self._scene)
+
+    def world(self, episode: Episode) -> TrialWorld:
+        """Return the physics and cameras of an episode."""
+        if episode.furniture.is_empty:
+            return TrialWorld(self._obstacles, self._camera, room_camera())
+        scene = refurnished(self._scene, furnished(self.section, episode.furniture))
+        ground = VariedGround(self._obstacles, Difference.between(self._scene, scene))
+        return TrialWorld(ground, VariedCamera(self._camera, scene), room_camera())
+
+
+def there(text: str, language: str, episode: Episode, turn: int, section: Section) -> str:
+    """Return whether the furniture that a text names is there: ALL, SOME or NONE."""
+    if not any(event.kind in FURNITURE for event in events_of(text, language)):
+        return NONE
+    return SOME if missing(text, language, episode, turn, section) else ALL
+
+
+def before(section: Section, episodes: Sequence[Episode]) -> Section:
+    """Return the section with furniture that was drawn without regard to the texts."""
+    turns = [turn for episode in episodes for turn in episode.turns]
+    targets = np.array([(turn.target.position.x, turn.target.position.z) for turn in turns])
+    return reconstruct(section.id, [np.array(turn.path) for turn in turns], targets)
+
+
+def with_texts(episode: Episode, other: Episode, language: str) -> Episode:
+    """Return an episode with the navigation texts of another one."""
+    own = episode.instructions[language]
+    swapped = [
+        Instructions(said.navigation, mine.assembly)
+        for said, mine in zip(other.instructions[language], own, strict=True)
+    ]
+    return replace(episode, instructions={language: (swapped[0], swapped[1])})
+
+
+def measure(
+    split: Split, section_id: str, language: str, chosen: range, until: float, known: Set[str], kept: Path | None
+) -> list[Played]:
+    """Play the episodes of a section that `chosen` numbers in playing order, until a time of `time.time`.
+
+    Episodes that are known are left out. Each that is played is added to the file at `kept`, one line an episode.
+    """
+    members = [one for one in split.in_playing_order(language) if one.section == section_id]
+    plain = [replace(one, furniture=NO_FURNITURE) for one in members]
+    section = split.sections[section_id]
+    cities = {"rebuilt": (City(section, members), members), "before": (City(before(section, members), ()), plain)}
+    follower = make_instruction_writer().make_follower
+    played: list[Played] = []
+    for place in chosen[: max(0, len(members) - chosen.start)]:
+        if members[place].episode_id in known:
+            continue
+        first = len(played)
+        for name, (city, episodes) in cities.items():
+            episode, other = episodes[place], episodes[place - 1]
+            states = [
+                there(text.navigation, language, episode, turn, city.section)
+                for turn, text in enumerate(episode.instructions[language], start=1)
+            ]
+            for text, one in (("own text", episode), ("another's text", with_texts(episode, other, language))):
+                scores = play(follower(), one, language, city.world(episode)).turns
+                played += [
+                    Played(episode.episode_id, name, text, state, turn)
+                    for state, turn in zip(states, scores, strict=True)
+                ]
+        if kept:
+            with kept.open("a") as file:
+                file.write(json.dumps([asdict(one) for one in played[first:]]) + "\n")
+        if time.time() > until:
+            break
+    return played
+
+
+def read_played(file: Path) -> list[Played]:
+    """Return what an earlier command has played."""
+    return [Played(**one) for line in file.read_text().splitlines() for one in json.loads(line)]
+
+
+def rows(played: Sequence[Played]) -> Iterator[tuple[str, str, str, list[Mapping[str, float]]]]:
+    """Yield city, text, group of turns and their scores."""
+    groups: dict[tuple[str, str, str], list[Mapping[str, float]]] = defaultdict(list)
+    for one in played:
+        for name in ("all turns", one.there):
+            groups[one.city, one.text, name].append(one.scores)
+    for city in CITIES:
+        for name in ("all turns", ALL, SOME, NONE):
+            for text in TEXTS:
+                yield city, text, name, groups[city, text, name]
+
+
+def mean(values: Sequence[float]) -> tuple[float, float]:
+    """Return the mean and its standard error."""
+    average = sum(values) / len(values)
+    spread = sum((value - average) ** 2 for value in values) / max(1, len(values) - 1)
+    return average, math.sqrt(spread / len(values))
+
+
+def main() -> int:
+    """Run the benchmark and print its table."""
+    parser = argparse.ArgumentParser(prog="people", description=__doc__.split("\n\n")[0])
+    parser.add_argument("data", type=Path, help="folder of `arramon-server import-release`")
+    parser.add_argument("--split", default="val_seen", help="one of its imported splits (default: %(default)s)")
+    parser.add_argument("--lang", default="en", help="language of the texts (default: %(default)s)")
+    parser.add_argument("--episodes", type=int, default=10**6, help="number of episodes of each section (default: all)")
+    parser.add_argument("--skip", type=int, default=0, help="leave out the first so many of each section")
+    parser.add_argument("--seconds", type=float, default=math.inf, help="stop after about so long")
+    parser.add_argument("--jobs", type=int, default=1, help="number of processes (default: %(default)s)")
+    parser.add_argument(
+        "--played", type=Path, metavar="FILE", help="file of what was played, of this split and language"
+    )
+    parser.add_argument("--output", type=Path, help="output JSON file")
+    arguments = parser.parse_args()
+
+    split = read_split(folder_of(arguments.data, arguments.split))
+    sections = sorted(split.sections)
+    chosen = range(arguments.skip, arguments.skip + arguments.episodes)
+    share = arguments.seconds * arguments.jobs / len(sections)
+    begun = time.time()
+    kept: Path | None = arguments.played
+    played = read_played(kept) if kept and kept.exists() else []
+    known = {one.episode for one in played}
+    if arguments.jobs == 1:
+        for section in sections:
+            played += measure(split, section, arguments.lang, chosen, time.time() + share, known, kept)
+            print(f"section {section}: {len(played) // 4} turns so far, {time.time() - begun:.0f} s", file=sys.stderr)
+    else:
+        with ProcessPoolExecutor(arguments.jobs) as pool:
+            tasks = [
+                pool.submit(measure, split, name, arguments.lang, chosen, begun + arguments.seconds, known, kept)
+                for name in sections
+            ]
+            for task in tasks:
+                played += task.result()
+    table = []
+    print(f"{'':8} {'':14} {'':15}{'turns':>6}" + "".join(f"{name:>16}" for name in METRICS))
+    for city, text, group, scores in rows(played):
+        if not scores:
+            continue
+        means = {name: mean([one[name] for one in scores]) for name in METRICS}
+        table.append({"city": city, "text": text, "turns": group, "number": len(scores), "scores": means})
+        values = "".join(f"{value:10.3f} ±{error:.3f}" for value, error in means.values())
+        print(f"{city:8} {group:14} {text:15}{len(scores):6}{values}")
+    if arguments.output:
+        arguments.output.write_text(json.dumps({"split": split.name, "data": split.data_hash, "rows": table}, indent=1))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

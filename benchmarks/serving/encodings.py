@@ -1,0 +1,186 @@
+"""Costs of each image encoding: microseconds to encode and to decode, kilobytes, milliseconds on a slow link.
+
+    python -m benchmarks.serving.encodings [--frames 24] [--rounds 9] [--json FILE]
+
+The frames are views along the ground-truth paths of the sample episodes, drawn by the reference camera. Encoding is the
+server's code up to the message, decoding the client's from the message to the array. The encodings alternate, round by
+round, so that changes of the machine's speed affect all of them. The table shows the median, over the rounds, of the
+mean over the frames. PNG is included for comparison only; the server does not offer it.
+"""
+
+import argparse
+import io
+import json
+import statistics
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image as Pillow
+
+from arramon.v1.types_pb2 import ENCODING_JPEG, ENCODING_RAW, ENCODING_ZSTD, Encoding, Image
+from arramon_client.transport.images import ImageDecoder
+from benchmarks.common import data_or_sample
+from server.api.encoding import MessageEncoder
+from server.episodes.episode import Episode
+from server.episodes.splits import read_splits
+from server.runs.play.session import Session
+from server.sim.bullet import World
+from server.sim.cameras import Frame
+from server.sim.city import city_scene
+from server.sim.room_scene import room_scene
+from server.sim.rules import Limits, State
+from server.sim.view import view
+
+SIZES = (224, 128)
+LINK = 100.0
+"""Bandwidth of the slow link, in kilobits per millisecond (megabits per second)."""
+
+Pixels = npt.NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Way:
+    """An image encoding: functions to encode and decode, and the encoded size."""
+
+    name: str
+    encode: Callable[[Pixels], Any]
+    decode: Callable[[Any], Pixels]
+    size: Callable[[Any], int]
+
+
+@dataclass
+class Row:
+    """Results of one encoding, on images of one kind and size."""
+
+    image: str
+    side: int
+    encoding: str
+    encode_us: float = 0.0
+    decode_us: float = 0.0
+    kilobytes: float = 0.0
+    link_ms: float = 0.0
+    rounds: list[tuple[float, float]] = field(default_factory=list)
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Run the benchmark and print its table."""
+    parser = argparse.ArgumentParser(description="Measure the costs of each image encoding.")
+    parser.add_argument("--frames", type=int, default=24, help="number of frames of each size (default: %(default)s)")
+    parser.add_argument("--rounds", type=int, default=9, help="number of rounds (default: %(default)s)")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="output file for the results")
+    options = parser.parse_args(argv)
+    if options.frames < 1 or options.rounds < 1:
+        parser.error("--frames and --rounds must be whole numbers above 0")
+    rows = []
+    for side, frames in rendered(options.frames).items():
+        rows += measured("rgb", side, [frame.rgb for frame in frames], colour_ways(), options.rounds)
+        rows += measured("depth", side, [frame.depth for frame in frames], depth_ways(), options.rounds)
+    print(table(rows))
+    if options.json is not None:
+        options.json.write_text(json.dumps([asdict(row) for row in rows], indent=1) + "\n")
+
+
+def rendered(count: int) -> dict[int, list[Frame]]:
+    """Draw `count` frames of each size, evenly from all episodes and phases."""
+    with data_or_sample(None) as data, ExitStack() as stack:
+        (split,) = read_splits(data).values()
+        cities = {name: stack.enter_context(World(city_scene(section))) for name, section in split.sections.items()}
+        room = stack.enter_context(World(room_scene()))
+        seen = [
+            (episode, state)
+            for episode in split.episodes.values()
+            for state in _states(episode, cities[episode.section])
+        ]
+        chosen = [seen[round(i * (len(seen) - 1) / max(count - 1, 1))] for i in range(count)]
+        frames: dict[int, list[Frame]] = {side: [] for side in SIZES}
+        for episode, state in chosen:
+            shown = view(state, episode.layout)
+            world = room if shown.indoors else cities[episode.section]
+            for side in SIZES:
+                frames[side].append(world.render(shown.viewpoint, shown.actors, side))
+    return frames
+
+
+def _states(episode: Episode, ground: World) -> list[State]:
+    session = Session(episode, ground, Limits(steps_per_phase=10_000))
+    actions = [actions for turn in episode.turns for actions in (turn.actions, turn.room_actions)]
+    return [before for phase in actions for before, _ in session.replay(phase)]
+
+
+def colour_ways() -> list[Way]:
+    """Return the encodings of RGB."""
+    return [
+        _offered("raw", ENCODING_RAW),
+        _offered("zstd", ENCODING_ZSTD),
+        _offered("jpeg 90", ENCODING_JPEG, 90),
+        _offered("jpeg 75", ENCODING_JPEG, 75),
+        _png(),
+    ]
+
+
+def depth_ways() -> list[Way]:
+    """Return the encodings of depth."""
+    return [_offered("raw", ENCODING_RAW, depth=True), _offered("zstd", ENCODING_ZSTD, depth=True), _png()]
+
+
+def _offered(name: str, encoding: Encoding.ValueType, quality: int = 0, *, depth: bool = False) -> Way:
+    encoder, decoder = MessageEncoder(encoding, quality), ImageDecoder()
+
+    def encode(pixels: Pixels) -> Image:
+        image = Image()
+        (data,) = encoder.encode("", [(pixels, image)], latest=True)
+        image.data = bytes(data)
+        return image
+
+    return Way(name, encode, decoder.depth if depth else decoder.rgb, lambda image: len(image.data))
+
+
+def _png() -> Way:
+    def encode(pixels: Pixels) -> bytes:
+        file = io.BytesIO()
+        Pillow.fromarray(pixels).save(file, "PNG", compress_level=1)
+        return file.getvalue()
+
+    return Way("(png)", encode, lambda data: np.asarray(Pillow.open(io.BytesIO(data))), len)
+
+
+def measured(image: str, side: int, frames: Sequence[Pixels], ways: Sequence[Way], rounds: int) -> list[Row]:
+    """Measure encodings in alternating rounds; return a row for each."""
+    rows = [Row(image, side, way.name) for way in ways]
+    for number in range(rounds + 1):
+        for way, row in zip(ways, rows, strict=True):
+            started = time.perf_counter()
+            encoded = [way.encode(pixels) for pixels in frames]
+            between = time.perf_counter()
+            for each in encoded:
+                way.decode(each)
+            ended = time.perf_counter()
+            row.kilobytes = statistics.fmean(way.size(each) for each in encoded) / 1000
+            if number:  # The first round warms up.
+                row.rounds.append(((between - started) / len(frames) * 1e6, (ended - between) / len(frames) * 1e6))
+    for row in rows:
+        row.encode_us, row.decode_us = map(statistics.median, zip(*row.rounds, strict=True))
+        row.link_ms = row.kilobytes * 8 / LINK
+    return rows
+
+
+def table(rows: Sequence[Row]) -> str:
+    """Return the rows as a Markdown table."""
+    lines = [
+        f"| image | encoding | encode us | decode us | kB | ms at {LINK:.0f} Mbit/s |",
+        "| --- | --- " + "| ---: " * 4 + "|",
+    ]
+    for row in rows:
+        costs = f"{row.encode_us:.0f} | {row.decode_us:.0f} | {row.kilobytes:.1f} | {row.link_ms:.2f}"
+        lines.append(f"| {row.image} {row.side} | {row.encoding} | {costs} |")
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    main()

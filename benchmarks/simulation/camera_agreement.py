@@ -1,0 +1,237 @@
+"""Comparison of the fast camera with the reference camera, in every section, the project's own sections and the room.
+
+    python -m benchmarks.simulation.camera_agreement [--data DIR] [--poses 2100] [--size 224] [--pictures DIR]
+                                                     [--json FILE]
+
+In a split's sections and in the room the poses are those along the ground-truth paths, with the episodes' objects. In
+the project's own sections they are random poses on the streets' middle lines, with objects ahead. Without a data folder
+the sample episodes are used. Depth agrees within 0.01 units or 0.5%, segmentation if the label is the same. "Worst" is
+the lowest share of agreeing pixels in one frame. "Beyond edges" counts disagreeing pixels without an adjacent edge
+(another label, or a depth step of 5%) in the reference; "unexplained" counts those that also have no fainter adjacent
+edge (1%, as between a pavement and its kerb), no edge two pixels away, and none in the other frame. "Colour" is the
+mean absolute difference, 0 to 255, with and without mipmaps, which the reference lacks.
+"""
+
+import argparse
+import json
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from itertools import islice, pairwise
+from math import cos, hypot, radians, sin
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+
+from benchmarks.common import OpenGround, data_or_sample
+from server.dataset.plans import Plan, build_section, plan_ids, read_plan
+from server.episodes.splits import Split, read_splits
+from server.runs.play.session import Session
+from server.sim.bullet import World
+from server.sim.cameras import Actor, Frame, Viewpoint
+from server.sim.catalogue import ALL_TYPES
+from server.sim.city import city_scene
+from server.sim.raster.camera import RasterCamera
+from server.sim.room_scene import room_scene
+from server.sim.rules import Limits
+from server.sim.scene import Scene
+from server.sim.view import View, view
+
+NEAR_ENOUGH, SHARE = 10, 0.005
+"""Tolerance of depth: in thousandths of a unit, and as a share of the depth."""
+
+OBJECTS = 6
+"""Objects ahead of the eye in a pose of an own section."""
+
+SEED = "arramon"
+"""Seed of own sections and of the poses in them."""
+
+SUMMED = (
+    *("poses", "pixels", "depth", "segmentation"),
+    *("beyond_edges", "unexplained", "colour", "colour_without_mipmaps"),
+)
+"""Fields of a row that are summed up in the total."""
+
+Mask = npt.NDArray[np.bool_]
+
+
+@dataclass
+class Row:
+    """Results of one place."""
+
+    place: str
+    poses: int = 0
+    pixels: int = 0
+    depth: int = 0
+    segmentation: int = 0
+    worst_depth: float = 1.0
+    worst_segmentation: float = 1.0
+    beyond_edges: int = 0
+    unexplained: int = 0
+    colour: float = 0.0
+    colour_without_mipmaps: float = 0.0
+
+    def add(self, reference: Frame, fast: Frame, plain: Frame) -> Mask:
+        """Add one pose; return a mask of the pixels in which the frames disagree."""
+        far, same = disagreement(reference, fast)
+        wrong: Mask = far | ~same
+        self.poses += 1
+        self.pixels += far.size
+        self.depth += int((~far).sum())
+        self.segmentation += int(same.sum())
+        self.worst_depth = min(self.worst_depth, 1 - float(far.mean()))
+        self.worst_segmentation = min(self.worst_segmentation, float(same.mean()))
+        beyond = wrong & ~edges(reference)
+        if beyond.any():
+            self.beyond_edges += int(beyond.sum())
+            explained = edges(reference, jump=0.01) | edges(reference, reach=2) | edges(fast)
+            self.unexplained += int((beyond & ~explained).sum())
+        self.colour += _difference(reference, fast)
+        self.colour_without_mipmaps += _difference(reference, plain)
+        return wrong
+
+
+def disagreement(reference: Frame, fast: Frame) -> tuple[Mask, Mask]:
+    """Return masks of the pixels with different depths, and of those with the same label."""
+    assert reference.segmentation is not None
+    assert fast.segmentation is not None
+    here, there = reference.depth.astype(np.int64), fast.depth.astype(np.int64)
+    far = (np.abs(here - there) > np.maximum(NEAR_ENOUGH, SHARE * here)) | ((here == 0) != (there == 0))
+    return far, reference.segmentation == fast.segmentation
+
+
+def edges(frame: Frame, *, jump: float = 0.05, reach: int = 1) -> Mask:
+    """Return the pixels with another label, or a depth that differs by the share `jump`, within `reach` pixels."""
+    assert frame.segmentation is not None
+    labels = np.pad(frame.segmentation, reach, mode="edge")
+    depth = np.pad(frame.depth.astype(float), reach, mode="edge")
+    height, width = frame.depth.shape
+    found = np.zeros((height, width), bool)
+    for i in range(2 * reach + 1):
+        for j in range(2 * reach + 1):
+            near = slice(i, i + height), slice(j, j + width)
+            found |= labels[near] != frame.segmentation
+            found |= np.abs(depth[near] - frame.depth) > jump * frame.depth
+    return found
+
+
+def _difference(a: Frame, b: Frame) -> float:
+    return float(np.abs(a.rgb.astype(np.int16) - b.rgb).mean())
+
+
+def _views(split: Split, section: str | None, every: int) -> Iterator[View]:
+    """Yield every `every`-th view along the ground-truth paths in a section, or in the room if `section` is None."""
+    language = min(split.languages)
+    met = 0
+    for episode in split.in_playing_order(language):
+        if section is not None and episode.section != section:
+            continue
+        session = Session(episode, OpenGround(), Limits(steps_per_phase=10_000))
+        for turn in episode.turns:
+            for state, _ in session.replay((*turn.actions, *turn.room_actions)):
+                seen = view(state, episode.layout)
+                if seen.indoors == (section is None):
+                    met += 1
+                    if met % every == 0:
+                        yield seen
+
+
+def _views_along(plan: Plan) -> Iterator[View]:
+    """Yield endless views from uniformly distributed points on the streets' middle lines."""
+    random = Random(f"{SEED} {plan.id}")  # noqa: S311 - the same poses in every run
+    ends = [(*start, *end) for line in plan.lines() for start, end in pairwise(line.tolist())]
+    lengths = [hypot(c - a, d - b) for a, b, c, d in ends]
+    while True:
+        ((a, b, c, d),) = random.choices(ends, lengths)
+        share, heading = random.random(), random.uniform(0.0, 360.0)
+        x, z = a + share * (c - a), b + share * (d - b)
+        actors = []
+        for type_ in random.sample(ALL_TYPES, OBJECTS):
+            away, aside = random.uniform(1.0, 9.0), radians(heading + random.uniform(-30.0, 30.0))
+            place = x + away * sin(aside), z + away * cos(aside), 0.0
+            actors.append(Actor(type_, place, heading=random.uniform(0.0, 360.0)))
+        yield View(indoors=False, viewpoint=Viewpoint(x, z, heading), actors=tuple(actors))
+
+
+def _compare(place: str, scene: Scene, views: Iterator[View], size: int, pictures: Path | None) -> Row:
+    row, worst = Row(place), 0
+    fast, plain = RasterCamera(scene), RasterCamera(scene, mipmaps=False)
+    with World(scene) as reference:
+        for seen in views:
+            cameras = (reference, fast, plain)
+            frames = [camera.render(seen.viewpoint, seen.actors, size, segmentation=True) for camera in cameras]
+            wrong = row.add(*frames)
+            if pictures and wrong.sum() > worst:
+                worst = int(wrong.sum())
+                mask = np.repeat(wrong[..., None] * np.uint8(255), 3, axis=2)
+                sheet = np.hstack([frame.rgb for frame in frames] + [mask])
+                Image.fromarray(sheet).save(pictures / f"{place.replace(' ', '-')}.png")
+    return row
+
+
+def _table(rows: Sequence[Row]) -> str:
+    total = Row("all")
+    for row in rows:
+        for name in SUMMED:
+            setattr(total, name, getattr(total, name) + getattr(row, name))
+        total.worst_depth = min(total.worst_depth, row.worst_depth)
+        total.worst_segmentation = min(total.worst_segmentation, row.worst_segmentation)
+    lines = [
+        f"{'place':24}{'poses':>6}{'depth %':>10}{'worst':>9}{'segm. %':>10}{'worst':>9}{'beyond edges':>14}"
+        f"{'unexplained':>13}"
+        f"{'colour':>8}{'no mips':>9}"
+    ]
+    lines += [
+        f"{row.place:24}{row.poses:6}{100 * row.depth / row.pixels:10.4f}{100 * row.worst_depth:9.3f}"
+        f"{100 * row.segmentation / row.pixels:10.4f}{100 * row.worst_segmentation:9.3f}{row.beyond_edges:14}"
+        f"{row.unexplained:13}"
+        f"{row.colour / row.poses:8.2f}{row.colour_without_mipmaps / row.poses:9.3f}"
+        for row in (*rows, total)
+        if row.poses
+    ]
+    return "\n".join(lines)
+
+
+def _places(splits: Sequence[Split], own: Sequence[str]) -> Iterator[tuple[str, Scene, Iterator[View]]]:
+    for split in splits:
+        for section in split.sections:
+            yield f"{split.name} {section}", city_scene(split.sections[section]), _views(split, section, every=7)
+    for plan in map(read_plan, own):
+        yield f"own section {plan.id}", city_scene(build_section(plan, SEED)), _views_along(plan)
+    yield "room", room_scene(), _views(splits[0], None, every=7)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Print the table; return 1 if the cameras agree on less than 99.5% of the pixels."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--data", type=Path, help="data folder; without it, the sample episodes")
+    parser.add_argument("--poses", type=int, default=2100, help="total number of poses, the same for each place")
+    parser.add_argument("--own", nargs="*", default=plan_ids(), help="own sections to compare (default: all)")
+    parser.add_argument("--size", type=int, default=224, help="side of the frames in pixels")
+    parser.add_argument("--pictures", type=Path, help="folder for the worst frame of each place")
+    parser.add_argument("--json", type=Path, help="output file for the results")
+    arguments = parser.parse_args(argv)
+    with data_or_sample(arguments.data) as data:
+        splits = list(read_splits(data).values())
+    if arguments.pictures:
+        arguments.pictures.mkdir(parents=True, exist_ok=True)
+    each = -(-arguments.poses // (sum(len(split.sections) for split in splits) + len(arguments.own) + 1))
+    rows = [
+        _compare(place, scene, islice(views, each), arguments.size, arguments.pictures)
+        for place, scene, views in _places(splits, arguments.own)
+    ]
+    print(_table(rows))
+    if arguments.json:
+        numbers: dict[str, Any] = {"size": arguments.size, "places": [asdict(row) for row in rows]}
+        arguments.json.write_text(json.dumps(numbers, indent=2) + "\n", encoding="utf-8")
+    pixels = sum(row.pixels for row in rows)
+    agreeing = min(sum(row.depth for row in rows), sum(row.segmentation for row in rows))
+    return 0 if agreeing >= 0.995 * pixels else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

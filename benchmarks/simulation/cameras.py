@@ -1,0 +1,209 @@
+"""Frame rates of each camera in a real section, and of other environments on the same machine.
+
+    python -m benchmarks.simulation.cameras [--data DIR] [--rounds 7] [--peers PYTHON] [--json FILE]
+
+The views are those along the ground-truth paths, with the episodes' own objects. Without a data folder the sample
+episodes are used. `--peers` names an interpreter with the packages `vizdoom` and `miniworld`, if it is not this one;
+MiniWorld draws through EGL or, if DISPLAY is set, X. The rows alternate, round by round, so that changes of the
+machine's speed affect all of them. The table shows medians, and their ratios to the other cameras.
+"""
+
+import argparse
+import json
+import os
+import platform
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from importlib.metadata import version
+from itertools import cycle, islice
+from pathlib import Path
+from typing import Any
+
+from benchmarks.common import OpenGround, data_or_sample
+from server.episodes.splits import Split, read_splits
+from server.runs.play.session import Session
+from server.sim.bullet import World
+from server.sim.cameras import Camera
+from server.sim.city import city_scene, refurnished
+from server.sim.own_furniture import PAINTED, Moved, OwnFurniture, furnished
+from server.sim.raster.camera import RasterCamera
+from server.sim.rules import Limits
+from server.sim.scene import Scene
+from server.sim.section import Section
+from server.sim.view import View, view
+
+HERE = Path(__file__).parent
+VIEWS = 48
+
+VARIATIONS, OWN = 16, 20
+"""Episodes with furniture of their own, and the number of props that each of them adds."""
+
+PEERS = {"vizdoom": "ViZDoom, 320x240, RGB + depth", "miniworld": "MiniWorld, 224x224, RGB"}
+
+FIRST_FRAME = """
+import time
+start = time.perf_counter()
+from server.sim.raster.camera import compile_kernels
+compile_kernels()
+print(time.perf_counter() - start)
+"""
+
+
+@dataclass
+class Row:
+    """A row of the table: its measurement, and the results by round."""
+
+    name: str
+    measure: Callable[[], float | None]
+    rates: list[float] = field(default_factory=list)
+
+    @property
+    def median(self) -> float:
+        """Median of the frames per second."""
+        return statistics.median(self.rates)
+
+
+def views_of(split: Split, section: str) -> Iterator[View]:
+    """Yield every fifth view along the ground-truth paths in a section's streets."""
+    for episode in split.in_playing_order(min(split.languages)):
+        if episode.section == section:
+            session = Session(episode, OpenGround(), Limits(steps_per_phase=10_000))
+            for turn in episode.turns:
+                seen = [view(state, episode.layout) for state, _ in session.replay((*turn.actions, *turn.room_actions))]
+                yield from [each for each in seen if not each.indoors][::5]
+
+
+def variations_of(section: Section, scene: Scene, number: int) -> list[Scene]:
+    """Return variations of a section's scene, as episodes with furniture of their own have.
+
+    Of the section's props one in six is left out, one in six stands a unit aside, and there are `OWN` more.
+    """
+    made, count = [], len(section.props)
+    for first in range(number):
+        further = (section.props[(7 * first + i) % count] for i in range(OWN))
+        own = OwnFurniture(
+            added=tuple(replace(prop, x=prop.x + 1.0, z=prop.z + 1.0) for prop in further if prop.kind != PAINTED),
+            left_out=tuple(i for i in range(first % 6, count, 6) if section.props[i].kind != PAINTED),
+            moved=tuple(
+                Moved(i, section.props[i].x + 1.0, section.props[i].z, section.props[i].heading)
+                for i in range((first + 1) % 6, count, 6)
+                if section.props[i].kind != PAINTED
+            ),
+        )
+        made.append(refurnished(scene, furnished(section, own)))
+    return made
+
+
+def drawing(
+    camera: Camera, views: Sequence[View], size: int, segmentation: bool, variations: Sequence[Scene | None] = (None,)
+) -> Callable[[], float]:
+    """Return a function that draws all views repeatedly for at least half a second, and returns frames per second.
+
+    Each view is drawn in the next one of the variations of the camera's scene.
+    """
+
+    def measure() -> float:
+        frames, start = 0, time.perf_counter()
+        while frames == 0 or time.perf_counter() - start < 0.5:
+            for seen, variation in zip(views, cycle(variations), strict=False):
+                camera.render(seen.viewpoint, seen.actors, size, segmentation=segmentation, variation=variation)
+            frames += len(views)
+        return frames / (time.perf_counter() - start)
+
+    return measure
+
+
+def _peer(python: str, name: str) -> Callable[[], float | None]:
+    """Return a function that measures another environment; it returns None if that is not installed."""
+
+    def measure() -> float | None:
+        command = [python, str(HERE.absolute() / "peers.py"), name]
+        with tempfile.TemporaryDirectory() as folder:  # ViZDoom writes a file to the working directory
+            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        return float(done.stdout.split()[-1]) if done.returncode == 0 else None
+
+    return measure
+
+
+def _rows(reference: World, fast: RasterCamera, views: list[View], own: Sequence[Scene], peers: str) -> list[Row]:
+    rows = []
+    for size in (224, 128):
+        for name, camera, segmentation, variations in (
+            (f"tiny, {size}, RGB + depth", reference, False, (None,)),
+            (f"tiny, {size}, RGB + depth + segmentation", reference, True, (None,)),
+            (f"raster, {size}, RGB + depth + segmentation", fast, True, (None,)),
+            (f"raster, {size}, the same, own furniture", fast, True, own),
+        ):
+            rows.append(Row(name, drawing(camera, views, size, segmentation, variations)))
+    return rows + [Row(PEERS[name], _peer(peers, name)) for name in PEERS]
+
+
+def _first_frame(cache: str) -> float:
+    """Return the seconds from importing the camera to its first frame, in a new process."""
+    environment = os.environ | {"NUMBA_CACHE_DIR": cache}
+    command = [sys.executable, "-c", FIRST_FRAME]
+    return float(subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout)
+
+
+def _ratio(row: Row, other: Row | None) -> str:
+    return f"{row.median / other.median:.1f}" if other and other.rates else "-"
+
+
+def _table(rows: Sequence[Row]) -> str:
+    by_name = {row.name: row for row in rows}
+    lines = [f"{'':44}{'frames/s':>10}{'x tiny':>8}{'x ViZDoom':>11}{'x MiniWorld':>13}"]
+    for row in rows:
+        if not row.rates:
+            lines.append(f"{row.name:44}{'not installed':>10}")
+            continue
+        size = 128 if "128" in row.name else 224
+        ratios = [by_name[f"tiny, {size}, RGB + depth"], *(by_name[name] for name in PEERS.values())]
+        tiny, doom, world = (_ratio(row, other) for other in ratios)
+        lines.append(f"{row.name:44}{row.median:10.0f}{tiny:>8}{doom:>11}{world:>13}")
+    return "\n".join(lines)
+
+
+def _machine() -> dict[str, Any]:
+    return {
+        "processor": platform.processor() or platform.machine(),
+        "cores": os.cpu_count(),
+        "python": platform.python_version(),
+        **{name: version(name) for name in ("numba", "numpy", "pybullet")},
+    }
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--data", type=Path, help="data folder; without it, the sample episodes")
+    parser.add_argument("--rounds", type=int, default=7)
+    parser.add_argument("--peers", default=sys.executable, help="interpreter that has ViZDoom and MiniWorld")
+    parser.add_argument("--json", type=Path, help="output file for the results")
+    arguments = parser.parse_args(argv)
+    with data_or_sample(arguments.data) as data, tempfile.TemporaryDirectory() as folder:
+        split = next(iter(read_splits(data).values()))
+        first = {"compiled anew": _first_frame(f"{folder}/numba"), "kept on disk": _first_frame(f"{folder}/numba")}
+    section = min(split.sections)
+    scene, views = city_scene(split.sections[section]), list(islice(views_of(split, section), VIEWS))
+    own = variations_of(split.sections[section], scene, VARIATIONS)
+    with World(scene) as reference:
+        rows = _rows(reference, RasterCamera(scene), views, own, arguments.peers)
+        for _ in range(arguments.rounds):
+            for row in rows:
+                rate = row.measure()
+                row.rates += [] if rate is None else [rate]
+    print(f"{split.name}, section {section}: {len(scene.bodies)} bodies, {len(views)} views\n{_table(rows)}")
+    print("seconds to the fast camera's first frame: " + ", ".join(f"{k} {v:.1f}" for k, v in first.items()))
+    if arguments.json:
+        numbers = {"machine": _machine(), "rates": {row.name: row.rates for row in rows}, "first_frame_s": first}
+        arguments.json.write_text(json.dumps(numbers, indent=2) + "\n", encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,326 @@
+"""Steps per second of the environments in process, beside the bare camera with rules, and other environments.
+
+    python -m benchmarks.simulation.environments [--data DIR] [--steps 300] [--rounds 5] [--peers PYTHON] [--json FILE]
+
+The rows alternate, round by round, so that changes of the machine's speed affect all of them; the table shows medians.
+All rows but those of other environments draw the same frames: the first steps of the same walk through the same 16
+episodes, as how long a frame takes depends on what is seen. "Bare" is what every step needs: rules and frame of the
+episodes by turns, without observations; "one after another" is the same in the order of a single environment. In two
+processes it is drawn by two that know nothing of each other, half of the episodes each: what this machine gives two
+processes at all.
+`--peers` names an interpreter with the packages `miniworld` and `minigrid`, if it is not this one. The table's CPU time
+is that of this process (for the bare camera in two, of each): it says what a step costs where other programs take the
+cores, too.
+"""
+
+import argparse
+import json
+import multiprocessing
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from itertools import cycle, islice
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+
+from arramon_client.environments.two_agents import raw_env
+from benchmarks.common import data_or_sample
+from server.episodes.episode import Episode
+from server.episodes.splits import Split, read_splits
+from server.runs.play.session import Session
+from server.runs.play.worlds import Worlds
+from server.sim.rules import STEPS_PER_PHASE, Action, Limits
+
+HERE = Path(__file__).parent
+COUNT = 16
+"""Episodes of a vector environment, and of the bare camera."""
+
+MOST_STEPS = 4 * STEPS_PER_PHASE - 1
+"""Steps of each episode that can be measured: nobody picks up or places anything, so each lasts as long as it can."""
+
+PEER_SECONDS = 3.0
+"""Duration of a measurement of another environment."""
+
+PEERS = {"miniworld": "MiniWorld, 224x224, RGB", "babyai": "MiniGrid's BabyAI, no images"}
+
+Measured = tuple[float, float]
+"""Steps per second, and milliseconds of this process's CPU time per step; 0 where it is not known."""
+
+Measure = Callable[[], Measured | None]
+"""Measures one round of a row; None if that cannot be done here."""
+
+
+@dataclass
+class Row:
+    """A row of the table: its measurement, and the results by round."""
+
+    name: str
+    measure: Measure
+    results: list[Measured] = field(default_factory=list)
+
+    @property
+    def rate(self) -> float:
+        """Median of the steps per second."""
+        return statistics.median(rate for rate, _ in self.results)
+
+    @property
+    def cost(self) -> float:
+        """Median of the CPU time per step, in milliseconds."""
+        return statistics.median(cost for _, cost in self.results)
+
+
+@dataclass(frozen=True)
+class Walk:
+    """What the rows play.
+
+    Attributes:
+        episodes: of the split, some of them several times if it has few.
+        actions: (steps, episodes), forward, left or right at random.
+    """
+
+    episodes: Sequence[Episode]
+    actions: npt.NDArray[np.int64]
+
+    @classmethod
+    def of(cls, split: Split, steps: int) -> "Walk":
+        """Return the walk through the first episodes of a split."""
+        episodes = list(islice(cycle(split.in_playing_order(min(split.languages))), COUNT))
+        return cls(episodes, np.random.default_rng(0).integers(0, 3, (steps, COUNT)))
+
+    @property
+    def ids(self) -> list[str]:
+        """Ids of the episodes."""
+        return [episode.episode_id for episode in self.episodes]
+
+    @property
+    def size(self) -> int:
+        """Number of all steps."""
+        return int(self.actions.size)
+
+
+def timed(play: Callable[[], None], steps: int) -> Measured:
+    """Measure a function that takes so many steps."""
+    started, worked = time.perf_counter(), time.process_time()
+    play()
+    return steps / (time.perf_counter() - started), 1e3 * (time.process_time() - worked) / steps
+
+
+def bare(split: Split, walk: Walk, size: int, share: slice = slice(None), *, turns: bool = True) -> Measure:
+    """Return the measurement of rules and frames alone, of all episodes or a share of them.
+
+    Args:
+        split: of the episodes.
+        walk: that is played.
+        size: side length of the frames, in pixels.
+        share: of the episodes.
+        turns: whether the episodes take turns, step by step; otherwise they are played one after another.
+    """
+    worlds, limits = Worlds({split.name: split}), Limits()
+    episodes, actions = walk.episodes[share], walk.actions[:, share].tolist()
+
+    def advance(session: Session, action: int) -> None:
+        session.apply(Action(action))
+        worlds.render(split.name, session.episode, session.state, size)
+
+    def begin(episode: Episode) -> Session:
+        session = Session(episode, worlds.ground(split.name, episode), limits)
+        worlds.render(split.name, episode, session.state, size)
+        return session
+
+    def measure() -> Measured:
+        sessions = [begin(episode) for episode in episodes]
+
+        def play() -> None:
+            if turns:
+                for row in actions:
+                    for session, action in zip(sessions, row, strict=True):
+                        advance(session, action)
+                return
+            for number, episode in enumerate(episodes):
+                session = begin(episode)  # a single environment is reset here
+                for row in actions:
+                    advance(session, row[number])
+
+        return timed(play, len(actions) * len(episodes))
+
+    return measure
+
+
+def bare_in_processes(split: Split, walk: Walk, size: int, count: int) -> Measure:
+    """Return the measurement of rules and frames alone in processes that draw at the same time; their rates are added.
+
+    They are forked after everything is compiled, and begin together once each has drawn all its episodes.
+    """
+    context = multiprocessing.get_context("fork")
+
+    def draw(share: slice, ready: Any, pipe: Any) -> None:
+        measure = bare(split, walk, size, share)
+        measure()
+        ready.wait()
+        pipe.send(measure())
+
+    def measure() -> Measured:
+        ready, running = context.Barrier(count), []
+        for number in range(count):
+            pipe, other = context.Pipe(duplex=False)
+            process = context.Process(target=draw, args=(slice(number, None, count), ready, other))
+            process.start()
+            running.append((process, pipe))
+        results: list[Measured] = [pipe.recv() for _, pipe in running]
+        for process, _ in running:
+            process.join()
+        return sum(rate for rate, _ in results), statistics.mean(cost for _, cost in results)
+
+    return measure
+
+
+def single(data: Path, split: Split, walk: Walk, size: int) -> Measure:
+    """Return the measurement of one episode at a time."""
+
+    def measure() -> Measured:
+        env: Any = gymnasium.make("arramon/ArraMon-v0", data=data, split=split.name, image_size=size)
+        env.reset(options={"episode": walk.ids[0]})
+
+        def play() -> None:
+            for number, episode_id in enumerate(walk.ids):
+                env.reset(options={"episode": episode_id})
+                for action in walk.actions[:, number]:
+                    env.step(action)
+
+        return timed(play, walk.size)
+
+    return measure
+
+
+def vector(data: Path, split: Split, walk: Walk, size: int, processes: int) -> Measure:
+    """Return the measurement of many episodes at once."""
+
+    def measure() -> Measured:
+        env: Any = gymnasium.make_vec(
+            "arramon/ArraMon-v0", COUNT, processes=processes, data=data, split=split.name, image_size=size
+        )
+        env.reset(options={"episode": walk.ids})
+
+        def play() -> None:
+            for actions in walk.actions:
+                env.step(actions)
+
+        measured = timed(play, walk.size)
+        env.close()
+        return measured
+
+    return measure
+
+
+def two_agents(data: Path, split: Split, walk: Walk, size: int) -> Measure:
+    """Return the measurement of PettingZoo's interface."""
+
+    def measure() -> Measured:
+        env = raw_env(data=data, split=split.name, image_size=size)
+        env.reset(options={"episode": walk.ids[0]})
+
+        def play() -> None:
+            for number, episode_id in enumerate(walk.ids):
+                env.reset(options={"episode": episode_id})
+                for action in walk.actions[:, number]:
+                    env.last()
+                    env.step(action)
+
+        return timed(play, walk.size)
+
+    return measure
+
+
+def peer(python: str, name: str) -> Measure:
+    """Return the measurement of another environment; None if it is not installed, or finds no display."""
+
+    def measure() -> Measured | None:
+        command = [python, str(HERE.absolute() / "peers.py"), name, "--seconds", str(PEER_SECONDS)]
+        with tempfile.TemporaryDirectory() as folder:
+            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        return (float(done.stdout.split()[-1]), 0.0) if done.returncode == 0 else None
+
+    return measure
+
+
+def rows_of(data: Path, split: Split, walk: Walk, peers: str) -> list[Row]:
+    """Return the rows of the table."""
+    return [
+        Row("bare camera with rules, 224", bare(split, walk, 224)),
+        Row("bare, one after another, 224", bare(split, walk, 224, turns=False)),
+        Row("bare camera, two processes, 224", bare_in_processes(split, walk, 224, 2)),
+        Row("one episode, 224", single(data, split, walk, 224)),
+        Row("16, one process, 224", vector(data, split, walk, 224, 1)),
+        Row("16, two processes, 224", vector(data, split, walk, 224, 2)),
+        Row("two agents by turns, 224", two_agents(data, split, walk, 224)),
+        Row("bare camera with rules, 64", bare(split, walk, 64)),
+        Row("bare camera, two processes, 64", bare_in_processes(split, walk, 64, 2)),
+        Row("16, one process, 64", vector(data, split, walk, 64, 1)),
+        Row("16, two processes, 64", vector(data, split, walk, 64, 2)),
+        *(Row(title, peer(peers, name)) for name, title in PEERS.items()),
+    ]
+
+
+def table(rows: Sequence[Row]) -> str:
+    """Return the table, with the ratios that matter below it."""
+    lines = [f"{'RGB + depth':34}{'steps/s':>10}{'of bare':>9}{'CPU ms a step':>15}"]
+    base = rows[0].rate
+    for row in rows:
+        if not row.results:
+            lines.append(f"{row.name:34}{'not here':>10}")
+            continue
+        cost = f"{row.cost:15.3f}" if row.cost else f"{'':15}"
+        lines.append(f"{row.name:34}{row.rate:10.0f}{row.rate / base:9.2f}{cost}")
+    by_name = {row.name: row for row in rows}
+    one, two = by_name["16, one process, 224"], by_name["16, two processes, 224"]
+    small, drawn_by_two = by_name["16, one process, 64"], by_name["bare camera, two processes, 224"]
+    single_row, alone = by_name["one episode, 224"], by_name["bare, one after another, 224"]
+    lines.append(
+        f"of the bare camera, one episode (one after another): {paired(single_row, alone):.2f}, by CPU time "
+        f"{alone.cost / single_row.cost:.2f}; 16 in one process: {paired(one, rows[0]):.2f}, by CPU time "
+        f"{rows[0].cost / one.cost:.2f}\n"
+        f"two processes of one: {paired(two, one):.2f}, of the bare camera {paired(drawn_by_two, rows[0]):.2f}; "
+        f"64x64 of 224: {paired(small, one):.2f}"
+    )
+    return "\n".join(lines)
+
+
+def paired(row: Row, other: Row) -> float:
+    """Return the median, over the rounds, of one row's rate by another's in the same round."""
+    return statistics.median(one[0] / two[0] for one, two in zip(row.results, other.results, strict=True))
+
+
+def main() -> int:
+    """Run the benchmark and print its table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--data", type=Path, help="data folder (default: the sample episodes)")
+    parser.add_argument("--steps", type=int, default=300, help=f"of each episode in a measurement, 1 to {MOST_STEPS}")
+    parser.add_argument("--rounds", type=int, default=5, help="number of rounds")
+    parser.add_argument("--peers", default=sys.executable, help="interpreter that has MiniWorld and MiniGrid")
+    parser.add_argument("--json", type=Path, help="output file for the results")
+    options = parser.parse_args()
+    if not 1 <= options.steps <= MOST_STEPS:
+        parser.error(f"--steps is {options.steps}, expected 1 to {MOST_STEPS}")
+    with data_or_sample(options.data) as data:
+        split = max(read_splits(data).values(), key=lambda split: len(split.episodes))
+        rows = rows_of(data, split, Walk.of(split, options.steps), options.peers)
+        for _ in range(options.rounds):
+            for row in rows:
+                measured = row.measure()
+                row.results += [] if measured is None else [measured]
+    print(f"split {split.name}, {len(split.episodes)} episodes\n{table(rows)}")
+    if options.json:
+        options.json.write_text(json.dumps({row.name: row.results for row in rows}, indent=1) + "\n", encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

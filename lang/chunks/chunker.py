@@ -1,0 +1,176 @@
+"""Chunks of a text: its things, the words that relate them, sides, verbs and joining words."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from lang.matching import SplitWords
+from lang.noun_phrases import NounPhrase, NounPhraseReader
+from lang.patterns import parse, spell_out
+
+THING, SIDE, LOOK, RELATION = "thing", "side", "look", "relation"
+
+Keys = tuple[str, ...]
+
+_YOURS = 8
+"""Maximum number of words in a phrase about the reader's own place."""
+
+
+@dataclass(frozen=True, slots=True)
+class Chunk:
+    """A part of a text that says one thing.
+
+    Attributes:
+        kind: THING, SIDE, LOOK, RELATION, "yours", "verb", or a key of `words` in `chunks.toml`.
+        start: index of its first word.
+        end: index after its last word.
+        value: for SIDE "left", "right", "back" or "around"; otherwise a key of `relations` or `verbs`, or a
+            collectible's pattern.
+        things: what a THING names: one, or two that share a noun.
+        slight: whether a side is "slightly".
+        nominal: whether a side is named as a place ("the left side") rather than as a way to turn.
+        also: whether "too" is said of a thing.
+        exactly: whether a relation is said to be direct.
+    """
+
+    kind: str
+    start: int
+    end: int
+    value: str = ""
+    things: tuple[NounPhrase, ...] = ()
+    slight: bool = False
+    nominal: bool = False
+    also: bool = False
+    exactly: bool = False
+
+
+class Chunker:
+    """Divides texts of a language into chunks.
+
+    Args:
+        data: the content of the language's `chunks.toml`, whose comments describe it.
+        noun_phrases: reader of the language's noun phrases.
+        conjunctions: words that join two things.
+        split: splits a text into comparison keys.
+
+    Attributes:
+        vocabulary: all words of the phrases.
+    """
+
+    def __init__(
+        self,
+        data: Mapping[str, Any],
+        noun_phrases: NounPhraseReader,
+        conjunctions: frozenset[str],
+        split: SplitWords,
+    ) -> None:
+        self._split = split
+        self._noun_phrases = noun_phrases
+        self._conjunctions = conjunctions
+        self._soft = frozenset(data["soft"])
+        self._own = frozenset(data["own"])
+        self._exactly = frozenset(data["exactly"])
+        self._also = frozenset(data["also"])
+        self._of = tuple(data["relations"]["of"])
+        self._sides = [(phrase, side) for side, texts in data["sides"].items() for phrase in self._phrases(texts)]
+        self._nominal = sorted(self._phrases(data["nominal"]), key=len, reverse=True)
+        self._slightly, self._slight_more = frozenset(data["slightly"]), frozenset(data["slight_more"])
+        self._listed: dict[str, list[tuple[Keys, str, str]]] = {}
+        for kind, table in (("verb", self._verbs(data)), (RELATION, data["relations"]), (LOOK, data["looks"])):
+            for value, texts in table.items():
+                self._add(kind, value, texts)
+        for kind, texts in data["words"].items():
+            self._add(kind, "", texts)
+        self._written_together = {split(one)[0]: split(apart) for one, apart in data["written_together"]}
+        phrases = [phrase for listed in self._listed.values() for phrase, _, _ in listed]
+        words = {word for phrase in (*phrases, *self._nominal, *(side for side, _ in self._sides)) for word in phrase}
+        self.vocabulary = frozenset(words | self._soft | self._own | self._slightly | set(self._written_together))
+
+    def chunks(self, keys: Sequence[str]) -> list[Chunk]:
+        """Return the chunks of a text's words in order; words that are none are left out."""
+        keys = [part for key in keys for part in self._written_together.get(key, (key,))]
+        found: list[Chunk] = []
+        at = 0
+        while at < len(keys):
+            chunk = self._longest(keys, at)
+            if chunk is not None:
+                found.append(chunk)
+            at = at + 1 if chunk is None else chunk.end
+        return found
+
+    def _longest(self, keys: Sequence[str], at: int) -> Chunk | None:
+        found = [*self._side(keys, at), *self._words(keys, at), *self._things(keys, at), *self._yours(keys, at)]
+        longest = max(found, key=lambda chunk: chunk.end, default=None)
+        if longest is None or longest.kind == THING:
+            return longest
+        return replace(longest, exactly=not self._exactly.isdisjoint(keys[max(at - 1, 0) : longest.end]))
+
+    def _side(self, keys: Sequence[str], start: int) -> Iterator[Chunk]:
+        at = start
+        while at < len(keys) and keys[at] in self._own:
+            at += 1
+        slight = at < len(keys) and keys[at] in self._slightly
+        at += slight
+        while at < len(keys) and ((slight and keys[at] in self._slight_more) or keys[at] in self._own):
+            at += 1
+        fitting = [(self._end(phrase, keys, at), side) for phrase, side in self._sides]
+        end, side = max(fitting)
+        if end:
+            at = end
+            nominal = next((each for each in self._nominal if tuple(keys[at : at + len(each)]) == each), ())
+            yield Chunk(SIDE, start, at + len(nominal), side, slight=slight, nominal=bool(nominal))
+
+    def _words(self, keys: Sequence[str], at: int) -> Iterator[Chunk]:
+        for phrase, kind, value in self._listed.get(keys[at], ()):
+            end = self._end(phrase, keys, at)
+            if end:
+                yield Chunk(kind, at, end, value)
+
+    def _yours(self, keys: Sequence[str], at: int) -> Iterator[Chunk]:
+        """Yield relations to the reader, whose pronoun is possessive: "before you"; "between you and it"."""
+        if keys[at] in self._own:
+            yield Chunk("yours", at, at + 1)
+            for of in self._of:
+                for chunk in self._words((of, *keys[at + 1 : at + _YOURS]), 0):
+                    if chunk.kind == RELATION and chunk.end > 1:
+                        yield Chunk("yours", at, at + chunk.end, chunk.value)
+
+    def _things(self, keys: Sequence[str], at: int) -> Iterator[Chunk]:
+        joined = [] if keys[at] in self._own else self._noun_phrases.read_joined(keys, at, self._conjunctions)
+        named = [(end, (one,)) for end, one in self._noun_phrases.read(keys, at) if not (one.back and not one.kind)]
+        for end, things in (*named, *joined):
+            if things[0].kind or self._noun_phrases.is_collectible(things[0]):
+                yield Chunk(THING, at, end, things=things, also=not self._also.isdisjoint(keys[end : end + 2]))
+
+    def _end(self, phrase: Keys, keys: Sequence[str], at: int) -> int:
+        """Return the index after the phrase, whose words may have soft ones between them; 0 if it is not there."""
+        for word in phrase:
+            while at < len(keys) and keys[at] != word and keys[at] in self._soft and word != phrase[0]:
+                at += 1
+            if at >= len(keys) or keys[at] != word:
+                return 0
+            at += 1
+        return at
+
+    def _verbs(self, data: Mapping[str, Any]) -> Mapping[str, Sequence[str]]:
+        endings, vowels = data["endings"], data["vowels"]
+        return {
+            name: [
+                *entry.get("words", ()),
+                *(
+                    stem + ending
+                    for stem in entry.get("stems", ())
+                    for ending in endings["vowel" if stem.endswith(tuple(vowels)) else "consonant"]
+                ),
+            ]
+            for name, entry in data["verbs"].items()
+        }
+
+    def _phrases(self, texts: Iterable[str]) -> list[Keys]:
+        return [self._split(text) for each in texts for text in spell_out(parse(each).body, {})]
+
+    def _add(self, kind: str, value: str, texts: Iterable[str]) -> None:
+        for phrase in self._phrases(texts):
+            entries = self._listed.setdefault(phrase[0], [])
+            if (phrase, kind, value) not in entries:
+                entries.append((phrase, kind, value))

@@ -1,0 +1,261 @@
+"""Navigation instructions read by chunks: what is passed and reached, turns, and where the object to pick up is."""
+
+from dataclasses import dataclass, replace
+
+from lang.chunks.chunker import RELATION, SIDE, THING
+from lang.chunks.postpositions.sides import BOUNDARIES, MOVING, STANDING, SidedRoute
+from lang.chunks.postpositions.steps import GROUND, PASSED, POINTS, Named, Place
+from lang.discourse import Discourse
+from lang.grammar import Grammar
+from lang.meaning import Face, Navigation, Rotate, Thing, Walk, Where
+from lang.noun_phrases import NounPhrase
+
+_SIGNS = ("there", "back_again", "which", "one_side", "other_side", "repeat", "until")
+"""Words that change what the next chunks mean."""
+
+
+@dataclass(slots=True, kw_only=True)
+class RouteReader(SidedRoute):
+    """Reads one text's chunks.
+
+    Attributes:
+        grammar: of the language.
+    """
+
+    grammar: Grammar
+    _describes: bool = False
+
+    def read(self) -> Navigation | None:
+        """Return the meaning, or None if nothing to pick up is named."""
+        discourse = Discourse(self.grammar)
+        chosen = self.text.target()
+        if chosen is None:
+            return None
+        skipped = -1
+        for number, chunk in enumerate(self.text.chunks):
+            if number <= skipped:
+                continue
+            if chunk.kind == THING:
+                things = [self._thing(discourse, named) for named in chunk.things]
+                skipped = self._name(number, things, chosen)
+            elif chunk.kind == SIDE:
+                skipped = self._turn_or_side(number, chosen)
+            else:
+                self._word(number)
+        self._stop()
+        target = self._target or Thing("")
+        return Navigation(tuple(self.steps), replace(target, where=tuple(dict.fromkeys(self._where))))
+
+    # Things.
+
+    def _thing(self, discourse: Discourse, named: NounPhrase) -> Thing:
+        thing = discourse.mention(named)
+        if not thing.kind and not self.text.noun_phrases.is_collectible(named) and self._said:
+            thing = replace(thing, kind=self._said[-1].kind)
+        return thing
+
+    def _name(self, number: int, things: list[Thing], chosen: int) -> int:
+        """Take note of what a chunk names; return the number of the last chunk that this explains."""
+        if number == chosen:
+            self._found(things[0], number)
+        elif self.text.is_collectible(number) and self._is_distracter(number):
+            return self._pass_over(number, things[0])
+        else:
+            for thing in things:
+                self._add(thing)
+                self._joined = "and"
+            self._joined = ""
+        return number
+
+    def _is_distracter(self, number: int) -> bool:
+        if self._target is None or self.text.is_denied(number) or self.text.next_kind(number) != RELATION:
+            return self._target is not None or self.text.is_denied(number)
+        return self.text.is_relation(number + 1, "of", "having", "object")
+
+    def _add(self, thing: Thing) -> None:
+        at: tuple[Place, ...] = ()
+        if self._describes and self._named:
+            size = self._joined_size() if thing.kind in (*POINTS, "street", "alley") else 1
+            at = (Place("near", tuple(self._named[-size:])),)
+            del self._named[-size:]
+        elif self._describes and self._places:
+            at = (self._places.pop(),)
+        shown = at[0].named[0].thing if at else thing
+        is_shop = thing.kind in ("building", "shop_sign") and shown.kind == "shop_sign" and bool(shown.look)
+        if at and (is_shop or (thing.kind == "corner" and shown.kind in ("building", "shop_sign"))):
+            thing, at = shown, ()  # The building with the cinema's sign, or the cinema's corner: the cinema.
+        self._named.append(Named(thing, self._joined, self._side, at))
+        self._said.append(thing)
+        if "other_side" in self._signs and len(self._named) > 1:
+            self._signs.discard("one_side")
+            pair = (self._named[-2], self._named[-1])
+            self._named[-2:] = []
+            self._places.append(Place("between", pair))
+        self._describes = False
+        self._signs.discard("other_side")
+        self._joined = ""
+
+    def _found(self, thing: Thing, number: int) -> None:
+        self._pass(self._named)
+        self._named = []
+        self._place_target()
+        if not thing.look or not thing.colour:
+            later = self.text.described_later(number)
+            thing = replace(thing, look=thing.look or later.look, colour=thing.colour or later.colour)
+        if "there" in self._signs and not self._where and self._said and self._said[-1].kind not in GROUND:
+            self._where.append(Where("near", (self._said[-1],)))
+        self._target = thing
+        self._side = ""
+
+    def _pass_over(self, number: int, thing: Thing) -> int:
+        """Skip what is said of an object that is not to be picked up."""
+        if self._target is None:
+            self._pass(self._named)
+        self._named, self._places, self._side = [], [], ""
+        end = number
+        for n, chunk in enumerate(self.text.chunks[number + 1 :], number + 1):
+            if chunk.kind == "stop":
+                break
+            if chunk.kind == "not" or self._target is not None:
+                end = n
+        self._said.append(thing)
+        return end
+
+    # What stands behind things, verbs and joining words.
+
+    def _word(self, number: int) -> None:
+        chunk = self.text.chunks[number]
+        if chunk.kind == RELATION:
+            self._behind(chunk.value, number)
+        elif chunk.kind == "verb":
+            self._verb(chunk.value, number)
+        elif chunk.kind == "stop":
+            self._stop()
+        elif chunk.kind in BOUNDARIES:
+            self._join(chunk.kind)
+        elif chunk.kind in ("it", "them"):
+            self._refer(number)
+        elif chunk.kind == "all" and self._named:
+            self._named = [replace(each, joined="comma") for each in self._named]
+            self._joined = ""
+        elif chunk.kind in _SIGNS:
+            self._signs.add(chunk.kind)
+        elif chunk.kind in ("straight", "ahead") and not self._named:
+            if self._is_passing("through_between"):
+                self._resolve()
+            self._ahead()
+
+    def _join(self, kind: str) -> None:
+        is_new = kind == "then" and self._joined in ("comma", "and")
+        if not self._joined or kind == "then" or (kind == "comma" and self._joined == "and"):
+            # "A then B on the left" is one list, "A, then B on the left" two.
+            self._joined = "comma" if kind == "then" and not self._joined else kind
+        is_walked = bool(self._places) and self._places[-1].value in ("to", "towards") and self._target is None
+        if (is_new and self._is_passing()) or (kind in ("comma", "then") and is_walked):
+            self._resolve()
+        if kind != "and":
+            self._side = ""
+
+    def _is_passing(self, *more: str) -> bool:
+        """Return whether what was said last, before the target, is that something is passed."""
+        return self._target is None and bool(self._places) and self._places[-1].value in (*PASSED, *more)
+
+    def _refer(self, number: int) -> None:
+        """Take what a pronoun means: the last thing, or two, or the last place that one can be in."""
+        if self.text.next_kind(number) != RELATION:
+            return
+        size = 2 if self.text.chunks[number].kind == "them" else 1
+        within = [thing for thing in self._said if thing.kind in GROUND]
+        is_in = self.text.chunks[number + 1].value == "in" and bool(within)
+        self._named += [Named(thing, "and", again=True) for thing in (within if is_in else self._said)[-size:]]
+
+    def _behind(self, value: str, number: int) -> None:
+        if value == "steps_behind":  # "Turn back from the bank", "behind the bank".
+            is_turn = self.text.verb_after(number) in MOVING
+            self._place("at" if is_turn else "behind")
+            if is_turn:
+                self._rotate("around")
+            return
+        value = "at" if value in ("on", "in", "from") else value
+        following = self.text.next_kind(number)
+        if value in ("of", "having"):
+            side = self.text.chunks[number + 1] if following == SIDE else None
+            if side is not None and side.value in ("left", "right") and self._named:
+                self._place(f"{side.value}_of")
+                self._relation = number + 1
+            else:
+                self._describes = following == THING
+            return
+        if value == "object" or not self._named:
+            return
+        self._place(value)
+
+    def _verb(self, value: str, number: int) -> None:
+        if value in STANDING:
+            self._stands(value)
+        elif value == "pass" and self._target is None:
+            self._resolve()
+            self._pass(self._named)
+            self._named = []
+        elif value in ("walk", "return"):
+            if not self.text.is_relation(number + 1, "having"):
+                self._walk_verb(is_return=value == "return")
+        elif value == "back" and self._places and self._places[-1].value == "at":
+            self._places.pop()
+        elif value in ("turn", "look", "back") and self._places and self._places[-1].value == "towards":
+            last = self._places.pop().named[-1]
+            self._resolve()
+            if value != "back":
+                self.steps.append(Face(last.thing))
+            elif self.text.next_kind(number) != SIDE:
+                self._rotate("around")
+        elif value == "turn_round" or (
+            value == "turn" and "back_again" in self._signs and self.text.next_kind(number) != SIDE
+        ):
+            self._rotate("around")
+
+    def _stands(self, value: str) -> None:
+        """Take things of which a verb says that they are somewhere, come, are seen or kept on a side."""
+        if value == "come" and not (self._named and self._named[-1].side):
+            self._signs.add("there")
+        if "one_side" in self._signs or not self._named:
+            return
+        named, self._named = self._named, []
+        if self._target is not None:
+            self._where += [Where("near", (each.thing,)) for each in named]
+        elif "which" in self._signs:
+            del self._said[-len(named) :]
+        else:
+            if value == "be" and self._places and self._places[-1].value == "at" and not named[-1].side:
+                named = list(self._places.pop().named)  # "On the building is a flag": it is the building.
+            self._resolve()
+            self._pass(named[:-1])
+            self._pass_beside(named[-1])
+            if value == "come" and named[-1].side:
+                self._come_beside(named[-1])
+            else:
+                self._walk("past" if named[-1].side else "until", named[-1])
+        self._signs.discard("which")
+
+    def _walk_verb(self, *, is_return: bool) -> None:
+        if self._target is not None:
+            return
+        if (is_return or "back_again" in self._signs) and not self.steps and not self._places:
+            self._rotate("around")
+        last = self._places[-1] if self._places else None
+        self._resolve(reaching=last is not None and last.value in ("at", "near", "in_front_of"))
+
+    def _ahead(self) -> None:
+        if self._target is None and (not self.steps or isinstance(self.steps[-1], Rotate)):
+            self.steps.append(Walk("ahead"))
+
+    def _stop(self) -> None:
+        if self._target is None:
+            self._resolve()
+            self._pass(self._named)
+        else:
+            self._place_target()
+            self._where += [Where("near", (each.thing,)) for each in self._named]
+        self._named, self._joined, self._side = [], "then", ""
+        self._describes = False
+        self._signs.clear()

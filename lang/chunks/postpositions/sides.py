@@ -1,0 +1,152 @@
+"""Sides in navigation instructions read by chunks: of a turn, of a thing on the way, or of the object to pick up."""
+
+from dataclasses import dataclass, replace
+
+from lang.chunks.chunker import RELATION, SIDE, THING
+from lang.chunks.postpositions.steps import Route
+from lang.chunks.sequence import ChunkSequence
+from lang.meaning import Rotate
+
+BOUNDARIES = ("comma", "then", "stop", "and")
+
+MOVING = ("turn", "turn_round", "walk", "return", "become", "look")
+"""Verbs that make a side a turn."""
+
+STANDING = ("see", "be", "keep", "place", "come")
+"""Verbs that say of things where they are, not that one moves."""
+
+_WAYS = ("to", "towards", "by", "through", "along", "through_between")
+"""Phrases behind things that are walked to, along or past."""
+
+_ROUND = ("around", "back")
+
+
+@dataclass(slots=True, kw_only=True)
+class SidedRoute(Route):
+    """A route whose sides are told by what is around them in the text.
+
+    Attributes:
+        text: its chunks.
+    """
+
+    text: ChunkSequence
+    _side: str = ""
+    _relation: int = -1
+
+    def _turn_or_side(self, number: int, chosen: int) -> int:
+        """Take a side for a turn, for that of a thing, or for that of the target; return the last chunk explained."""
+        chunk, verb = self.text.chunks[number], self.text.verb_after(number)
+        end = number + (verb in ("turn", "turn_round"))
+        if self._target is not None or (self._relation == number and end == number):
+            return number
+        if chunk.value in _ROUND or verb == "turn_round":
+            if verb == "turn_round" or self._is_round(number):
+                self._rotate("around")
+            return end
+        if self._named and not self._joined and verb != "turn":
+            return self._side_of_named(number)
+        direction = f"slightly {chunk.value}" if chunk.slight else chunk.value
+        if verb in MOVING:
+            if not self._is_repeated(direction):
+                self._rotate(direction)
+            return end
+        if self.text.is_relation(number + 1, "from") and self.steps[-1:] == [Rotate("around")] and not self._named:
+            return number  # "Turn around, from the right."
+        if verb in STANDING or (verb == "pass" and not self._places) or self._is_repeated(direction):
+            return number
+        if self._is_of_target(number, chosen) and not self._is_alone(number + 1, chosen):
+            if self._places and self.text.is_relation(number - 1, "from"):
+                self._places[-1] = replace(self._places[-1], value=f"{chunk.value}_of")
+            return number
+        return self._side_or_turn(number, direction)
+
+    def _is_round(self, number: int) -> bool:
+        """Return whether one is to turn around: by a verb of moving, or because nothing else is said."""
+        is_whole = self.text.next_kind(number) in (*BOUNDARIES, "")
+        is_around = self.text.chunks[number].value == "around"
+        return self.text.verb_after(number) in MOVING or (
+            (is_whole or self._is_first()) if is_around else (is_whole and self._is_first())
+        )
+
+    def _is_repeated(self, direction: str) -> bool:
+        """Return whether the last turn is only said again ("yes, left")."""
+        last = self.steps[-1] if self.steps else None
+        return "repeat" in self._signs and isinstance(last, Rotate) and last.direction == direction
+
+    def _side_of_named(self, number: int) -> int:
+        """Pass the named things on a side that is said behind them."""
+        side, is_coming = self.text.chunks[number].value, self.text.verb_after(number) == "come"
+        self._resolve()
+        if is_coming:
+            self._pass(self._named[:-1], side)
+            self._come_beside(replace(self._named[-1], side=side))
+        else:
+            self._pass(self._named, side)
+        self._named = []
+        return number + is_coming
+
+    def _side_or_turn(self, number: int, direction: str) -> int:
+        """Take a side for that of the thing that follows, or else for a turn; return the last chunk explained."""
+        side, following = self.text.chunks[number].value, self.text.next_kind(number)
+        if following == THING and self._named and self._named[-1].side and self._joined == "and":
+            self._side = side
+        elif following == THING and not self._is_way(number + 1):
+            self._resolve()
+            self._pass(self._named)
+            self._named, self._side = [], side
+        elif self.text.is_relation(number + 1, "of", "having"):
+            if self._is_way(number + 2):
+                self._rotate(direction)
+            else:
+                self._side = side
+            return number + 1
+        else:
+            self._rotate(direction)
+        return number
+
+    def _is_of_target(self, number: int, chosen: int) -> bool:
+        """Return whether a side says where the target is."""
+        chunk = self.text.chunks[number]
+        between = [
+            each.kind
+            for n, each in enumerate(self.text.chunks[number + 1 : chosen], number + 1)
+            if each.kind != SIDE or not self.text.is_relation(n - 1, "of", "from")
+        ]
+        if chosen < number or "stop" in between:
+            return False
+        verbs = [each.value for each in self.text.chunks[number + 1 : chosen] if each.kind == "verb"]
+        if any(value in ("walk", "turn", "pass") for value in verbs) or SIDE in between or "then" in between:
+            return False
+        if chunk.nominal or chunk.slight:
+            return not any(self._is_alone(n, chosen) for n in range(number + 1, chosen))
+        if self._places and self.text.next_kind(number) == "comma" and number + 2 == chosen:
+            return True
+        if self.text.next_kind(number) == THING and self.text.chunks[number + 1].things[0].kind == "street":
+            return True  # "On the left pavement."
+        return self.text.next_kind(number) not in BOUNDARIES and not self._is_way(number + 1)
+
+    def _is_first(self) -> bool:
+        return not self.steps and not self._named and not self._places
+
+    def _is_alone(self, number: int, end: int) -> bool:
+        """Return whether things are named there about which no more is said than on which side they are."""
+        if self.text.chunks[number].kind != THING:
+            return False
+        after = next((chunk for chunk in self.text.chunks[number:end] if chunk.kind not in (THING, "and")), None)
+        return after is not None and after.kind != RELATION
+
+    def _is_way(self, number: int) -> bool:
+        """Return whether the thing there is one that is walked to or along, not one that is beside the way."""
+        for n in range(number, len(self.text.chunks)):
+            chunk = self.text.chunks[n]
+            if chunk.kind == THING:
+                if chunk.things[0].kind in ("street", "alley"):
+                    return True
+            elif chunk.kind == RELATION and chunk.value not in ("of", "having"):
+                return chunk.value in _WAYS and self._closing_verb(n) not in STANDING
+            elif (chunk.kind == "and" and self.text.next_kind(n) == SIDE) or chunk.kind not in ("and", RELATION):
+                return False
+        return False
+
+    def _closing_verb(self, number: int) -> str:
+        return next((chunk.value for chunk in self.text.chunks[number:] if chunk.kind in ("verb", "comma", "stop")), "")

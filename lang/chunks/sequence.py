@@ -1,0 +1,70 @@
+"""Chunks of one text in order, and what is around each of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from lang.chunks.chunker import LOOK, RELATION, THING, Chunk
+from lang.noun_phrases import NounPhrase, NounPhraseReader
+
+
+@dataclass(frozen=True, slots=True)
+class ChunkSequence:
+    """The chunks of a text.
+
+    Attributes:
+        chunks: in order.
+        noun_phrases: reader of the language's noun phrases, which knows what can be picked up.
+    """
+
+    chunks: Sequence[Chunk]
+    noun_phrases: NounPhraseReader
+
+    def is_collectible(self, number: int) -> bool:
+        """Return whether a chunk names one thing that can be picked up."""
+        chunk = self.chunks[number]
+        return chunk.kind == THING and len(chunk.things) == 1 and self.noun_phrases.is_collectible(chunk.things[0])
+
+    def is_denied(self, number: int) -> bool:
+        """Return whether it is said of a thing that it is not the one to pick up."""
+        for n in range(number + 1, len(self.chunks)):
+            if self.chunks[n].kind in ("stop", "not") or self.is_collectible(n):
+                return self.chunks[n].kind == "not"
+        return False
+
+    def target(self) -> int | None:
+        """Return the number of the chunk that names what is to be picked up: the fullest name that is not denied."""
+        found = [(self._score(n), n) for n in range(len(self.chunks)) if self.is_collectible(n)]
+        return max(found)[1] if found else None
+
+    def described_later(self, number: int) -> NounPhrase:
+        """Return what is said of the target after it: "the ball over there, the striped one"."""
+        for n in range(number + 1, len(self.chunks)):
+            chunk = self.chunks[n]
+            if chunk.kind in ("stop", "not"):
+                break
+            if chunk.kind == LOOK:
+                return NounPhrase("", look=chunk.value)
+            if self.is_collectible(n):
+                return chunk.things[0] if chunk.things[0].kind == "" else NounPhrase("")
+        return NounPhrase("")
+
+    def is_relation(self, number: int, *values: str) -> bool:
+        """Return whether a chunk is one of these words that relate things."""
+        chunk = self.chunks[number] if 0 <= number < len(self.chunks) else None
+        return chunk is not None and chunk.kind == RELATION and chunk.value in values
+
+    def next_kind(self, number: int) -> str:
+        """Return the kind of the next chunk, "" at the end."""
+        return self.chunks[number + 1].kind if number + 1 < len(self.chunks) else ""
+
+    def verb_after(self, number: int) -> str:
+        """Return the kind of the verb that follows, whatever adverbs are before it; "" if none does."""
+        for chunk in self.chunks[number + 1 :]:
+            if chunk.kind not in ("straight", "ahead", "there", "back_again", "then", "yours"):
+                return chunk.value if chunk.kind == "verb" else ""
+        return ""
+
+    def _score(self, number: int) -> tuple[bool, int]:
+        chunk = self.chunks[number]
+        named = chunk.things[0]
+        return not (chunk.also or self.is_denied(number)), sum(map(bool, (named.kind, named.colour, named.look)))

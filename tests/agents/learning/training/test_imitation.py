@@ -1,0 +1,103 @@
+"""Imitation: it learns, goes on after a kill as if undisturbed, and keeps the best weights of each phase."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import torch
+
+from agents.learning.agent import LearnedAgent
+from agents.learning.checkpoint import load_policy
+from agents.learning.training import imitation
+from agents.learning.training.imitation import Imitation, OtherRecipe
+from agents.learning.training.rollouts import Plan
+from tests.agents.learning.made import demonstrations, place, recipe
+
+
+@pytest.mark.parametrize(("sees", "reads"), [(True, True), (True, False), (False, True)])
+def test_it_learns(tmp_path: Path, sees: bool, reads: bool) -> None:
+    made = Imitation(recipe(sees=sees, reads=reads, passes=40), place(tmp_path), demonstrations())
+    made.run()
+    assert len(made.losses) == made.steps == 120
+    assert sum(made.losses[-5:]) < sum(made.losses[:5]) / 3
+
+
+def test_after_a_kill_the_losses_are_as_undisturbed(tmp_path: Path) -> None:
+    shown = demonstrations()
+    undisturbed = Imitation(recipe(), place(tmp_path / "one", checkpoint_steps=2), shown)
+    undisturbed.run()
+    killed = Imitation(recipe(), place(tmp_path / "two", checkpoint_steps=2), shown)
+    for _ in range(4):
+        killed.update()
+    killed.save()
+    killed.update()  # Lost: it was not in the checkpoint.
+    torch.manual_seed(99)
+    resumed = Imitation(recipe(), place(tmp_path / "two", checkpoint_steps=2), shown)
+    resumed.run()
+    assert resumed.losses == undisturbed.losses
+    for one, other in zip(undisturbed.policy.model.parameters(), resumed.policy.model.parameters(), strict=True):
+        assert torch.equal(one, other)
+
+
+def test_another_recipe_does_not_go_on(tmp_path: Path) -> None:
+    first = Imitation(recipe(), place(tmp_path), demonstrations())
+    first.save()
+    second = Imitation(replace(recipe(), learning_rate=0.1), place(tmp_path), demonstrations())
+    with pytest.raises(OtherRecipe, match="is of another recipe: name another --output"):
+        second.run()
+
+
+def test_other_demonstrations_do_not_go_on(tmp_path: Path) -> None:
+    Imitation(recipe(), place(tmp_path), demonstrations()).save()
+    with pytest.raises(OtherRecipe, match="is of other demonstrations"):
+        Imitation(recipe(), place(tmp_path), demonstrations(count=8)).run()
+
+
+def test_longer_training_goes_on_as_if_it_had_been_meant_to(tmp_path: Path) -> None:
+    shown = demonstrations()
+    long = Imitation(recipe(passes=4), place(tmp_path / "long"), shown)
+    long.run()
+    Imitation(recipe(passes=2), place(tmp_path / "two"), shown).run()
+    longer = Imitation(recipe(passes=4), place(tmp_path / "two"), shown)
+    longer.run()
+    assert longer.losses == long.losses
+
+
+def test_of_steps_that_repeat_an_action_a_share_is_learned_from(tmp_path: Path) -> None:
+    every = Imitation(replace(recipe(), share=1.0), place(tmp_path), demonstrations())
+    some = Imitation(replace(recipe(), share=0.3), place(tmp_path), demonstrations())
+    assert every.update() != some.update()
+
+
+def test_the_best_weights_of_each_phase_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of three validations, the second is best in the street, the first in the room."""
+    values = {"navigation": iter([0.1, 0.3, 0.2]), "assembly": iter([0.5, 0.4, 0.4])}
+
+    def play(agent: LearnedAgent, plan: Plan) -> dict[str, Mapping[str, float]]:
+        value = next(values[plan.phases[0]])
+        return {"1": {"nDTW": value, "PTC": value}}
+
+    monkeypatch.setattr(imitation, "play", play)
+    made = Imitation(recipe(validate=1), place(tmp_path), demonstrations())
+    kept = []
+    for _ in range(3):
+        made.update()
+        made.validate()
+        kept.append({name: value.clone() for name, value in made.policy.model.state_dict().items()})
+    best = load_policy(made.weights)
+    assert best.about["validation"] == {"navigation": 0.3, "assembly": 0.5}
+    for name, value in best.model.state_dict().items():
+        assert torch.equal(value, kept[1 if ".navigation." in name else 0][name]), name
+
+
+def test_it_learns_in_less_precision(tmp_path: Path) -> None:
+    made = Imitation(replace(recipe(passes=40), precision="bfloat16"), place(tmp_path), demonstrations())
+    made.run()
+    assert sum(made.losses[-5:]) < sum(made.losses[:5]) / 3
+    assert {value.dtype for value in made.policy.model.state_dict().values()} == {torch.float32}
+
+
+def test_an_unknown_precision_is_named() -> None:
+    with pytest.raises(ValueError, match="there is no precision 'float16'; there are float32, bfloat16"):
+        replace(recipe(), precision="float16")
