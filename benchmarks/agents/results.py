@@ -4,7 +4,7 @@
                                         [--splits S,T] [--hidden-agents A,B] [--page FILE] [--play-only]
 
 Each agent plays each split in each language, whole or its first N episodes; an agent that has learned, with its
-weights in each folder of `--weights`, one for each seed (without it, with those that come along). Runs that are in the
+weights in each folder of `--weights`, one for each seed (without it, with the shipped ones). Runs that are in the
 folder of runs already, of N episodes or more with the same weights, are not played again: after an interruption the
 command goes on; name another folder for other data. With `--play-only` the page stays as it is: two commands with
 different agents can play side by side. "PTC alone" is the placement after perfect navigation, played in process by the

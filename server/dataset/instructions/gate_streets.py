@@ -112,6 +112,12 @@ def faults_of_turn_by(world: GateWorld, since: int, step: Rotate, near: int, ind
             yield f"one may turn {step.direction} at {arm}, {step.at} {step.thing.identity if step.thing else ''}"
 
 
+def faults_of_turn_on_the_way(world: GateWorld, since: int, direction: str, index: int) -> Iterator[str]:
+    """Yield what is wrong with a turn that nothing marks, on the way towards something: that one may turn earlier."""
+    if world.graph is not None and direction in SIDES and _earlier_arms(world, since, direction, index):
+        yield f"one may turn {direction} before the path's place {index}"
+
+
 def is_beyond_turn(world: GateWorld, x: float, z: float, index: int) -> bool:
     """Return whether (x, z) lies along the street turned into at a place of the path, not ahead of the turn."""
     here = world.path[index]

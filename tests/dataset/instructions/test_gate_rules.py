@@ -108,6 +108,19 @@ def test_one_turns_before_or_after_a_thing_where_no_other_street_opens() -> None
     assert not any("one may turn" in each for each in faults(first, turn, target=PLAIN))
 
 
+def test_a_turn_on_the_way_towards_a_thing_is_the_first_that_one_may_make() -> None:
+    side = Junction("junction/1", 0.0, -8.0, "t_junction", (ARMS[0], ARMS[1], ARMS[2]), 2.0)
+    roads = (*ROADS, Road("street/2", "Side", "street", 4.0, ((0.0, -8.0), (20.0, -8.0)), ("junction/1",)))
+    tree = mark("tree/0", 0.5, 4.0)
+    steps = (Walk("towards", (Thing("tree", identity="tree/0"),)), Rotate("right"))
+    plain = with_marks(tree)
+    crossed = replace(plain, graph=StreetGraph((*GRAPH.junctions, side), roads, (), ()))
+
+    assert faults(plain, *steps) == ()
+    assert "one may turn right before the path's place 15" in faults(crossed, *steps)
+    assert not any("one may turn" in each for each in faults(crossed, Walk("to", steps[0].things), steps[1]))
+
+
 def test_a_corner_of_a_building_is_the_first_of_that_look() -> None:
     def house(number: int, z: float) -> House:
         corners = ((-4.0, z), (-4.0, z + 4.0), (-9.0, z + 4.0), (-9.0, z))
