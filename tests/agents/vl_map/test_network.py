@@ -9,9 +9,10 @@ torch = pytest.importorskip("torch", reason="the extra `agents` is not installed
 
 from agents.learning.simulated.walks import Label  # noqa: E402
 from agents.learning.training.vl_map.task import targets_of  # noqa: E402
-from agents.vl_map.features import DIRECTIONS  # noqa: E402
+from agents.vl_map.features import DIRECTIONS, mirror  # noqa: E402
 from agents.vl_map.network import NEVER, PolicyNetwork, Sizes, batch_of, directions_of, shares_of  # noqa: E402
 from agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS  # noqa: E402
+from agents.vl_map.policy import Policy  # noqa: E402
 from lang.meaning import Navigation, Thing, Walk  # noqa: E402
 from tests.agents.vl_map.test_features import sample  # noqa: E402
 
@@ -48,6 +49,17 @@ def test_samples_of_a_batch_do_not_affect_each_other(network: PolicyNetwork) -> 
     together = network(batch_of([one, two]))
     for number, each in enumerate((one, two)):
         torch.testing.assert_close(network(batch_of([each]))[0], together[number], rtol=1e-4, atol=1e-4)
+
+
+def test_the_policy_decides_alike_in_a_mirrored_world(network: PolicyNetwork) -> None:
+    given, beliefs = sample()
+    policy = Policy(network)
+    values, mirrored = policy.choose(given, beliefs), policy.choose(mirror(given), beliefs)
+    directions = -np.arange(DIRECTIONS) % DIRECTIONS
+    shape = DIRECTIONS, len(DISTANCES)
+    expected = values[:WAYPOINTS].reshape(shape)[directions]
+    np.testing.assert_allclose(mirrored[:WAYPOINTS].reshape(shape), expected, rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(mirrored[WAYPOINTS:], values[WAYPOINTS:], rtol=1e-4, atol=1e-4)
 
 
 @pytest.mark.parametrize(

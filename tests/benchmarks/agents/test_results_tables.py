@@ -101,3 +101,14 @@ def test_a_split_has_all_tables_of_its_own_runs() -> None:
     assert page.count("\n| `vl` | hi | ") == 2
     assert "`vl` - `random_walk` | hi |" in page
     assert "`vl`" not in tables.section("val_unseen", runs)
+
+
+def test_of_a_hidden_split_means_and_intervals_are_shown() -> None:
+    metrics = {
+        row: {metric: {"mean": mean, "low": mean - 0.1, "high": mean + 0.1} for metric in tables.COLUMNS}
+        for row, mean in (("turn 1", 0.5), ("turn 2", 0.3), ("total", 0.4))
+    }
+    page = tables.hidden_section("test_unseen", [tables.HiddenRun("vl_map", 1, "hi", 72, metrics)])
+    assert page.startswith("## test_unseen\n\n| agent | language | seed | episodes |")
+    rows = cells(page.split("\n\n")[1])
+    assert rows[2] == ["`vl_map`", "hi", "1", "72", "total", *["0.400 (0.300 to 0.500)"] * 7]
