@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 
 from lang.meaning import Assembly, Thing, Where
-from lang.reference import mentions
 from lang.room import START, Cell, Room, Standing, quarter_after, relative
 from server.dataset.instructions.assembly_cells import fitting_cells, from_wall
 from server.dataset.instructions.gate import faults_of_names
@@ -26,10 +25,9 @@ def faults_of_assembly(meaning: Assembly, cell: Cell, room: Room) -> tuple[str, 
 
 def _faults(meaning: Assembly, cell: Cell, room: Room) -> Iterator[str]:
     quarter = quarter_after(meaning.turns)
-    told = [thing.identity for thing in mentions(meaning) if thing.identity.startswith("room/")]
-    yield from (
-        f"{identity} tells of two places at once" for identity in sorted({i for i in told if told.count(i) > 1})
-    )
+    named = {thing.identity for where in meaning.where for thing in where.things}
+    for nested in (inner for where in meaning.where for thing in where.things for inner in thing.where):
+        yield from (f"{each.identity} tells of two places at once" for each in nested.things if each.identity in named)
     for where in meaning.where:
         offsets = []
         for thing in where.things:

@@ -27,7 +27,7 @@ SLIGHT_WIDE = (12.0, 50.0)
 TOLD_NEAR = 8
 """Places of the path between a wide bend and what is said of a turn, if that is another one."""
 
-TOLD_BEND, AT_GOAL = 43.0, 5.0
+TOLD_BEND, AT_GOAL = 37.0, 5.0
 """A bend of the path by more degrees is said, unless it is within this distance of the target, in units."""
 
 BACK = 10
