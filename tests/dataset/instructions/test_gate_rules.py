@@ -1,5 +1,6 @@
 """Rules of the gate for navigation, one by one, in the small town of `test_gate`."""
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -8,7 +9,7 @@ from lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk
 from server.dataset.instructions.gate_navigation import NavigationCheck, faults_of_navigation
 from server.dataset.instructions.gate_world import GateWorld
 from server.dataset.instructions.sight import Landmark
-from server.dataset.plans.graph import Corner, House, Junction, Road, StreetGraph
+from server.dataset.plans.graph import Arm, Corner, House, Junction, Road, StreetGraph
 from server.sim.geometry import Pose
 from tests.dataset.instructions.test_gate import (
     ARMS,
@@ -119,6 +120,17 @@ def test_a_turn_on_the_way_towards_a_thing_is_the_first_that_one_may_make() -> N
     assert faults(plain, *steps) == ()
     assert "one may turn right before the path's place 15" in faults(crossed, *steps)
     assert not any("one may turn" in each for each in faults(crossed, Walk("to", steps[0].things), steps[1]))
+
+
+def test_who_turns_looks_along_the_way_and_not_into_another_street() -> None:
+    """The way leads on 150 degrees from where one faced; a street that one looks into after a turn around is nearer."""
+    heading = math.radians(150.0)
+    path = tuple((step * math.sin(heading), 1.0 + step * math.cos(heading)) for step in range(12))
+    beside = Arm(200.0, "street/1", "", -1.0, -3.0)
+    for arms, is_clear in (((ARMS[0],), True), ((ARMS[0], beside), False)):
+        graph = StreetGraph((Junction("junction/0", 0.0, 0.0, "fork", arms, 3.0),), ROADS, (), ())
+        found = faults(GateWorld(path, Pose(0.0, 1.0, 0.0), (), path[-1], graph), Rotate("around"), target=PLAIN)
+        assert ("one may turn into street/1 at junction/0 instead" not in found) == is_clear, found
 
 
 def test_a_corner_of_a_building_is_the_first_of_that_look() -> None:
