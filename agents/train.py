@@ -19,7 +19,10 @@ MAP = "vl_map"
 GROUNDED = "vl_grounded"
 """The agent whose two networks are trained together, with a recipe of its own kind."""
 
-AGENTS = (*RECIPES, GROUNDED, MAP)
+READER = "reader"
+"""The learned reader, which agents share: it comes first, as others are trained on what it reads."""
+
+AGENTS = (READER, *RECIPES, GROUNDED, MAP)
 
 OWN_OPTIONS = {
     MAP: ("walks", "rounds", "round_walks", "first", "again"),
@@ -43,7 +46,9 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         require(NEEDED, "training")
         for name in names:
-            if name == MAP:
+            if name == READER:
+                _train_reader(given)
+            elif name == MAP:
                 _train_map(given)
             elif name == GROUNDED:
                 _train_grounded(given)
@@ -72,6 +77,16 @@ def _train(recipe: Recipe, place: Place, *, ship: bool) -> None:
     _tell(f"{recipe.agent}: best {training.best}, in {training.weights}")
     if ship:
         _ship(training.weights)
+
+
+def _train_reader(given: argparse.Namespace) -> None:
+    from agents.learning.checkpoint import WEIGHTS
+    from agents.learning.train_reader import main as train_reader
+
+    few = ("--texts", "60", "--rounds", "1") if given.smoke else ()
+    train_reader(["--data", str(given.data), "--out", str(given.output), *few])
+    if given.ship:
+        shutil.copyfile(given.output / "reader.safetensors", WEIGHTS / "reader.safetensors")
 
 
 def _train_map(given: argparse.Namespace) -> None:

@@ -31,10 +31,10 @@ HELD_OUT = 10
 """Of so many episodes of the split one is held out to test."""
 
 
-def main() -> None:
+def main(arguments: list[str] | None = None) -> None:
     """Train, or go on training."""
     logging.basicConfig(level=logging.INFO, format="%(message)s")
-    options = _options()
+    options = _options(arguments)
     torch.set_num_threads(options.threads)
     options.out.mkdir(parents=True, exist_ok=True)
     began = time.thread_time()
@@ -84,7 +84,7 @@ def _scores(trainer: Trainer, tested: Examples) -> dict[str, object]:
     return {language: asdict(scores) for language, scores in score(network, tested).items()}
 
 
-def _options() -> argparse.Namespace:
+def _options(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--data", type=Path, required=True, help="data folder")
     parser.add_argument("--split", default="train", help="split whose instructions are taken")
@@ -93,7 +93,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--rounds", type=int, default=4, help="how often each text is learned from")
     parser.add_argument("--seed", type=int, default=0, help="of texts and first weights")
     parser.add_argument("--threads", type=int, default=1, help="threads of the computation")
-    return parser.parse_args()
+    return parser.parse_args(arguments)
 
 
 if __name__ == "__main__":

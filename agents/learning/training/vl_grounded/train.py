@@ -71,7 +71,7 @@ class GroundedRecipe:
     rooms: int = 600
     versions: int = 2
     room_versions: int = 1
-    passes: int = 22
+    passes: int = 16
     batch: int = 32
     learning_rate: float = 2e-3
     inflection: float = 2.5

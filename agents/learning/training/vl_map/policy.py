@@ -60,7 +60,7 @@ class MapRecipe:
     rounds: int = 2
     round_walks: float = 0.25
     first: float = 0.35
-    passes: int = 18
+    passes: int = 14
     again: int = 0
     batch: int = 32
     learning_rate: float = 2e-3
