@@ -87,11 +87,15 @@ class Discourse:
         self.mentioned_things.append(thing)
         return thing
 
-    def assembly(self, items: Sequence[Item]) -> Assembly:
+    def assembly(self, items: Sequence[Item], *, is_written: bool = False) -> Assembly:
         """Return the meaning of an assembly instruction: turns, the object to place, all relations.
 
         The object is the one that a clause says to place, or else the first that is named and is no landmark: "There is
         a red bowl; the mug goes on it."
+
+        Args:
+            items: parts of the text, in order.
+            is_written: whether written patterns cover the text, so that it names no relation twice.
         """
         turns: list[str] = []
         named: list[Thing] = []
@@ -121,7 +125,7 @@ class Discourse:
                 if wheres and wheres[-1].things[-1].kind in _COLLECTIBLES:
                     self.focus = wheres[-1].things[-1]
                 wheres += tuple(map(self._of_last_kinds, self.wheres(bound["where"])))
-        wheres = tuple(each for where in wheres for each in _plainly(where, wheres))
+        wheres = tuple(each for where in wheres for each in _plainly(where, () if is_written else wheres))
         landmarks = [thing for where in wheres for thing in where.things]
         carried = placed or [thing for thing in named if not any(thing.is_same(each) for each in landmarks)]
         thing = next(iter(carried), Thing("") if named and landmarks else next(iter(named), Thing("")))

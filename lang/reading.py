@@ -125,14 +125,16 @@ class Reader:
         """
         if phase not in PHASES:
             raise ValueError(f"phase {phase!r}; expected {' or '.join(PHASES)}")
-        items, meaning = self._understood(text, phase)
+        items, meaning, is_written = self._understood(text, phase)
         if meaning is not None:
             return meaning
         if not items:
             expected = "what to pick up" if phase == "navigation" else "where to place what"
             raise CannotRead(f"nothing understood in {text[:80]!r}; expected steps or {expected}")
         discourse = Discourse(self._grammar)
-        return read_navigation(discourse, items) if phase == "navigation" else discourse.assembly(items)
+        if phase == "navigation":
+            return read_navigation(discourse, items)
+        return discourse.assembly(items, is_written=is_written)
 
     def outline(self, text: str) -> tuple[Said, ...]:
         """Return the turns of a navigation instruction and the things that it mentions, in order; `outline` says how.
@@ -152,18 +154,22 @@ class Reader:
         rest = words.names(at, len(keys), set())
         return (*said, *(Said(thing=discourse.mention(named), manner="seen") for named in rest))
 
-    def _understood(self, text: str, phase: str) -> tuple[list[Item], Meaning | None]:
-        """Return a text's parts by the written patterns if they cover it, or else by all; or its chunks' meaning."""
+    def _understood(self, text: str, phase: str) -> tuple[list[Item], Meaning | None, bool]:
+        """Return a text's parts by the written patterns if they cover it, or else by all; or its chunks' meaning.
+
+        The last value says whether the written patterns cover it.
+        """
         keys = self._keys(text)
         written = TextParser(self, keys, phase, written_only=True)
         parts = written.items()
-        if not written.is_covered_by(parts):
+        is_written = written.is_covered_by(parts)
+        if not is_written:
             meaning = self._read_chunks(keys, phase)
             if meaning is not None:
-                return [], meaning
+                return [], meaning, False
             keys = self._without_asides(self._keys(text, self._grammar.free_reading))
             parts = TextParser(self, keys, phase).items()
-        return [item for _, item in parts], None
+        return [item for _, item in parts], None, is_written
 
     def _read_chunks(self, keys: Sequence[str], phase: str) -> Meaning | None:
         """Return the meaning of a text by its chunks, or None if the language has none or they say too little."""

@@ -107,7 +107,8 @@ def identified(meaning: Meaning) -> Meaning:
             return identify(replace(thing, which="another"))
         others = any(each.kind == thing.kind and each is not earlier for each in named)
         if others and earlier is not None and earlier.which in ("next", "another"):
-            earlier = None  # It would be "that tree" from now on, which is clear only if no other tree is named.
+            # It would be "that tree" from now on, which is clear only if no other tree is named.
+            return identify(replace(thing, which="another"))
         if earlier is None or thing.identity == _OTHER:
             earlier = replace(thing, identity=str(len(named) + 1))
             named.append(earlier)

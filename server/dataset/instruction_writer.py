@@ -12,7 +12,7 @@ from lang.meaning import Assembly, Meaning, Navigation, Rotate, Thing, Where
 from lang.quality import check, is_blocked
 from lang.voice import Voice
 from server.dataset.alignment.model import contradicts
-from server.dataset.alignment.routes import Tokens, tokens_of
+from server.dataset.alignment.routes import Tokens
 from server.dataset.demands import add_demands
 from server.dataset.generation import Draft, Site
 from server.dataset.generation.command import generate
@@ -22,11 +22,8 @@ from server.dataset.instructions.assembly import plan_assembly
 from server.dataset.instructions.assembly_sight import whole_room
 from server.dataset.instructions.gate import faults_of_text
 from server.dataset.instructions.gate_assembly import faults_of_assembly
-from server.dataset.instructions.gate_navigation import faults_of_navigation
-from server.dataset.instructions.gate_world import GateWorld
-from server.dataset.instructions.navigation import plan_navigation
-from server.dataset.instructions.sight import Landmark, find_landmarks, poses_along
-from server.dataset.paraphrases.route import facts_along
+from server.dataset.instructions.sight import poses_along
+from server.dataset.instructions.told_turn import ToldTurn
 from server.dataset.randomness import seeded
 from server.dataset.trial import Hope, TrialWorld, leads
 from server.episodes.episode import Episode, Instructions, Turn
@@ -45,7 +42,7 @@ PLANS = 3
 """Plans tried for one draft before the draft is discarded."""
 
 DRAWS = 8
-"""Meanings drawn for one instruction of a plan until the gate finds no fault with one."""
+"""Meanings drawn for one assembly instruction of a plan until the gate finds no fault with one."""
 
 MIN_NDTW = 0.2
 """The follower's nDTW must exceed this in both turns (paper, section 4)."""
@@ -75,6 +72,11 @@ class InstructionWriter:
     def __init__(self, languages: tuple[str, ...], make_follower: Callable[[], Agent], trial: bool = True) -> None:
         self._languages, self._trial = languages, trial
         self.make_follower = make_follower
+        self._turns: dict[int, ToldTurn] = {}
+
+    def tells(self, start: Pose, turn: Turn, number: int, site: Site, names: tuple[object, ...]) -> bool:
+        """Return whether the way of a turn can be told; see `server.dataset.generation.Writer`."""
+        return self._told(start, turn, number, site).navigation((*names, 0, number)) is not None
 
     def __call__(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Texts | None:
         """Return instructions for a draft, or None if no plan passes; see `server.dataset.generation.Writer`."""
@@ -83,14 +85,25 @@ class InstructionWriter:
 
     def candidates(self, draft: Draft, site: Site, names: tuple[object, ...]) -> Iterator[Texts]:
         """Yield candidate instructions, one plan after another: they pass the quality checks and are untested."""
-        sights = _Sights(draft, site)
+        first, second = draft.turns
+        end = poses_along(draft.start, first.path, first.actions)[-1]
+        told = self._told(draft.start, first, 1, site), self._told(end, second, 2, site)
+        routes: list[Tokens] = []
         for number in range(PLANS):
-            plan = _plan(draft, site, sights, (*names, number))
+            plan = _plan(draft, told, (*names, number))
             if plan is None:
                 return  # All of its draws failed; further ones would do so too.
-            texts = self._write(draft, plan, _routes(draft, sights), (*names, number))
+            routes = routes or [turn.tokens() for turn in told]
+            texts = self._write(draft, plan, routes, (*names, number))
             if texts is not None:
                 yield texts
+
+    def _told(self, start: Pose, turn: Turn, number: int, site: Site) -> ToldTurn:
+        """Return a turn with what is seen along it; the last ones are kept."""
+        kept = self._turns.get(number)
+        if kept is None or kept.site is not site or kept.turn != turn:
+            kept = self._turns[number] = ToldTurn(start, turn, site)
+        return kept
 
     def _write(self, draft: Draft, plan: Plan, routes: Sequence[Tokens], names: tuple[object, ...]) -> Texts | None:
         """Return the plan's texts in every language, or None if a text fails a check."""
@@ -100,8 +113,10 @@ class InstructionWriter:
             turns = []
             for number, (turn, meanings, route) in enumerate(zip(draft.turns, plan, routes, strict=True), start=1):
                 navigation = _phrase(code, "navigation", turn, meanings[0], voice, (*names, code, number))
+                if navigation is None or contradicts(navigation, code, route):
+                    return None
                 assembly = _phrase(code, "assembly", turn, meanings[1], voice, (*names, code, number))
-                if navigation is None or assembly is None or contradicts(navigation, code, route):
+                if assembly is None:
                     return None
                 turns.append(Instructions(navigation, assembly))
             texts[code] = (turns[0], turns[1])
@@ -202,34 +217,15 @@ def passes(scores: EpisodeScores) -> bool:
     return all(turn["nDTW"] > MIN_NDTW and all(turn[name] == 1.0 for name in MUST_BE_ONE) for turn in scores.turns)
 
 
-class _Sights:
-    """What is seen along the ground truth of each turn, looked at when it is first asked for."""
-
-    def __init__(self, draft: Draft, site: Site) -> None:
-        self._draft, self._site = draft, site
-        self._starts = [draft.start]
-        self._seen: list[tuple[list[Pose], tuple[Landmark, ...]]] = []
-
-    def __getitem__(self, number: int) -> tuple[list[Pose], tuple[Landmark, ...]]:
-        """Return the poses of the ground truth of a turn, counted from 0, and the landmarks visible from them."""
-        while len(self._seen) <= number:
-            turn, site = self._draft.turns[len(self._seen)], self._site
-            poses = poses_along(self._starts[-1], turn.path, turn.actions)
-            marks = find_landmarks(poses, turn.street, site.section, site.sight, site.graph)
-            self._seen.append((poses, marks))
-            self._starts.append(poses[-1])
-        return self._seen[number]
-
-
-def _plan(draft: Draft, site: Site, sights: _Sights, names: tuple[object, ...]) -> Plan | None:
+def _plan(draft: Draft, told: tuple[ToldTurn, ToldTurn], names: tuple[object, ...]) -> Plan | None:
     """Return the meanings of both turns' instructions, or None if a planner fails."""
     room, planned = draft.decoys, []
     for number, turn in enumerate(draft.turns, start=1):
-        randoms = [seeded(*names, number, "plan", draw) for draw in range(DRAWS)]
-        navigation = next(filter(None, (_navigation(turn, site, sights[number - 1], each) for each in randoms)), None)
+        navigation = told[number - 1].navigation((*names, number))
         if navigation is None:
             return None
-        assembly = next(filter(None, (_assembly(turn, room, each) for each in randoms)), None)
+        randoms = (seeded(*names, number, "assembly", draw) for draw in range(DRAWS))
+        assembly = next(filter(None, (_assembly(turn, room, random) for random in randoms)), None)
         if assembly is None:
             return None
         planned.append((navigation, assembly))
@@ -237,30 +233,11 @@ def _plan(draft: Draft, site: Site, sights: _Sights, names: tuple[object, ...]) 
     return planned[0], planned[1]
 
 
-def _navigation(
-    turn: Turn, site: Site, sight: tuple[list[Pose], tuple[Landmark, ...]], random: Random
-) -> Navigation | None:
-    """Return a meaning of a navigation instruction, or None if the gate finds a fault with the one that was drawn."""
-    poses, marks = sight
-    meaning = plan_navigation(turn.path, poses, turn.target, turn.street, marks, random, site.graph)
-    goal = turn.target.position.x, turn.target.position.z
-    world = GateWorld(turn.path, poses[0], marks, goal, site.graph, poses)
-    return None if meaning is None or faults_of_navigation(meaning, world) else meaning
-
-
 def _assembly(turn: Turn, room: tuple[PlacedObject, ...], random: Random) -> Assembly | None:
     """Return a meaning of an assembly instruction, or None if the gate finds a fault with the one that was drawn."""
     meaning = plan_assembly(turn.target.type, turn.target_cell, room, random)
     cell = turn.target_cell.column, turn.target_cell.row
     return None if meaning is None or faults_of_assembly(meaning, cell, whole_room(room)) else meaning
-
-
-def _routes(draft: Draft, sights: _Sights) -> tuple[Tokens, Tokens]:
-    """Return what happens along the ground truth of each turn, for the check that shares nothing with the grammar."""
-    first, second = (
-        tokens_of(facts_along(turn, *sights[number]), turn.target.type) for number, turn in enumerate(draft.turns)
-    )
-    return first, second
 
 
 def _phrase(code: str, phase: str, turn: Turn, meaning: Meaning, voice: Voice, names: tuple[object, ...]) -> str | None:

@@ -1,15 +1,43 @@
 """Sampling of episodes without instructions in one section."""
 
+from dataclasses import dataclass
+
 from server.dataset.generation.draft import Draft
-from server.dataset.generation.rooms import draw_decoys, draw_tasks
-from server.dataset.generation.streets import Streets, draw_length
+from server.dataset.generation.rooms import AssemblyTask, draw_decoys, draw_tasks
+from server.dataset.generation.streets import NavigationTask, Streets, draw_length
 from server.dataset.randomness import seeded
 from server.episodes.episode import Turn
-from server.sim.catalogue import ALL_TYPES
+from server.sim.catalogue import ALL_TYPES, ObjectType
+from server.sim.geometry import Pose
+from server.sim.rules import PlacedObject
 from server.sim.section import Section
 
 TRIES, LENGTH_DRAWS = 25, 20
-"""Attempts to find paths of the drawn lengths before new lengths are drawn, and how often lengths are drawn."""
+"""Attempts to find a path of the drawn length before a new length is drawn, and how often lengths are drawn."""
+
+SECOND_TRIES = 2
+"""The same attempts for the second turn, whose start is given: what is not near it is not there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Beginning:
+    """A draft without the path of its second turn.
+
+    Attributes:
+        start: pose at the beginning of turn 1.
+        turn: turn 1.
+        end: pose at its end.
+        second_type: type of the object to pick up in turn 2.
+        second_task: where to place it.
+        decoys: objects in the room.
+    """
+
+    start: Pose
+    turn: Turn
+    end: Pose
+    second_type: ObjectType
+    second_task: AssemblyTask
+    decoys: tuple[PlacedObject, ...]
 
 
 class DraftSampler:
@@ -36,27 +64,58 @@ class DraftSampler:
         Raises:
             ValueError: if the section has no paths of any of the drawn lengths.
         """
-        for length_draw in range(LENGTH_DRAWS):
-            random = seeded(*names, "lengths", length_draw)
-            points = draw_length(random), draw_length(random)
-            for attempt in range(TRIES):
-                draft = self._try(episode_id, points, (*names, length_draw, attempt))
-                if draft is not None:
-                    return draft
-        raise ValueError(f"no episode found in section {self._section.id}: it has no paths of the drawn lengths")
+        for attempt in range(TRIES):
+            draft = self.complete(self.begin((*names, attempt)), episode_id, (*names, attempt, "second"))
+            if draft is not None:
+                return draft
+        raise self._no_paths()
 
-    def _try(self, episode_id: str, points: tuple[int, int], names: tuple[object, ...]) -> Draft | None:
-        random, key = seeded(*names), "/".join(map(str, names))
+    def begin(self, names: tuple[object, ...]) -> Beginning:
+        """Return the first turn of a draft, and its room; it depends on `names` alone.
+
+        Raises:
+            ValueError: if the section has no paths of any of the drawn lengths.
+        """
+        for length_draw in range(LENGTH_DRAWS):
+            points = draw_length(seeded(*names, "length", length_draw))
+            for attempt in range(TRIES):
+                found = self._try_beginning(points, (*names, length_draw, attempt))
+                if found is not None:
+                    return found
+        raise self._no_paths()
+
+    def complete(self, beginning: Beginning, episode_id: str, names: tuple[object, ...]) -> Draft | None:
+        """Return a draft that begins so, or None if no second path was found; it depends on the arguments alone."""
+        for length_draw in range(LENGTH_DRAWS):
+            points = draw_length(seeded(*names, "length", length_draw))
+            for attempt in range(SECOND_TRIES):
+                key = (*names, length_draw, attempt)
+                second = self.streets.draw_navigation_task(
+                    _joined(key), 2, beginning.end, beginning.second_type, points, seeded(*key)
+                )
+                if second is not None:
+                    turns = beginning.turn, _turn(second, beginning.second_task)
+                    return Draft(episode_id, self._section.id, beginning.start, turns, beginning.decoys)
+        return None
+
+    def _try_beginning(self, points: int, names: tuple[object, ...]) -> Beginning | None:
+        random, key = seeded(*names), _joined(names)
         first_type, second_type = random.sample(ALL_TYPES, 2)
         start = self.streets.draw_start(random)
-        first = self.streets.draw_navigation_task(key, 1, start, first_type, points[0], random)
-        second = first and self.streets.draw_navigation_task(key, 2, first.end, second_type, points[1], random)
+        first = self.streets.draw_navigation_task(key, 1, start, first_type, points, random)
         tasks = draw_tasks(random)
-        decoys = draw_decoys(key, (first_type, second_type), tasks)
-        if first is None or second is None or decoys is None:
+        decoys = None if first is None else draw_decoys(key, (first_type, second_type), tasks)
+        if first is None or decoys is None:
             return None
-        turns = [
-            Turn(navigation.path, navigation.actions, task.path, task.actions, navigation.street, task.cell)
-            for navigation, task in zip((first, second), tasks, strict=True)
-        ]
-        return Draft(episode_id, self._section.id, start, (turns[0], turns[1]), decoys)
+        return Beginning(start, _turn(first, tasks[0]), first.end, second_type, tasks[1], decoys)
+
+    def _no_paths(self) -> ValueError:
+        return ValueError(f"no episode found in section {self._section.id}: it has no paths of the drawn lengths")
+
+
+def _joined(names: tuple[object, ...]) -> str:
+    return "/".join(map(str, names))
+
+
+def _turn(navigation: NavigationTask, task: AssemblyTask) -> Turn:
+    return Turn(navigation.path, navigation.actions, task.path, task.actions, navigation.street, task.cell)

@@ -1,7 +1,8 @@
 """A section with everything that generating episodes in it needs, each part built on first use."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cached_property
+from typing import Protocol
 
 from server.dataset.generation.draft import Draft
 from server.dataset.generation.drawing import DraftSampler
@@ -10,10 +11,11 @@ from server.dataset.layout.solids import Solids
 from server.dataset.plans.graph import StreetGraph
 from server.dataset.plans.plan import Plan
 from server.dataset.plans.street_graph import street_graph
-from server.episodes.episode import Instructions
+from server.episodes.episode import Instructions, Turn
 from server.sim.bullet import Obstacles
 from server.sim.cameras import Camera
 from server.sim.city import city_scene
+from server.sim.geometry import Pose
 from server.sim.raster.camera import RasterCamera
 from server.sim.scene import Scene
 from server.sim.section import Section
@@ -66,6 +68,21 @@ class Site:
         return DraftSampler(self.section)
 
 
-Writer = Callable[[Draft, Site, tuple[object, ...]], Mapping[str, tuple[Instructions, Instructions]] | None]
-"""Returns both turns' instructions in every language, given a draft, its site, and the names that seed all random
-choices (for `randomness.seeded`); None if no good ones are found, in which case the episode is drawn again."""
+class Writer(Protocol):
+    """Writes the instructions of drafts. All of its random choices are seeded by names, for `randomness.seeded`."""
+
+    def tells(self, start: Pose, turn: Turn, number: int, site: Site, names: tuple[object, ...]) -> bool:
+        """Return whether the way of a turn can be told, as far as that is known before its episode is complete.
+
+        Args:
+            start: pose at the beginning of the turn.
+            turn: of an episode.
+            number: 1 or 2.
+            site: where it takes place.
+            names: those that the episode's instructions will be seeded by.
+        """
+
+    def __call__(
+        self, draft: Draft, site: Site, names: tuple[object, ...]
+    ) -> Mapping[str, tuple[Instructions, Instructions]] | None:
+        """Return both turns' instructions in every language; None if no good ones are found: another draft is drawn."""

@@ -112,6 +112,7 @@ class Streets:
         props = np.array([(prop.x, prop.z) for prop in section.props]).reshape(-1, 2)
         distance = cKDTree(props).query(self._places)[0] if len(props) else np.full(len(self._places), np.inf)
         self._is_beside_landmark = distance <= LANDMARK_DISTANCE
+        self._last_field: tuple[Pose, Field] | None = None
 
     @property
     def places(self) -> Points:
@@ -137,7 +138,7 @@ class Streets:
             points: approximate number of points of the path.
             random: draws everything else.
         """
-        field = self._walker.field(start.x, start.z)
+        field = self._field_of(start)
         place = self._draw_target(points, start, field, random)
         if place is None:
             return None
@@ -160,6 +161,12 @@ class Streets:
             for kind, at in ((target, lying), *others)
         )
         return NavigationTask(start, end, path, (*actions, Action.INTERACT), street)
+
+    def _field_of(self, start: Pose) -> Field:
+        """Return the cost field of a start; the last one is kept, as several turns are drawn from one start."""
+        if self._last_field is None or self._last_field[0] != start:
+            self._last_field = start, self._walker.field(start.x, start.z)
+        return self._last_field[1]
 
     def _length(self, field: Field) -> Points:
         """Return the length of the cheapest path to each of the places, in units, (n,)."""

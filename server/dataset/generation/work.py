@@ -17,6 +17,9 @@ from server.sim.section import Section
 ATTEMPTS = 100
 """Drafts tried for one episode before generation fails."""
 
+SECOND_TURNS = 6
+"""Second turns drawn for one first turn whose way can be told."""
+
 BATCH_SIZE = 6
 """Episodes in one batch."""
 
@@ -112,14 +115,24 @@ def _generate(batch: Batch) -> list[GeneratedEpisode]:
 
 
 def _make(batch: EpisodeBatch, episode_id: str, site: Site, writer: Writer) -> GeneratedEpisode:
-    for attempt in range(ATTEMPTS):
-        names = (batch.seed, batch.split, episode_id, attempt)
-        draft = site.sampler.draw(episode_id, (*names, "draft"))
-        if problems(draft, site.solids, site.world):
+    tried = 0
+    while tried < ATTEMPTS:
+        names = (batch.seed, batch.split, episode_id, tried)
+        words = (*names, "words")
+        begun = site.sampler.begin((*names, "draft"))
+        tried += 1
+        if not writer.tells(begun.start, begun.turn, 1, site, words):
             continue
-        instructions = writer(draft, site, (*names, "words"))
-        if instructions is not None:
-            return GeneratedEpisode(draft.with_instructions(instructions), attempt + 1)
+        for number in range(SECOND_TURNS):
+            draft = site.sampler.complete(begun, episode_id, (*names, "second", number))
+            if draft is None:
+                break
+            tried += number > 0
+            if not writer.tells(begun.end, draft.turns[1], 2, site, words) or problems(draft, site.solids, site.world):
+                continue
+            instructions = writer(draft, site, words)
+            if instructions is not None:
+                return GeneratedEpisode(draft.with_instructions(instructions), tried)
     raise ArraMonError(f"no valid episode {episode_id} of split {batch.split} found in {ATTEMPTS} attempts")
 
 

@@ -39,11 +39,11 @@ cells without it; and if the landmark is the agent."""
 WEIGHTS = {
     "left_of": 12.0, "right_of": 7.5, "in_front_of": 7.0, "behind": 26.0, "between": 9.0, "near": 3.0,
     "diagonal_to": 0.25, "against wall": 9.0, "near wall": 3.5, "in_front_of you": 11.0, "left_of you": 2.0,
-    "right_of you": 2.0, "askew": 0.4, "far": 0.6, "your side": 0.6,
+    "right_of you": 2.0, "far": 0.6, "your side": 0.6,
 }  # fmt: skip
-"""Relative frequency with which people choose each relation where it holds. "askew" is two relations at once, "behind
-and to the left of". "far" is one of the first four across free cells: with a wall it may identify a cell that no
-adjacent relation does. "your side" is "on your left" for any cell there."""
+"""Relative frequency with which people choose each relation where it holds. "far" is one of the first four across free
+cells: with a wall it may identify a cell that no adjacent relation does. "your side" is "on your left" for any cell
+there."""
 
 TURN_FIRST = ((0.92, 0.9), (0.85, 0.8), (0.25, 0.12), (0.04, 0.01))
 """Probability that an instruction starts with a turn, for a target on the floor and one on top, by the cell's
@@ -205,7 +205,6 @@ def _beside(offset: tuple[int, int], item: Standing) -> Iterator[_Option]:
         yield _Option("near", ("near",), (item,))
     elif side and depth:
         yield _Option("diagonal_to", ("diagonal_to",), (item,))
-        yield _Option("askew", (depth, side), (item,))
 
 
 def _far(offset: tuple[int, int], item: Standing) -> Iterator[_Option]:

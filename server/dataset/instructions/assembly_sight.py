@@ -1,7 +1,7 @@
 """The part of the room that is visible from its start tile, by the camera's segmentation, as a `lang.room.Room`."""
 
 import threading
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -23,12 +23,16 @@ MIN_PIXELS = 50
 """Minimum number of pixels in one frame for an object to be mentioned; an unobstructed one in the farthest corner has
 twice as many."""
 
+CACHED = 8
+"""Rooms whose visible part is kept: many instructions are drawn for one."""
+
 
 def whole_room(room: tuple[PlacedObject, ...]) -> Room:
     """Return all objects in the room, hidden or not."""
     return Room(tuple(to_standing(item) for item in room), _walls())
 
 
+@lru_cache(maxsize=CACHED)
 def seen_room(room: tuple[PlacedObject, ...]) -> Room:
     """Return the objects that an agent sees well when it turns around on the start tile.
 

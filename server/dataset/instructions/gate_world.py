@@ -24,6 +24,8 @@ BEND = 8.0
 PEAK = 2
 """Places on both sides of a bend's sharpest one that belong to it."""
 
+FACING = 35.0
+"""Maximum angle between the way on and a heading in which one looks along it, in degrees."""
 
 WIDE_GAP, WIDE_STRIDE = 3, 5
 """Places on both sides of one that a wide bend leaves out, and places beyond them over which its directions are
@@ -52,23 +54,35 @@ class GateWorld:
 
     def landmarks(self, identity: str) -> tuple[Landmark, ...]:
         """Return the landmarks of an identity, or of several that "+" joins; of places only those of the graph."""
-        by_identity = {mark.identity: mark for mark in self.marks if mark.label.kind != "intersection"}
-        return tuple(by_identity[each] for each in identity.split("+") if each in by_identity)
+        return tuple(self._by_identity[each] for each in identity.split("+") if each in self._by_identity)
+
+    @cached_property
+    def _by_identity(self) -> dict[str, Landmark]:
+        return {mark.identity: mark for mark in self.marks if mark.label.kind != "intersection"}
 
     def junction(self, identity: str) -> Junction | None:
         """Return the junction of an identity, or None."""
-        listed = () if self.graph is None else self.graph.junctions
-        return next((each for each in listed if each.identity == identity), None)
+        return self._junctions.get(identity)
+
+    @cached_property
+    def _junctions(self) -> dict[str, Junction]:
+        return {} if self.graph is None else {each.identity: each for each in self.graph.junctions}
 
     def corner(self, identity: str) -> Corner | None:
         """Return the corner of an identity, or None."""
-        listed = () if self.graph is None else self.graph.corners
-        return next((each for each in listed if each.identity == identity), None)
+        return self._corners.get(identity)
+
+    @cached_property
+    def _corners(self) -> dict[str, Corner]:
+        return {} if self.graph is None else {each.identity: each for each in self.graph.corners}
 
     def road(self, identity: str) -> Road | None:
         """Return the road of an identity, or None."""
-        listed = () if self.graph is None else self.graph.roads
-        return next((each for each in listed if each.identity == identity), None)
+        return self._roads.get(identity)
+
+    @cached_property
+    def _roads(self) -> dict[str, Road]:
+        return {} if self.graph is None else {each.identity: each for each in self.graph.roads}
 
     def closest(self, x: float, z: float, since: int, limit: float) -> int | None:
         """Return the index where the path comes closest to (x, z), the first time that it is within `limit` of it."""
@@ -103,7 +117,16 @@ class GateWorld:
                 found[at] = angle
         return found
 
-    def wide_bend(self, index: int) -> float | None:
+    @cached_property
+    def wide_bends(self) -> list[float | None]:
+        """By how many degrees the path turns around each of its places; see `_wide_bend`."""
+        return [self._wide_bend(index) for index in range(len(self.path))]
+
+    def places_around(self, index: int, reach: int) -> range:
+        """Return the indices of the places of the path that are within `reach` places of one."""
+        return range(max(index - reach, 0), min(index + reach + 1, len(self.path)))
+
+    def _wide_bend(self, index: int) -> float | None:
         """Return by how many degrees the path turns around a place, small bends of the way taken together.
 
         What is left and entered again within a few places, as around a barrier, is no wide bend.
@@ -134,6 +157,16 @@ class GateWorld:
         """Return whether a landmark is recognised from one of the path's places from `first` to `last`."""
         places = set(self.path[max(first, 0) : last + 1])
         return any(number >= 0 and (self.poses[number].x, self.poses[number].z) in places for number in mark.seen)
+
+    def is_visible_on(self, mark: Landmark, index: int) -> bool:
+        """Return whether a landmark is recognised from one of the path's places as one turns on to the next."""
+        place, on = self.path[index], self.heading_after(index)
+        return any(
+            number >= 0
+            and (self.poses[number].x, self.poses[number].z) == place
+            and abs(turn_between(self.poses[number].heading, on)) <= FACING
+            for number in mark.seen
+        )
 
     def side_of(self, x: float, z: float, index: int) -> float:
         """Return how far to the right of the path a place is, at one of the path's places, in units."""

@@ -1,12 +1,14 @@
 """Planning of navigation instructions: steps in no language, from the ground truth's path and the landmarks along it.
 
 A plan is a sequence of steps from landmark to landmark and from place to place. Each step's end is predicted with the
-follower's semantics (agents/follower/navigation.py), and the next step is planned from there.
+follower's semantics (agents/follower/navigation.py), and the next step is planned from there. A step that a judge has
+faults to find with is not taken, but the next best one.
 """
 
 import math
 from collections.abc import Sequence
 from random import Random
+from typing import Protocol
 
 from lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
 from server.dataset.instructions.navigation_choice import fits, full_name
@@ -36,6 +38,9 @@ AHEAD = 8
 MAX_STEPS = 9
 """Maximum number of steps of a plan."""
 
+TRIED = 24
+"""Places along the path from which continuations are tried before planning fails."""
+
 UNTIL_SEEN = 0.28
 """Probability that a walk straight to the target is told by it: "walk until you see the mug"."""
 
@@ -46,6 +51,28 @@ FACE_FIRST = 0.6
 """Probability that the first turn is told by what one then faces, where that is clear."""
 
 
+class Judge(Protocol):
+    """Follows the steps of a plan, and says which are not so."""
+
+    def after(self, steps: tuple[Step, ...]) -> "Judge | None":
+        """Return the judge after further steps; None if there is a fault to find with one of them."""
+
+    def may_end(self, target: Thing) -> bool:
+        """Return whether nothing is wrong with what is said of the target, nor missing on the way to it."""
+
+
+class Lenient:
+    """A judge that finds no faults."""
+
+    def after(self, steps: tuple[Step, ...]) -> "Lenient":  # noqa: ARG002 - a judge's
+        """Return this judge."""
+        return self
+
+    def may_end(self, target: Thing) -> bool:  # noqa: ARG002 - a judge's
+        """Return that it may."""
+        return True
+
+
 def plan_navigation(
     path: Sequence[Place],
     poses: Sequence[Pose],
@@ -54,6 +81,7 @@ def plan_navigation(
     marks: Sequence[Landmark],
     random: Random,
     graph: StreetGraph | None = None,
+    judge: Judge | None = None,
 ) -> Navigation | None:
     """Return the meaning of an instruction to walk a path, or None if no plan leads there.
 
@@ -65,12 +93,13 @@ def plan_navigation(
         marks: result of `sight.find_landmarks` for the poses; can be reused for many draws.
         random: draws the wording; another draw gives another plan.
         graph: of the section's streets, whose places are named; None to name none by what they look like.
+        judge: of the steps; None to take all of them for good.
     """
     thing = describe(target, street, marks, poses, random)
     if thing is None:
         return None
     route = Route(path, poses, marks, (target.position.x, target.position.z), graph, random)
-    steps = _Planner(route, thing).steps()
+    steps = _Planner(route, thing).steps(judge or Lenient())
     if steps is None:
         return None
     full_names = {mark.identity: full_name(mark) for mark in marks if mark.identity}
@@ -86,28 +115,52 @@ class _Planner:
         seen = [route.first_seen(mark) for mark in route.marks if (mark.x, mark.z) == route.goal]
         self._target_seen = min(seen, default=math.inf)
 
-    def steps(self) -> tuple[Step, ...] | None:
-        """Return all steps, or None if there are too many."""
+    def steps(self, judge: Judge) -> tuple[Step, ...] | None:
+        """Return all steps, or None if none that lead to the target were found."""
+        self._left = TRIED
+        return self._from(Waypoint(self._route.start, 0), (), judge)
+
+    def _from(self, waypoint: Waypoint, steps: tuple[Step, ...], judge: Judge) -> tuple[Step, ...] | None:
+        """Return all steps, of which the first lead to a waypoint; None if no others were found."""
+        if not self._left or len(steps) > MAX_STEPS:
+            return None
+        self._left -= 1
+        last = self._final_steps(waypoint)
+        if last is not None and not self._may_end(judge, last):
+            last = None
+        if last is not None and not (steps and self._may_say_more(waypoint)):
+            return (*steps, *last)
+        for option in self._options(waypoint, is_optional=last is not None):
+            if option.steps[-1] == Walk("ahead") == next(reversed(steps), None):
+                continue
+            for told in self._tellings(waypoint, option, is_first=not steps):
+                after = judge.after(told)
+                if after is not None:
+                    whole = self._from(option.waypoint, (*steps, *told), after)
+                    if whole is not None:
+                        return whole
+                    break
+        if last is not None:
+            return (*steps, *last)
+        return steps if steps and waypoint.number >= self._route.last and judge.may_end(self._target) else None
+
+    def _may_end(self, judge: Judge, last: tuple[Step, ...]) -> bool:
+        after = judge.after(last)
+        return after is not None and after.may_end(self._target)
+
+    def _options(self, waypoint: Waypoint, *, is_optional: bool) -> list[Option]:
+        """Return the continuations at a waypoint, the best first; no turns where nothing more need be said."""
         route = self._route
-        steps: list[Step] = []
-        waypoint = Waypoint(route.start, 0)
-        while len(steps) <= MAX_STEPS:
-            last = self._final_steps(waypoint)
-            if last is not None and not (steps and self._may_say_more(waypoint)):
-                return (*steps, *last)
-            options = [*place_options(route, waypoint), *landmark_options(route, waypoint)]
-            if last is not None:
-                options = [o for o in options if len(o.steps) == 1 and not isinstance(o.steps[0], Rotate)]
-                if not options:
-                    return (*steps, *last)
-            chosen = min(options, key=lambda option: option.cost, default=self._ahead(waypoint))
-            if chosen is None or (chosen.steps[-1] == Walk("ahead") == next(reversed(steps), None)):
-                return None
-            steps += self._with_facing(chosen) if not steps else (*self._along_street(waypoint, chosen), *chosen.steps)
-            waypoint = chosen.waypoint
-            if waypoint.number >= route.last and self._final_steps(waypoint) is None:
-                return tuple(steps)
-        return None
+        options = sorted([*place_options(route, waypoint), *landmark_options(route, waypoint)], key=lambda o: o.cost)
+        if is_optional:
+            return [o for o in options if len(o.steps) == 1 and not isinstance(o.steps[0], Rotate)]
+        ahead = self._ahead(waypoint)
+        return options if ahead is None else [*options, ahead]
+
+    def _tellings(self, waypoint: Waypoint, option: Option, *, is_first: bool) -> list[tuple[Step, ...]]:
+        """Return the steps of an option as they are told, and if that is in more words, as they are."""
+        told = self._with_facing(option) if is_first else (*self._along_street(waypoint, option), *option.steps)
+        return [told] if told == option.steps else [told, option.steps]
 
     def _may_say_more(self, waypoint: Waypoint) -> bool:
         far = math.dist((waypoint.pose.x, waypoint.pose.z), self._route.goal)
@@ -168,9 +221,10 @@ class _Planner:
 
     def _with_facing(self, option: Option) -> tuple[Step, ...]:
         """Return the option's steps, with the first turn sometimes expressed as facing a landmark."""
-        if len(option.steps) < 2 or self._random.random() > FACE_FIRST:
-            return option.steps
         after = option.steps[-1]
+        is_turn_at = isinstance(after, Rotate) and after.at == "at"  # "Face the bin, turn left at that bin."
+        if len(option.steps) < 2 or is_turn_at or self._random.random() > FACE_FIRST:
+            return option.steps
         things = after.things if isinstance(after, Walk) else (after.thing,) if isinstance(after, Rotate) else ()
         thing = things[0] if things else None
         if (

@@ -18,7 +18,7 @@ MAX_BEND = 25.0
 NAMES: dict[str, tuple[tuple[str, int], ...]] = {
     "crossing": (("intersection", 9), ("corner", 1), ("street", 1)),
     "t_junction": (("t_junction", 6), ("street_end", 2), ("corner", 1)),
-    "side street": (("street", 4), ("corner", 2), ("intersection", 3)),
+    "side street": (("street", 5), ("corner", 3), ("intersection", 2)),
     "alley": (("alley", 3), ("corner", 1)),
     "bend": (("corner", 4), ("street_end", 1)),
     "fork": (("intersection", 4), ("corner", 1), ("street", 1)),
@@ -29,10 +29,13 @@ NAMES: dict[str, tuple[tuple[str, int], ...]] = {
 
 ORDINALS = ("", "second", "third")
 
-PLACE_COST = -3.0
+NAMES_DRAWN = 2
+"""Names drawn for one place: where a judge refuses one, another may be right."""
+
+PLACE_COST = -4.0
 """Additional cost of a turn at a place: people tell the way by streets and corners first."""
 
-WALK_COST = 0.7
+WALK_COST = 0.4
 """Additional cost of a walk to a place, or across it."""
 
 NEAR_CORNER = 4.5
@@ -94,8 +97,8 @@ def _turn_into(
     inexact = abs(turn_between(pose.heading + degrees, onward))
     if inexact >= 40.0 or abs(turn_between(onward, at_once)) >= 2.0 * MAX_BEND:
         return
-    thing = _name(route, openings, number, place, pose)
-    if thing is not None:
+    names = (_name(route, openings, number, place, pose) for _ in range(NAMES_DRAWN))
+    for thing in dict.fromkeys(name for name in names if name is not None):
         cost = inexact / 20.0 + PLACE_COST - (0.6 if number else 0.0)
         yield from route.option(waypoint, turns, Rotate(mark.label.look, "at", thing), end.turned(degrees), cost)
 

@@ -2,7 +2,8 @@
 
 from server.dataset.generation import Draft, Site, Writer
 from server.dataset.randomness import seeded
-from server.episodes.episode import Instructions
+from server.episodes.episode import Instructions, Turn
+from server.sim.geometry import Pose
 from server.sim.section import Building, Prop, Section
 
 BLOCKS = tuple(
@@ -12,31 +13,43 @@ BLOCKS = tuple(
 CROSSING = Section("9", 0.0, (-13.0, -13.0, 13.0, 13.0), BLOCKS, (Prop("bench", 2.7, 6.0, 270.0),))
 
 
-def plainly(draft: Draft, site: Site, names: tuple[object, ...]) -> dict[str, tuple[Instructions, Instructions]]:
+class Plain:
     """Says what the targets are, and a number that the names draw."""
-    texts = [
-        Instructions(f"get the {turn.target.type}", f"put it in {turn.target_cell}: {seeded(*names).random()}")
-        for turn in draft.turns
-    ]
-    return {"en": (texts[0], texts[1])}
+
+    def tells(self, start: Pose, turn: Turn, number: int, site: Site, names: tuple[object, ...]) -> bool:
+        return True
+
+    def __call__(
+        self, draft: Draft, site: Site, names: tuple[object, ...]
+    ) -> dict[str, tuple[Instructions, Instructions]] | None:
+        texts = [
+            Instructions(f"get the {turn.target.type}", f"put it in {turn.target_cell}: {seeded(*names).random()}")
+            for turn in draft.turns
+        ]
+        return {"en": (texts[0], texts[1])}
 
 
-def fussily(draft: Draft, site: Site, names: tuple[object, ...]) -> dict[str, tuple[Instructions, Instructions]] | None:
-    """Takes only what has a ball for its first target."""
-    return plainly(draft, site, names) if draft.turns[0].target.type.kind in ("ball", "mug", "tv") else None
+class Fussy(Plain):
+    """Takes only what has a ball, a mug or a TV for its first target."""
+
+    def tells(self, start: Pose, turn: Turn, number: int, site: Site, names: tuple[object, ...]) -> bool:
+        return number == 2 or turn.target.type.kind in ("ball", "mug", "tv")
 
 
-def never(draft: Draft, site: Site, names: tuple[object, ...]) -> None:
+class Never(Plain):
     """Finds nothing good."""
+
+    def __call__(self, draft: Draft, site: Site, names: tuple[object, ...]) -> None:
+        return None
 
 
 def make_plain() -> Writer:
-    return plainly
+    return Plain()
 
 
 def make_fussy() -> Writer:
-    return fussily
+    return Fussy()
 
 
 def make_never() -> Writer:
-    return never
+    return Never()

@@ -1,0 +1,164 @@
+"""Rules of the gate for navigation, one by one, in the small town of `test_gate`."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk
+from server.dataset.instructions.gate_navigation import NavigationCheck, faults_of_navigation
+from server.dataset.instructions.gate_world import GateWorld
+from server.dataset.instructions.sight import Landmark
+from server.dataset.plans.graph import Arm, Corner, House, Junction, Road, StreetGraph
+from server.sim.geometry import Pose
+from tests.dataset.instructions.test_gate import (
+    ARMS,
+    BARREL,
+    BIN,
+    CROSSING,
+    GRAPH,
+    MUG,
+    NEAR,
+    PLAIN,
+    ROADS,
+    WORLD,
+    mark,
+)
+
+TURN = Rotate("right", "at", CROSSING)
+
+
+def faults(world: GateWorld, *steps: Step, target: Thing = MUG) -> tuple[str, ...]:
+    return faults_of_navigation(Navigation(steps, target), world)
+
+
+def with_marks(*marks: Landmark) -> GateWorld:
+    return replace(WORLD, marks=(*WORLD.marks, *marks))
+
+
+def seen_all(world: GateWorld) -> GateWorld:
+    """The same world, with everything seen from everywhere."""
+    poses = tuple(Pose(*place, 0.0) for place in world.path)
+    return replace(world, poses=poses, marks=[replace(each, seen=tuple(range(len(poses)))) for each in world.marks])
+
+
+@pytest.mark.parametrize(
+    ("steps", "fault"),
+    [
+        ((Face(CROSSING), TURN), "junction/0 is one of several places that one may face"),
+        ((TURN, Rotate("right", "at", CROSSING)), "the path turns only once at its place 15, not twice"),
+        ((Walk("along", (Thing("street", identity="street/1"),)), TURN), "street/1 is not walked along"),
+        ((TURN, Walk("towards", (BARREL,))), "the path does not lead towards barrel/0"),
+        ((Walk("to", (Thing("street_end", identity="junction/0"),)), TURN), "junction/0 is a crossing, not a street_"),
+        ((Walk("to", (Thing("square", identity="junction/0"),)), TURN), "junction/0 is a crossing, not a square"),
+        (
+            (Walk("past", (Thing("building_corner", look="red", identity="corner/0"),)), TURN),
+            "corner of a red building",
+        ),
+    ],
+)
+def test_a_step_that_is_not_so_is_a_fault(steps: tuple[Step, ...], fault: str) -> None:
+    assert any(fault in each for each in faults(WORLD, *steps)), faults(WORLD, *steps)
+
+
+def test_a_thing_in_the_street_after_a_turn_is_not_what_one_turns_before() -> None:
+    world = with_marks(mark("tree/0", 3.0, -1.5))
+    turn = Rotate("right", "before", Thing("tree", identity="tree/0"))
+    assert "tree/0 lies in the street after the turn" in faults(world, turn)
+
+
+def test_the_next_of_a_kind_is_the_first_farther_on() -> None:
+    between = mark("barrier/2", 2.0, -7.0, "white")
+    steps = (
+        Walk("past", (NEAR,)),
+        Walk("past", (Thing("barrier", "white", which="next", identity="barrier/3"),)),
+        TURN,
+    )
+    far = mark("barrier/3", 2.0, -4.0, "white")
+
+    assert faults(with_marks(far), *steps) == ()
+    assert "barrier/3 is not the next of its kind" in faults(with_marks(far, between), *steps)
+
+
+def test_a_thing_that_one_walks_to_is_the_first_of_its_name_that_is_seen() -> None:
+    near, far = mark("kiosk/1", 1.0, -8.0, "red"), mark("kiosk/2", 1.0, -2.0, "red")
+    steps = (Walk("past", (Thing("kiosk", "red", identity="kiosk/2"),)), TURN)
+
+    assert "kiosk/1 may be taken for kiosk/2" in faults(seen_all(with_marks(near, far)), *steps)
+    blue = replace(near, label=replace(near.label, colour="blue"))
+    assert faults(seen_all(with_marks(blue, far)), *steps) == ()
+    unseen = seen_all(with_marks(far))
+    assert faults(replace(unseen, marks=(*unseen.marks, replace(near, seen=()))), *steps) == ()
+
+
+def test_one_turns_before_or_after_a_thing_where_no_other_street_opens() -> None:
+    side = Junction("junction/1", 0.0, -8.0, "t_junction", (ARMS[0], ARMS[1], ARMS[2]), 2.0)
+    roads = (*ROADS, Road("street/2", "Side", "street", 4.0, ((0.0, -8.0), (20.0, -8.0)), ("junction/1",)))
+    world = replace(WORLD, graph=StreetGraph((*GRAPH.junctions, side), roads, (), ()))
+    after = Rotate("right", "after", replace(BIN, identity="bin/0"))
+    close = Rotate("right", "after", Thing("bench", number="two", identity="bench/0+bench/1"))
+
+    found = faults(world, replace(after, thing=Thing("kiosk", identity="kiosk/7")), target=PLAIN)
+    assert any("does not turn right after kiosk/7" in each for each in found)
+    assert faults(world, close) == ()
+    before = replace(close, at="before", thing=Thing("tree", identity="tree/1"))
+    beyond = replace(world, marks=(*world.marks, mark("tree/1", -2.0, 3.0)))
+    assert "one may turn right at junction/1 street/1, before tree/1" not in faults(beyond, before)
+    first = replace(beyond, path=[(0.0, float(z)) for z in range(-15, -8)] + [(float(x), -8.0) for x in range(1, 9)])
+    turn = Rotate("right", "before", Thing("barrel", "red", identity="barrel/0"))
+    assert not any("one may turn" in each for each in faults(first, turn, target=PLAIN))
+
+
+def test_a_turn_on_the_way_towards_a_thing_is_the_first_that_one_may_make() -> None:
+    side = Junction("junction/1", 0.0, -8.0, "t_junction", (ARMS[0], ARMS[1], ARMS[2]), 2.0)
+    roads = (*ROADS, Road("street/2", "Side", "street", 4.0, ((0.0, -8.0), (20.0, -8.0)), ("junction/1",)))
+    tree = mark("tree/0", 0.5, 4.0)
+    steps = (Walk("towards", (Thing("tree", identity="tree/0"),)), Rotate("right"))
+    plain = with_marks(tree)
+    crossed = replace(plain, graph=StreetGraph((*GRAPH.junctions, side), roads, (), ()))
+
+    assert faults(plain, *steps) == ()
+    assert "one may turn right before the path's place 15" in faults(crossed, *steps)
+    assert not any("one may turn" in each for each in faults(crossed, Walk("to", steps[0].things), steps[1]))
+
+
+def test_who_turns_looks_along_the_way_and_not_into_another_street() -> None:
+    """The way leads on 150 degrees from where one faced; a street that one looks into after a turn around is nearer."""
+    heading = math.radians(150.0)
+    path = tuple((step * math.sin(heading), 1.0 + step * math.cos(heading)) for step in range(12))
+    beside = Arm(200.0, "street/1", "", -1.0, -3.0)
+    for arms, is_clear in (((ARMS[0],), True), ((ARMS[0], beside), False)):
+        graph = StreetGraph((Junction("junction/0", 0.0, 0.0, "fork", arms, 3.0),), ROADS, (), ())
+        found = faults(GateWorld(path, Pose(0.0, 1.0, 0.0), (), path[-1], graph), Rotate("around"), target=PLAIN)
+        assert ("one may turn into street/1 at junction/0 instead" not in found) == is_clear, found
+
+
+def test_a_corner_of_a_building_is_the_first_of_that_look() -> None:
+    def house(number: int, z: float) -> House:
+        corners = ((-4.0, z), (-4.0, z + 4.0), (-9.0, z + 4.0), (-9.0, z))
+        return House(f"building/{number}", -6.5, z + 2.0, corners, ("red",), "brick", "", "", ())
+
+    here = Corner("corner/0", -4.0, -3.0, "junction/0", "building/0")
+    own, other = house(0, -7.0), house(1, -14.0)
+    marks = (mark("building/0", -4.0, -5.0, look="brick"), mark("building/1", -4.0, -12.0, look="brick"))
+    walk = Walk("to", (Thing("building_corner", look="brick", identity="corner/0"),))
+    for houses, is_first in (((own,), True), ((own, other), False)):
+        graph = StreetGraph(GRAPH.junctions, ROADS, (here,), houses)
+        found = faults(replace(with_marks(*marks), graph=graph), walk, TURN)
+        assert ("a corner of building/1 comes before corner/0" not in found) == is_first, found
+
+
+def test_a_judge_of_a_plan_goes_on_step_by_step() -> None:
+    check = NavigationCheck(WORLD)
+    past = check.after((Walk("past", (NEAR,)),))
+
+    assert past is not None
+    assert past.after((Walk("past", (replace(NEAR, kind="bench"),)),)) is None
+    assert not past.may_end(MUG)  # The bend at the crossing is not told.
+    turned = past.after((TURN,))
+    assert turned is not None
+    assert turned.may_end(MUG)
+    assert check.after((Rotate("left"),)) is None
+    assert past.after((Walk("to", (Thing("cone", identity="cone/0"),), straight=False),)) is not None
+    goal = Walk("to", (replace(MUG, where=()),), straight=False)
+    assert past.after((goal,)) is None  # It lies well beyond the bend.
