@@ -1,4 +1,4 @@
-"""The policy as agents use it: the value of each option for what is given."""
+"""The trained policy of an agent: the value of each option for an input."""
 
 from collections.abc import Sequence
 
@@ -15,7 +15,7 @@ _MIRRORED = -np.arange(DIRECTIONS) % DIRECTIONS
 
 
 class Policy:
-    """Chooses by a network, from what is given and from its mirror image.
+    """Values options by a network, from a sample and from its mirror image.
 
     Args:
         network: trained, in evaluation mode.
