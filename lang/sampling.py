@@ -104,11 +104,11 @@ def identified(meaning: Meaning) -> Meaning:
     def identify(thing: Thing) -> Thing:
         earlier = next((each for each in reversed(named) if repeats(thing, each)), None)
         if earlier is not None and earlier.where != thing.where:
-            return identify(replace(thing, which="another"))
+            return identify(replace(thing, which="next"))
         others = any(each.kind == thing.kind and each is not earlier for each in named)
         if others and earlier is not None and earlier.which in ("next", "another"):
             # It would be "that tree" from now on, which is clear only if no other tree is named.
-            return identify(replace(thing, which="another"))
+            return identify(replace(thing, which="next"))
         if earlier is None or thing.identity == _OTHER:
             earlier = replace(thing, identity=str(len(named) + 1))
             named.append(earlier)
