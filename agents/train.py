@@ -1,4 +1,4 @@
-"""Train agents: `python -m agents.train --agent vl --lang en,hi`, or `--all` for everything that comes along."""
+"""Train agents: `python -m agents.train --agent vl --lang en,hi`, or `--all` for every trained agent."""
 
 import argparse
 import shutil
@@ -128,7 +128,7 @@ def _own(agent: str, recipe: Any, chosen: Mapping[str, Any], given: argparse.Nam
 
 
 def _ship(weights: Path) -> None:
-    """Copy weights and model card to those that come along."""
+    """Copy weights and model card to the shipped ones."""
     from agents.learning.checkpoint import WEIGHTS
 
     for path in (weights, weights.with_suffix(".md")):
@@ -139,7 +139,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m agents.train", description="Train agents by imitation.")
     parser.add_argument("--agent", help=f"agents to train, separated by commas: {', '.join(AGENTS)}")
     parser.add_argument("--all", action="store_true", help="train all of them")
-    parser.add_argument("--ship", action="store_true", help="copy weights and card to those that come along")
+    parser.add_argument("--ship", action="store_true", help="copy weights and model card to the shipped ones")
     parser.add_argument("--smoke", action="store_true", help="take seconds: a few episodes, a few updates")
     parser.add_argument("--data", type=Path, default=Path("arramon-data"), help="data folder (default: %(default)s)")
     parser.add_argument("--cache", type=Path, default=Path("arramon-cache"), help="drawn demonstrations (%(default)s)")

@@ -6,13 +6,12 @@ Real commands with `--jobs 2` (`dataset/generation/test_killed.py`, `commands/te
 import multiprocessing
 from types import SimpleNamespace
 
-from server.dataset.generation import work
-from server.demonstrations import processes
+from server import parallel
 from tests.forked import CONTEXT
 
 
 def install() -> None:
     """From now on the pools of this process are forked."""
     stand_in = SimpleNamespace(get_context=lambda _method: CONTEXT, parent_process=multiprocessing.parent_process)
-    for module in (work, processes):
-        module.multiprocessing = stand_in  # type: ignore[attr-defined]
+    assert parallel.multiprocessing is multiprocessing
+    vars(parallel)["multiprocessing"] = stand_in

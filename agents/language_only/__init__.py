@@ -7,13 +7,13 @@ __all__ = ["make_agent"]
 
 
 def make_agent(weights: str | None = None, seed: int = 0, temperature: float | None = None) -> Agent:
-    """Return the agent with the weights that come along, or with others.
+    """Return the agent with the shipped weights, or with others.
 
     Args:
         weights: a file that `python -m agents.train` wrote.
-        seed: of the draws, where there are any.
-        temperature: 0 takes the best action; above, actions are drawn by their values divided by it. None for that
-            with which the weights were validated.
+        seed: for sampling actions, where the temperature is above 0.
+        temperature: of the softmax from which actions are sampled; 0 takes the best action. None for the one with
+            which the weights were validated.
 
     Raises:
         AgentLoadError: if the extra is not installed, or the weights cannot be read.

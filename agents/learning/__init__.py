@@ -1,1 +1,1 @@
-"""What trained agents share: visual encoders, tokenizers, models, training, and the agent that plays with weights."""
+"""Shared parts of trained agents: the agent that plays by weights, models, tokenizers, visual encoders, training."""

@@ -17,7 +17,7 @@ from arramon_client.agent import Episode, Observation
 
 @dataclass
 class _Memory:
-    """Memory of an episode's present phase: which it is, its instruction as read, and the model's state."""
+    """State of an episode's current phase: its name, its encoded instruction, and the model's recurrent state."""
 
     phase: tuple[int, str]
     words: Tensor  # (T, H)
@@ -26,14 +26,14 @@ class _Memory:
 
 
 class LearnedAgent:
-    """Agent that asks a policy.
+    """Agent that plays by a trained policy.
 
     Args:
-        policy: the model with its tokenizer and its eyes.
+        policy: the model with its tokenizer and visual encoder.
         name: shown on the leaderboard.
-        seed: of the draws.
-        temperature: 0 takes the best action; above, actions are drawn by their values divided by it, from a hash of
-            seed, episode and step, so that a resumed run draws the same.
+        seed: for sampling actions.
+        temperature: of the softmax from which actions are sampled; 0 takes the best action. The random numbers are
+            hashes of seed, episode and step, so that a resumed run samples the same actions.
     """
 
     def __init__(self, policy: Policy, name: str, seed: int = 0, temperature: float = 0.0) -> None:
@@ -69,7 +69,7 @@ class LearnedAgent:
         return as_input(self._frames.features(rgb, depth))
 
     def _ask(self, phase: str, observations: Sequence[Observation], features: Tensor) -> Tensor:
-        """Return the values of all actions in one phase, (B, 4), and keep the model's states."""
+        """Return the logits of all actions in one phase, (B, 4), and keep the model's states."""
         memories = [self._remember(observation) for observation in observations]
         module = self._policy.model.of(phase)
         text = _together([memory.words for memory in memories])
@@ -105,14 +105,14 @@ def _sensed(observation: Observation, sensor: str) -> npt.NDArray[np.generic]:
 
 
 def _together(texts: Sequence[Tensor]) -> Text:
-    """Return texts of different lengths as one batch."""
+    """Return texts of different lengths as one padded batch."""
     padded = torch.nn.utils.rnn.pad_sequence(list(texts), batch_first=True)
     lengths = torch.tensor([len(text) for text in texts])
     return Text(padded, torch.arange(padded.shape[1]) >= lengths[:, None])
 
 
 def _joined(memories: Sequence[_Memory], hidden: int) -> State:
-    """Return the states of several episodes as one; before the first step a state is 0."""
+    """Return the states of several episodes as one batch; before the first step a state is 0."""
     blank = torch.zeros(1, hidden), torch.zeros(1, hidden)
     states = [memory.state or blank for memory in memories]
     first = torch.stack([state[0] for state in states], 1)

@@ -18,7 +18,7 @@ from agents.learning.text.tokenizers import Tokenizer, restore_tokenizer
 from agents.learning.vision.encoder import VisualEncoder, open_encoder
 
 WEIGHTS = Path(__file__).parent / "weights"
-"""Folder of the weights that come along."""
+"""Folder of the shipped weights."""
 
 FORMAT = 1
 SUFFIX = ".safetensors"
@@ -31,13 +31,13 @@ class BadWeights(ValueError):
 
 @dataclass
 class Policy:
-    """A model with what turns instructions and images into its inputs.
+    """A trained model with its tokenizer and visual encoder.
 
     Attributes:
         model: in evaluation or training mode.
-        tokenizer: of its instructions.
-        encoder: of its images; None if it sees nothing.
-        about: what else is known of it: data, seeds, figures; JSON values.
+        tokenizer: of instructions.
+        encoder: of images; None for a model that uses none.
+        about: metadata: data, seeds, scores; JSON values.
     """
 
     model: Model
@@ -47,7 +47,7 @@ class Policy:
 
 
 def find_weights(name: str) -> Path:
-    """Return the file of weights that come along by name, or the file of that path.
+    """Return the path of shipped weights by their name, or of a file by its path.
 
     Raises:
         BadWeights: if there is neither.
@@ -60,7 +60,7 @@ def find_weights(name: str) -> Path:
 
 
 def save_policy(policy: Policy, path: Path) -> None:
-    """Write a policy to a file, which appears complete or not at all."""
+    """Write a policy to a file, atomically."""
     tensors = {f"model.{name}": value.detach().cpu().contiguous() for name, value in policy.model.state_dict().items()}
     tensors[_TOKENIZER] = torch.frombuffer(bytearray(policy.tokenizer.dump()), dtype=torch.uint8)
     header = {
@@ -77,8 +77,8 @@ def load_policy(path: Path) -> Policy:
     """Return the policy of a file, in evaluation mode, on the CPU.
 
     Raises:
-        BadWeights: if it is no such file, or was trained on another version of its visual encoder.
-        ValueError: if its tokenizer or encoder is not there.
+        BadWeights: if the file is not readable, or was trained on another version of its visual encoder.
+        ValueError: if its tokenizer or encoder is not available.
     """
     tensors, header = read_tensors(path)
     if header.get("format") != FORMAT or _TOKENIZER not in tensors:
@@ -102,7 +102,7 @@ def load_policy(path: Path) -> Policy:
 
 
 def write_tensors(path: Path, tensors: Mapping[str, Tensor], header: Mapping[str, Any]) -> None:
-    """Write tensors with a JSON header to a file, which appears complete or not at all."""
+    """Write tensors with a JSON header to a file, atomically."""
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.{os.getpid()}")
     save_file(dict(tensors), part, {"arramon": json.dumps(header, ensure_ascii=False)})
@@ -125,5 +125,5 @@ def read_tensors(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:
 
 
 def as_input(features: np.ndarray[Any, np.dtype[np.uint8]]) -> Tensor:
-    """Return quantised features as the model takes them, float32 in [0, 1]."""
+    """Return quantised features as model input, float32 in [0, 1]."""
     return torch.from_numpy(features).float() / 255.0

@@ -1,4 +1,4 @@
-"""The extra `agents`: what trained agents need beside the client, and the one command that installs it."""
+"""Optional dependencies of trained agents (the extra `agents`): check that they are installed, then open an agent."""
 
 from collections.abc import Sequence
 from importlib.util import find_spec
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from agents.learning.agent import LearnedAgent
 
 PLAYING = ("torch", "safetensors")
-"""Modules that every trained agent needs to play."""
+"""Modules that every trained agent imports at play."""
 
 COMMAND = "scripts/setup"
 """Installs the extra in a clone of the repository."""
@@ -44,12 +44,12 @@ def open_agent(
     """Return a trained agent.
 
     Args:
-        name: under which it plays; also of its weights among those that come along.
-        weights: a file of other weights.
-        seed: of the draws, where there are any.
-        temperature: 0 takes the best action; above, actions are drawn by their values divided by it. None for that
-            with which the weights were validated.
-        needs: modules that it needs.
+        name: of the agent, and of its shipped weights.
+        weights: path of other weights; None for the shipped ones.
+        seed: for sampling actions, where the temperature is above 0.
+        temperature: of the softmax from which actions are sampled; 0 takes the best action. None for the one with
+            which the weights were validated.
+        needs: modules that it imports.
 
     Raises:
         AgentLoadError: if the extra is not installed, or the weights cannot be read.

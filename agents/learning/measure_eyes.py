@@ -17,7 +17,7 @@ from agents.learning.simulated.frames import FrameSource, label_names
 from agents.learning.vision.eyes import Eyes, load
 
 SEED = 1_000_003
-"""Of the frames: other than those of training."""
+"""Seed of the frames, different from those of training."""
 
 PLACES = {"unseen": ("6",), "seen": ("1", "2", "3", "4", "5")}
 
@@ -25,7 +25,7 @@ PLACES = {"unseen": ("6",), "seen": ("1", "2", "3", "4", "5")}
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("--weights", type=Path, help="file of weights; without it those that come along")
+    parser.add_argument("--weights", type=Path, help="file of weights (default: the shipped ones)")
     parser.add_argument("--frames", type=int, default=1000, help="frames in the unseen section, and in the seen ones")
     options = parser.parse_args()
     torch.set_num_threads(1)

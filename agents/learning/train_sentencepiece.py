@@ -1,4 +1,4 @@
-"""Train the model of SentencePiece that comes along: `python -m agents.learning.train_sentencepiece --data DATA`.
+"""Train the shipped SentencePiece model: `python -m agents.learning.train_sentencepiece --data DATA`.
 
 One unigram model for all languages, on a split's instructions. It takes seconds.
 """
@@ -16,7 +16,7 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=Path("arramon-data"), help="data folder (default: %(default)s)")
     parser.add_argument("--split", default="train", help="split whose instructions are taken (default: %(default)s)")
     parser.add_argument("--pieces", type=int, default=PIECES, help="at most so many (default: %(default)s)")
-    parser.add_argument("--out", type=Path, default=SHIPPED, help="the file (default: the one that comes along)")
+    parser.add_argument("--out", type=Path, default=SHIPPED, help="the file (default: the shipped one)")
     given = parser.parse_args()
     texts = [sample.text for sample in read_samples(given.data, given.split)]
     given.out.write_bytes(SentencePieces.train(texts, given.pieces).dump())

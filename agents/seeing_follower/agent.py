@@ -29,8 +29,8 @@ class Agent(Follower):
     """Agent that follows instructions by hand-written rules, with all that it sees and reads learned.
 
     Args:
-        eyes: visual encoder; None for that which comes along.
-        reader: of instructions, or a file of one; None for that which comes along.
+        eyes: visual encoder; None for the shipped one.
+        reader: of instructions, or a file of one; None for the shipped one.
     """
 
     name = "seeing_follower"

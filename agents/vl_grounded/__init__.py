@@ -10,7 +10,7 @@ SENSORS = ("rgb", "segmentation")
 
 
 def make_agent(weights: str | None = None, sensor: str = SENSORS[0]) -> Agent:
-    """Return the agent with the weights that come along, or with others.
+    """Return the agent with the shipped weights, or with others.
 
     Args:
         weights: a file that `python -m agents.train --agent vl_grounded` wrote.

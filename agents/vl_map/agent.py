@@ -22,8 +22,8 @@ class SeeingAgent(SeeingFollower):
     Args:
         policy: chooses waypoints.
         placement: finds cells of the room.
-        eyes: visual encoder; None for that which comes along.
-        reader: of instructions; None for that which comes along.
+        eyes: visual encoder; None for the shipped one.
+        reader: of instructions; None for the shipped one.
     """
 
     name = NAME

@@ -4,7 +4,7 @@
                                         [--splits S,T] [--page FILE] [--part NAME]
 
 Each agent plays the first N episodes of each split in each language; an agent that has learned, with the weights of
-each folder of `--weights`, one for each seed (without it, with those that come along). Runs that are in the folder of
+each folder of `--weights`, one for each seed (without it, with the shipped ones). Runs that are in the folder of
 runs already, of N episodes or more with the same weights, are not played again: after an interruption the command goes
 on; name another folder for other data. With `--play-only` the page stays as it is: two commands with different agents
 can play side by side. "PTC alone" is the placement after perfect navigation, played in process by the same rules.
@@ -28,7 +28,7 @@ from benchmarks.agents.results_tables import Run, part, section
 
 LEARNED = ("language_only", "vision_only", "vl")
 TRAINED_ONCE = ("vl_grounded", "vl_map")
-"""Agents that have learned as well, but not once for each seed: they play with the weights that come along."""
+"""Agents that have learned as well, but not once for each seed: they play with the shipped weights."""
 READ_OTHERWISE = ("vl_sentencepiece", "vl_multilingual")
 """Trained once too; played only if they are named, as the second needs a package that is not of the extra `agents`."""
 

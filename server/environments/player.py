@@ -13,7 +13,6 @@ from arramon.v1.chain import episode_head
 from arramon_client.agent import Label, Observation
 from arramon_client.environments.backend import NAVIGATION, Ending, Images, Scores, Settings, SplitInfo, Step
 from arramon_client.errors import UsageError
-from server.environments.depths import write_units
 from server.environments.experts import Expert, expert_of
 from server.environments.library import Library
 from server.environments.maps import phase_map
@@ -54,10 +53,11 @@ class LocalPlayer:
         self._sections = library.split.sections
         self._info, self._settings, self._find = info, settings, find
         self._limits = Limits(info.steps_per_phase)
-        self._draws = any(name in settings.sensors for name in IMAGES)
+        self._images = tuple(name for name in IMAGES if name in settings.sensors)
         self._session: Session | None = None
         self._seen: State  # The latest state that was observed.
-        self._depth, self._places = (np.empty((settings.image_size, settings.image_size), np.uint16) for _ in range(2))
+        self._canvas = new_canvas(settings.image_size)
+        """What is drawn though it is not wanted, and labels before they are the environment's."""
         self._reward: Reward = NoReward()
         self._expert: Expert | None = None
 
@@ -75,6 +75,11 @@ class LocalPlayer:
     def episode_id(self) -> str:
         """Id of the present episode."""
         return self._played.episode.episode_id
+
+    @property
+    def place(self) -> str:
+        """Where the agent is: the id of a section, or "" for the room."""
+        return "" if self._seen.phase is Phase.ASSEMBLY else self._played.episode.section
 
     @property
     def session(self) -> Session:
@@ -124,8 +129,9 @@ class LocalPlayer:
         session, before = self._played, self._played.state
         ended = session.apply(Action(action))
         reward = self._reward.of(before, session, ended)
-        over = tuple((end.turn, end.phase.value) for end in ended)
+        over: tuple[tuple[int, str], ...] = ()
         if ended:
+            over = tuple((end.turn, end.phase.value) for end in ended)
             self._skip(session)
         if session.state.finished:
             scores = None if self._info.hidden else scores_of(session.scores())
@@ -197,24 +203,29 @@ class LocalPlayer:
         """Draw the latest state that takes an action, and return its observation."""
         if not session.state.finished:
             self._seen = session.state
-        frame = self._drawn(session, into or {}) if self._draws else None
-        return self._observation(session, self._seen, frame, into or {})
+        images = self._drawn(session, into or {}) if self._images else {}
+        return self._observation(session, self._seen, images)
 
-    def _drawn(self, session: Session, into: Images) -> Frame:
-        """Return the frame of the latest state. Its RGB is new, or in `into`; all else is overwritten the next time."""
-        size, rgb = self._settings.image_size, into.get("rgb")
-        frame = Frame(np.empty((size, size, 3), np.uint8) if rgb is None else rgb, self._depth, self._places)
-        return self._worlds.render(
+    def _drawn(self, session: Session, into: Images) -> Images:
+        """Return the images of the latest state, in new arrays or in those of `into`."""
+        canvas = self._canvas
+        images = {name: into[name] if name in into else np.empty_like(canvas[name]) for name in self._images}
+        # The camera draws colours and depth always; labels are first the section's own.
+        labels = canvas["segmentation"] if "segmentation" in images else None
+        frame = self._worlds.render(
             self._name,
             session.episode,
             self._seen,
-            size,
-            segmentation="segmentation" in self._settings.sensors,
-            into=frame,
+            self._settings.image_size,
+            segmentation=labels is not None,
+            into=Frame(images.get("rgb", canvas["rgb"]), images.get("depth", canvas["depth"]), labels),
         )
+        if frame.segmentation is not None:
+            images["segmentation"][...] = frame.segmentation
+        return images
 
-    def _observation(self, session: Session, state: State, frame: Frame | None, into: Images) -> Observation:
-        """Return the observation of a state, with the images of its frame in new arrays or those of `into`."""
+    def _observation(self, session: Session, state: State, images: Images) -> Observation:
+        """Return the observation of a state with its images."""
         sensors, language = self._settings.sensors, self._settings.language
         pose = visible_pose(state) if "pose" in sensors else None
         return Observation(
@@ -225,14 +236,10 @@ class LocalPlayer:
             instruction=session.episode.instruction(language, state.turn, state.phase.value),
             phase_step=state.phase_step,
             steps_left=session.steps_left(state),
-            rgb=None if frame is None or "rgb" not in sensors else frame.rgb,
-            depth=None if frame is None or "depth" not in sensors else _in_units(frame.depth, into.get("depth")),
+            rgb=images.get("rgb"),
+            depth=images.get("depth"),
             pose=None if pose is None else (pose.x, pose.z, pose.heading),
-            segmentation=(
-                None
-                if frame is None or frame.segmentation is None
-                else _written(frame.segmentation, into.get("segmentation"))
-            ),
+            segmentation=images.get("segmentation"),
         )
 
 
@@ -246,16 +253,10 @@ def _order(turn: int, phase: str) -> tuple[int, bool]:
     return turn, phase != NAVIGATION
 
 
-def _written(pixels: npt.NDArray[Any], into: npt.NDArray[Any] | None) -> npt.NDArray[Any]:
-    """Return a copy of the pixels, in a new array or in `into`."""
-    if into is None:
-        return pixels.copy()
-    into[...] = pixels
-    return into
-
-
-def _in_units(depth: npt.NDArray[np.uint16], into: npt.NDArray[Any] | None) -> npt.NDArray[np.float32]:
-    """Return depth in units, in a new array or in `into`."""
-    units = np.empty(depth.shape, np.float32) if into is None else into
-    write_units(depth, units)
-    return units
+def new_canvas(size: int) -> dict[str, npt.NDArray[Any]]:
+    """Return arrays like those of an observation's images: (size, size, 3) uint8, (size, size) float32 and uint16."""
+    return {
+        "rgb": np.empty((size, size, 3), np.uint8),
+        "depth": np.empty((size, size), np.float32),
+        "segmentation": np.empty((size, size), np.uint16),
+    }

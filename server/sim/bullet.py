@@ -17,7 +17,7 @@ import numpy.typing as npt
 from PIL import Image
 
 from server.sim.assets.collectibles import mesh_of, texture_of
-from server.sim.cameras import FAR, FIELD_OF_VIEW, NEAR, Actor, Frame, Viewpoint, label_of, labels_of
+from server.sim.cameras import FAR, FIELD_OF_VIEW, NEAR, THOUSANDTH, Actor, Frame, Viewpoint, label_of, labels_of
 from server.sim.catalogue import ObjectType
 from server.sim.daylight import AMBIENT, DIFFUSE, SUN, sky
 from server.sim.geometry import AGENT_RADIUS
@@ -225,6 +225,8 @@ class World(Obstacles):
         if into is None:
             return frame
         into.rgb[...], into.depth[...] = frame.rgb, frame.depth
+        if into.depth.dtype == np.float32:
+            into.depth[...] *= THOUSANDTH
         if frame.segmentation is None or into.segmentation is None:
             return Frame(into.rgb, into.depth, frame.segmentation)
         into.segmentation[...] = frame.segmentation

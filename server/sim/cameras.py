@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,9 @@ NEAR, FAR = 0.05, 120.0
 
 CAMERAS = ("raster", "tiny")
 """Names of the cameras: `raster.RasterCamera`, compiled and fast, and `bullet.World`, the reference (TinyRenderer)."""
+
+THOUSANDTH = np.float32(0.001)
+"""Depth in units of a thousandth: a product with it, in float32, is what a client decodes from a message."""
 
 NOTHING = "nothing"
 """The label of the sky."""
@@ -64,13 +67,14 @@ class Frame:
     Attributes:
         rgb: (size, size, 3) uint8.
         depth: (size, size) uint16, the distance along the viewing direction in thousandths of a unit; 0 where there
-            is nothing, 65535 at 65.535 units and beyond.
+            is nothing, 65535 at 65.535 units and beyond; or float32, the same times THOUSANDTH, if it was drawn into
+            such an array.
         segmentation: (size, size) uint16, the number of each pixel's label in the camera's `labels`; None unless it was
             requested.
     """
 
     rgb: npt.NDArray[np.uint8]
-    depth: npt.NDArray[np.uint16]
+    depth: npt.NDArray[Any]
     segmentation: npt.NDArray[np.uint16] | None = None
 
 
@@ -99,8 +103,8 @@ class Camera(Protocol):
             actors: in the scene for this frame only.
             size: side length of the frame, in pixels.
             segmentation: whether to label each pixel.
-            into: a frame of this size, whose contiguous arrays are overwritten and returned; None for new ones. If it
-                has no segmentation, and that is asked for, it is new.
+            into: a frame of this size, whose contiguous arrays are overwritten and returned; None for new ones. Its
+                depth may be float32. If it has no segmentation, and that is asked for, it is new.
             variation: a scene whose bodies are drawn instead of those of the camera's own scene. Their meshes, textures
                 and labels must be known there, by its bodies or its spare ones.
         """

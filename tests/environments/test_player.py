@@ -45,6 +45,27 @@ def test_frames_are_those_of_the_worlds(data: Path, size: int, camera: str, monk
     worlds.close()
 
 
+def test_what_is_not_wanted_is_not_there(data: Path) -> None:
+    every = player(data, sensors=("rgb", "depth", "segmentation")).begin("1", 0)
+    for name in ("rgb", "depth", "segmentation"):
+        seen = player(data, sensors=(name,)).begin("1", 0)
+        for each in ("rgb", "depth", "segmentation"):
+            if each == name:
+                assert (getattr(seen, each) == getattr(every, each)).all()
+            else:
+                assert getattr(seen, each) is None
+
+
+def test_places(data: Path) -> None:
+    made = player(data)
+    made.begin("1", 0)
+    places = [made.place]
+    for action in tiny.ACTIONS:
+        made.step(action)
+        places.append(made.place)
+    assert places == ["1"] * 3 + [""] * 2 + ["1"] * 6 + [""] * 3
+
+
 def test_labels(data: Path) -> None:
     labels = player(data, sensors=("segmentation",)).labels
     assert [(label.kind, label.colour, label.look) for label in labels] == [

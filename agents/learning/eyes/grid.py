@@ -1,4 +1,4 @@
-"""The encoder's grid of 7x7 cells: what is anywhere in each cell, and how near, from blocks and from named things."""
+"""The encoder's output: a grid of 7x7 cells with what is in each cell and how near, from blocks and named things."""
 
 from collections.abc import Sequence
 
@@ -29,7 +29,7 @@ GRID = 7
 GROUND = ("road", "pavement", "floor")
 
 SHARE = 0.012
-"""Share of a cell's pixels from which a thing is in it."""
+"""Least share of a cell's pixels that a thing must cover to count as in the cell."""
 
 THING_CHANNELS = (
     *(f"kind:{kind}" for kind in COLLECTIBLES),
@@ -47,7 +47,7 @@ BOARD_CHANNELS = (
     *(f"{group.name}:{look}" for group in LOOK_GROUPS[1:3] for look in group.looks),
 )
 NAMED_CHANNELS = (*THING_CHANNELS, *FURNITURE_CHANNELS, *BOARD_CHANNELS)
-"""Channels of what is cut out and named; of these only zebra crossings, which lie on the road, are told by blocks."""
+"""Channels set by cut-out, named things, except zebra crossings: these lie on the road and are set by blocks."""
 
 CHANNEL_NAMES = (
     *NAMED_CHANNELS,
@@ -70,7 +70,7 @@ Floats = npt.NDArray[np.float32]
 
 
 def grid_of_blocks(found: Probabilities, depth: Tensor) -> Floats:
-    """Return what is in each cell by the blocks, (B, 7, 7, channels) in [0, 1]; of NAMED_CHANNELS only crossings.
+    """Return what the blocks say of each cell, (B, 7, 7, channels) in [0, 1]; of NAMED_CHANNELS only crossings.
 
     Args:
         found: probabilities by block.
@@ -113,7 +113,7 @@ def add_things(cells: Floats, things: Sequence[NamedThing], size: int) -> None:
 
 
 def _said(named: NamedThing) -> Floats:
-    """Return the named channels for a thing."""
+    """Return the values of the named channels for a thing."""
     kinds, colours, looks = named.kinds, named.colours, named.looks
     collectible = kinds[_THINGS].sum()
     banner, sign = kinds[_KIND["banner"]], kinds[_KIND["shop_sign"]]
@@ -135,7 +135,7 @@ def _said(named: NamedThing) -> Floats:
 
 
 def _cells_of(named: NamedThing, side: int) -> list[tuple[int, int]]:
-    """Return the cells that a thing covers enough of; the fullest one at least."""
+    """Return the cells that a thing covers to a share of SHARE or more; at least the one it covers most."""
     rows, columns = np.nonzero(named.thing.mask)
     cells = (rows + named.thing.rows.start) // side * GRID + (columns + named.thing.columns.start) // side
     counts = np.bincount(cells, minlength=GRID * GRID)

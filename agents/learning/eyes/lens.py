@@ -1,4 +1,4 @@
-"""The camera: where the rays of its pixels go."""
+"""Geometry of the camera: the direction of each pixel's ray."""
 
 import math
 from functools import cache
@@ -15,7 +15,7 @@ EYE_HEIGHT = 0.525
 
 @cache
 def rays(size: int) -> npt.NDArray[np.float32]:
-    """Return how far the rays of each row go down, and those of each column to the right, (size,), per unit ahead."""
+    """Return the slope of each row's rays (down) and of each column's rays (right), (size,) each, per unit ahead."""
     focal = size / 2 / math.tan(math.radians(FIELD_OF_VIEW / 2))
     directions = ((np.arange(size) + 0.5 - size / 2) / focal).astype(np.float32)
     directions.flags.writeable = False

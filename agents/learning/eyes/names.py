@@ -1,4 +1,4 @@
-"""Things of frames with their names, as probabilities."""
+"""Things cut out of frames, with the probabilities of their names."""
 
 from dataclasses import dataclass
 
@@ -15,13 +15,13 @@ Floats = npt.NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class NamedThing:
-    """A thing, and what it may be.
+    """A thing with the probabilities of its names.
 
     Attributes:
-        thing: where it is.
-        kinds: probabilities of `vocabulary.KINDS`.
-        colours: of `vocabulary.COLOURS`, if it has one.
-        looks: of `vocabulary.LOOKS`, adding up to 1 in each group; those of walls and facades mean nothing.
+        thing: the thing in the frame.
+        kinds: probabilities, indexed as `vocabulary.KINDS`.
+        colours: probabilities, indexed as `vocabulary.COLOURS`, given that it has a colour.
+        looks: probabilities, indexed as `vocabulary.LOOKS`, adding up to 1 in each group; ignore walls and facades.
     """
 
     thing: Thing

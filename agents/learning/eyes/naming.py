@@ -9,13 +9,13 @@ from agents.learning.eyes.objects import CROP_CHANNELS, MEASURES
 from agents.learning.eyes.vocabulary import COLOURS, KINDS, LOOKS
 
 WIDTHS = (16, 32, 64, 128)
-"""Channels of its convolutions, at 32, 16, 8 and 4 rows and columns."""
+"""Channels of the convolutions, at 32, 16, 8 and 4 rows and columns."""
 
 HIDDEN = 128
 
 
 class NamingNetwork(nn.Module):
-    """Names a thing by its crop and its measures."""
+    """Predicts a thing's names from its crop and its measures."""
 
     def __init__(self) -> None:
         super().__init__()

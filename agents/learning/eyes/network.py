@@ -14,13 +14,13 @@ from agents.learning.eyes.lens import EYE_HEIGHT, rays
 from agents.learning.eyes.vocabulary import COLOURS, KINDS, LOOKS, look_slices
 
 BLOCKS = 28
-"""Rows and columns of blocks for which labels are predicted."""
+"""Number of rows, and of columns, of blocks for which labels are predicted."""
 
 LOW, HIGH = 0.4, 4.0
 """Heights above the ground at which the two scales of height end, in units."""
 
 CHANNELS = 6
-"""Input channels: red, green, blue, nearness, height in fine, height in coarse."""
+"""Input channels: red, green, blue, nearness, height on a fine scale, height on a coarse scale."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,8 +60,8 @@ def probabilities(predictions: Predictions) -> Probabilities:
 class EyesNetwork(nn.Module):
     """Predicts what is anywhere in each of 28 x 28 blocks of pixels.
 
-    The image is cut into 56 x 56 patches, whose pixels are channels of the first layer: little is computed at a high
-    resolution, where it would take most of the time.
+    The image is cut into 56 x 56 patches, whose pixels are channels of the first layer, as layers at full resolution
+    would take most of the time.
 
     Args:
         sizes: of the network.
@@ -106,7 +106,7 @@ def prepare(rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> Tenso
 
 
 class _Bottleneck(nn.Module):
-    """A 3x3 convolution between two that halve and double the channels, around which the input is added."""
+    """A residual block: a 3x3 convolution between two that halve and double the channels."""
 
     def __init__(self, channels: int) -> None:
         super().__init__()

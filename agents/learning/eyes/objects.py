@@ -11,22 +11,22 @@ from agents.learning.eyes.kernels import fill_crop, find_walls, mark_solid
 from agents.learning.eyes.lens import EYE_HEIGHT, rays
 
 LOWEST, HIGHEST = 0.018, 2.2
-"""Heights above the ground between which pixels are looked at, in units: above painted lines and pavements."""
+"""Range of heights above the ground, in units, in which pixels are considered: above painted lines and pavements."""
 
 WALL, FOOT, WALL_WIDTH = 1.25, 0.6, 0.6
-"""Heights above and below which some of a wall is in view, and its least width, in units."""
+"""Height above which, and height below which, a wall must be visible, and its least width, in units."""
 
 FARTHEST = 16.0
-"""Distance ahead up to which things are cut out, in units."""
+"""Largest distance ahead at which things are cut out, in units."""
 
 JUMP, RELATIVE_JUMP = 0.06, 0.03
-"""Difference of depth of neighbouring pixels that are of two things: in units, and as a share of their depth."""
+"""Least difference in depth between neighbouring pixels of two things: in units, and as a share of their depth."""
 
 FEWEST_PIXELS = 18
 """Least number of pixels of a thing."""
 
 WIDEST = 3.0
-"""Greatest width of a thing, in units: what is wider is a wall."""
+"""Largest width of a thing, in units; anything wider is a wall."""
 
 CROP = 32
 """Rows and columns of a crop."""
@@ -35,11 +35,11 @@ MARGIN = 0.12
 """Margin around a thing in its crop, as a share of the thing's larger side."""
 
 CROP_CHANNELS = 6
-"""Channels of a crop: red, green, blue, whether a pixel is the thing's, its height above the ground, and how far it is
-behind the thing's middle."""
+"""Channels of a crop: red, green, blue, whether the pixel belongs to the thing, its height above the ground, and its
+distance behind the thing's middle."""
 
 MEASURES = 5
-"""Numbers that describe a thing beside its crop; see `Thing.measures`."""
+"""Number of measures that describe a thing beside its crop; see `Thing.measures`."""
 
 Floats = npt.NDArray[np.float32]
 
@@ -50,7 +50,7 @@ class Thing:
 
     Attributes:
         rows, columns: the box of its pixels.
-        mask: which pixels in the box are its own.
+        mask: which pixels in the box belong to it.
         right, ahead: its middle in the camera's frame, in units.
         width, low, high: its width and the heights of its lower and upper end, in units.
     """
@@ -111,7 +111,7 @@ def find_things(depth: Floats) -> list[Thing]:
 
 
 def crop(rgb: npt.NDArray[np.uint8], depth: Floats, thing: Thing) -> Floats:
-    """Return a thing's surroundings, scaled to a square of the same size for all, (32, 32, 6), about 0 to 1.
+    """Return a thing with a margin, scaled to 32x32 pixels, (32, 32, 6), values about 0 to 1.
 
     Args:
         rgb: (size, size, 3) uint8.

@@ -1,4 +1,4 @@
-"""How well the encoder sees, against the simulator's labels: F1 by channel of its grid, and names of collectibles."""
+"""Scores of the encoder against the simulator's labels: F1 for each channel of its grid, and names of collectibles."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -11,15 +11,15 @@ from agents.learning.eyes.names import NamedThing
 from agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURS, FURNITURE, KINDS, LOOK_GROUPS, look_slices
 
 LEAST_PIXELS = 16
-"""Pixels of a cell's 1,024, at a size of 224, from which it counts as showing something."""
+"""Least number of a cell's pixels, of 1,024 at an image size of 224, for it to count as showing something."""
 
 NEARNESS = ("nearness of collectible", "nearness", "mean nearness")
-"""Channels that are distances."""
+"""Channels that hold distances."""
 
 
 @dataclass(slots=True)
 class Counts:
-    """Cells in which a channel was right, said too often, and missed."""
+    """Cells in which a channel was a true positive, a false positive, and a false negative."""
 
     hits: int = 0
     false: int = 0
@@ -27,7 +27,7 @@ class Counts:
 
     @property
     def f1(self) -> float:
-        """F1, in 0 to 1; not a number without any cell."""
+        """F1 in [0, 1]; NaN without any cell."""
         cells = 2 * self.hits + self.false + self.missed
         return 2 * self.hits / cells if cells else float("nan")
 
@@ -72,7 +72,7 @@ class GridScores:
 
 
 RANGES = ((45, 100), (100, 400), (400, 1 << 30))
-"""Ranges of the number of pixels of a collectible; one of 45 can be recognised by a person."""
+"""Ranges of a collectible's size in pixels; people recognise one of 45."""
 
 
 @dataclass(slots=True)
@@ -83,8 +83,8 @@ class NameScores:
         labels: (kind, colour, look) of each label, by its number.
 
     Attributes:
-        counts: by range of pixels: how many there were, were cut out, and had the right kind, colour, pattern, and all.
-        false: things called collectibles that are none.
+        counts: by range of pixels: how many there were, were cut out, had the right kind, colour, pattern, all three.
+        false: number of other things named as collectibles.
     """
 
     labels: Sequence[tuple[str, str, str]]
@@ -111,7 +111,7 @@ class NameScores:
                 self.counts[bounds] = self.counts.get(bounds, np.zeros_like(row)) + row
 
     def shares(self) -> dict[str, dict[str, float]]:
-        """Return by range of pixels the shares that were cut out, and had the right kind, colour, pattern, and all."""
+        """Return by range of pixels the shares cut out, and those with the right kind, colour, pattern, all three."""
         names = ("found", "kind", "colour", "pattern", "all")
         return {
             f"{low} to {high - 1} pixels" if high < RANGES[-1][1] else f"{low} pixels and more": {
@@ -139,7 +139,7 @@ def cells_showing(segmentation: npt.NDArray[np.uint16], labels: int) -> npt.NDAr
 
 
 def channels_of(labels: Iterable[tuple[str, str, str]]) -> npt.NDArray[np.int64]:
-    """Return which channels each label lights, (labels, C) of 0 and 1; colours without a channel light none."""
+    """Return which channels each label sets, (labels, C) of 0 and 1; colours without a channel set none."""
     listed = list(labels)
     lit = np.zeros((len(listed), len(CHANNEL_NAMES)), np.int64)
     for row, (kind, colour, look) in zip(lit, listed, strict=True):

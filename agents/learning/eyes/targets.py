@@ -1,4 +1,4 @@
-"""What the encoder is to predict, from the simulator's labels of pixels: for each block, the rarest kind of thing."""
+"""Training targets of the encoder, from pixel labels: the rarest kind of thing in each block; and the loss."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -22,13 +22,13 @@ from agents.learning.eyes.vocabulary import (
 )
 
 WEIGHTS = {**dict.fromkeys(SURFACES, 0.5), **dict.fromkeys(FURNITURE, 1.0), **dict.fromkeys(COLLECTIBLES, 0.5)}
-"""Weights of kinds in the loss: a frame is mostly street and buildings, and collectibles are named otherwise."""
+"""Weights of kinds in the loss: most of a frame is street and buildings, and another network names collectibles."""
 
 LOOK_WEIGHTS = {"facade": 1.0, "wall": 0.5, "pattern": 0.1, "shape": 0.2, "shop": 0.1}
 """Weights of looks in the loss, by group."""
 
 LEAST = 0.04
-"""Share of a block's pixels from which it counts as showing a thing."""
+"""Least share of a block's pixels for it to count as showing a thing."""
 
 _FIRST_THING, _FIRST_PROP = len(KINDS) - len(COLLECTIBLES), len(SURFACES)
 
@@ -51,7 +51,7 @@ class LabelTable:
     def blocks(self, labels: npt.NDArray[np.uint16]) -> npt.NDArray[np.int64]:
         """Return kind, colour and look of each block, (3, 28, 28), NONE where there is none.
 
-        A collectible comes before furniture, and furniture before everything else, if it covers a LEAST of the block.
+        A collectible wins over furniture, and furniture over everything else, if it covers LEAST of the block.
 
         Args:
             labels: (size, size), a segmentation.
@@ -69,7 +69,7 @@ class LabelTable:
 
 @cache
 def _from_middle(side: int) -> npt.NDArray[np.int64]:
-    """Return the places of a block's pixels from the middle outwards: among equals the first one counts."""
+    """Return the indices of a block's pixels from the middle outwards: ties go to the first."""
     offset = np.abs(np.arange(side) - (side - 1) / 2)
     return np.argsort(np.hypot(offset[:, None], offset[None]).ravel(), kind="stable")
 
@@ -95,7 +95,7 @@ def loss_of(predictions: Predictions, targets: Tensor) -> Tensor:
 
 
 def among(logits: Tensor, classes: Tensor, chosen: Tensor) -> Tensor:
-    """Return the mean cross entropy of the chosen rows; 0 without any."""
+    """Return the mean cross entropy of the selected rows; 0 if there are none."""
     rows = chosen.nonzero().squeeze(1)
     if not len(rows):
         return logits.sum() * 0.0

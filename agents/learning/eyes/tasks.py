@@ -1,4 +1,4 @@
-"""What the encoder's two networks learn from labelled frames."""
+"""Training tasks of the encoder's two networks: batches of labelled frames, and their losses."""
 
 from collections.abc import Callable
 from typing import Protocol
@@ -16,10 +16,10 @@ from agents.learning.eyes.targets import LabelTable, among, loss_of
 from agents.learning.eyes.vocabulary import COLLECTIBLES, KINDS, NONE, look_slices
 
 PUREST = 0.6
-"""Share of a thing's pixels that its label must have for the thing to be trained on."""
+"""Least share of a thing's pixels with the same label for the thing to be trained on."""
 
 NAMED_LOOKS = {"pattern": 0.7, "shape": 0.5, "shop": 0.3}
-"""Weights of the looks of things that are cut out; walls and facades are told by blocks."""
+"""Weights of the looks of cut-out things in the loss; looks of walls and facades are predicted for blocks."""
 
 _FIRST_COLLECTIBLE = len(KINDS) - len(COLLECTIBLES)
 _WEIGHTS = torch.tensor([0.3 if kind in ("building", "wall") else 1.0 for kind in KINDS])
@@ -45,11 +45,11 @@ class Frame(Protocol):
 
 
 FrameOf = Callable[[int], Frame]
-"""Returns a frame by its number, always the same."""
+"""Returns the frame with a number; deterministic."""
 
 
 class BlocksTask:
-    """To say what is in each block of a frame.
+    """Training task: predict what is in each block of a frame.
 
     Args:
         sizes: of the network.
@@ -70,7 +70,7 @@ class BlocksTask:
 
 
 class NamingTask:
-    """To name the things that are cut out of frames.
+    """Training task: name the things that are cut out of frames.
 
     Args:
         frame_of: returns frames.
@@ -106,7 +106,7 @@ class NamingTask:
 
 
 def label_of(frame: Frame, thing: Thing) -> tuple[int, float]:
-    """Return the label of most pixels of a thing, and their share."""
+    """Return the most frequent label of a thing's pixels, and its share."""
     numbers, counts = np.unique(frame.labels[thing.rows, thing.columns][thing.mask], return_counts=True)
     most = int(counts.argmax())
     return int(numbers[most]), float(counts[most] / counts.sum())

@@ -1,4 +1,4 @@
-"""What the encoder can name: kinds, colours and looks, factorised; the simulator's labels are combinations of them."""
+"""The encoder's vocabulary: kinds, colours and looks, of which the simulator's labels are combinations."""
 
 from typing import NamedTuple
 
@@ -24,10 +24,10 @@ COLOURED = ("cone", "dumpster", "barrier", "barrel", "car", "kiosk", "awning")
 
 
 class LookGroup(NamedTuple):
-    """Looks that exclude each other, of the kinds that have them.
+    """A group of mutually exclusive looks, and the kinds that have them.
 
     Attributes:
-        name: of what varies.
+        name: of the property, such as the pattern.
         kinds: which have these looks.
         looks: their names.
     """
@@ -51,11 +51,11 @@ LOOK_GROUPS = (
 LOOKS = tuple((group.name, look) for group in LOOK_GROUPS for look in group.looks)
 
 NONE = -1
-"""The number of a colour or a look that a label does not have."""
+"""Code of a missing colour or look."""
 
 
 class Codes(NamedTuple):
-    """A label as numbers: places in KINDS, COLOURS and LOOKS, or NONE."""
+    """A label as codes: indices in KINDS, COLOURS and LOOKS, or NONE."""
 
     kind: int
     colour: int
@@ -63,7 +63,7 @@ class Codes(NamedTuple):
 
 
 def codes_of(kind: str, colour: str, look: str) -> Codes:
-    """Return the numbers of a label.
+    """Return the codes of a label.
 
     Raises:
         ValueError: for a kind, colour or look that is not in the vocabulary.
@@ -79,7 +79,7 @@ def codes_of(kind: str, colour: str, look: str) -> Codes:
 
 
 def look_slices() -> dict[str, slice]:
-    """Return by look group its places in LOOKS."""
+    """Return the slice of LOOKS of each look group."""
     slices, first = {}, 0
     for group in LOOK_GROUPS:
         slices[group.name] = slice(first, first + len(group.looks))

@@ -1,4 +1,4 @@
-"""Files of the encoder's weights: safetensors, as half-precision numbers, with the network's sizes beside them."""
+"""Weight files of the encoder: safetensors in half precision, with the network's sizes in the metadata."""
 
 import json
 from dataclasses import asdict
@@ -13,11 +13,11 @@ from agents.learning.eyes.naming import NamingNetwork
 from agents.learning.eyes.network import EyesNetwork, Sizes, folded
 
 BLOCKS, NAMING = "blocks.", "naming."
-"""Before the names of each network's tensors."""
+"""Prefix of the tensor names of each network."""
 
 
 def write_weights(path: Path, blocks: EyesNetwork, naming: NamingNetwork) -> None:
-    """Write both networks for use: their weights, and the first one's sizes as the key "sizes" of the metadata."""
+    """Write the weights of both networks, with the first one's sizes under the key "sizes" of the metadata."""
     tensors = {
         prefix + name: value.to(torch.float16).contiguous() if value.is_floating_point() else value
         for prefix, network in ((BLOCKS, blocks), (NAMING, naming))
@@ -27,7 +27,7 @@ def write_weights(path: Path, blocks: EyesNetwork, naming: NamingNetwork) -> Non
 
 
 def read_weights(path: Path) -> tuple[EyesNetwork, NamingNetwork]:
-    """Return both networks, ready for use.
+    """Return both networks, in evaluation mode.
 
     Raises:
         FileNotFoundError: if there is no such file.

@@ -1,1 +1,1 @@
-"""What agents keep of what they saw: one frame's labels, landmarks by place, the contents of the room."""
+"""Memory of what an agent has seen: labels of one frame, landmarks on a map, the contents of the room."""

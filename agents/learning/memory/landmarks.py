@@ -1,4 +1,4 @@
-"""Memory of the things seen, by place: what each may be, summed over all views of it."""
+"""Memory of landmarks on a map: the probabilities of each one's kind, colour and look, summed over all views of it."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -26,15 +26,15 @@ from arramon_client.agent import Label
 from lang.meaning import Thing
 
 APART, LARGE_APART = 0.75, 2.0
-"""Distances in units below which two views are of one thing: of small things, and of LARGE ones."""
+"""Distances in units below which two views count as the same thing: for small things, and for LARGE ones."""
 
 LARGE = ("car", "kiosk", "awning", "dumpster", "tree", "shop_sign")
 
 SURE = 0.02
-"""Added to each chance before its logarithm is summed: no single view rules anything out."""
+"""Added to each probability before its logarithm is taken, so that no single view rules anything out."""
 
 FULL, MOST = 150.0, 4.0
-"""Pixels of a view that counts once, and how often a view counts at most."""
+"""Number of pixels at which a view has weight 1, and the largest weight of a view."""
 
 _NAMED = np.array([kind not in SURFACES for kind in KINDS])
 
@@ -42,7 +42,7 @@ CROSSING_SAMPLES = 15
 """Minimum number of samples of a zebra crossing."""
 
 _SIZES = np.array([len(KINDS), len(COLOURS), *(places.stop - places.start for places in look_slices().values())])
-"""Number of names that exclude each other: kinds, colours, and the looks of each group."""
+"""Sizes of the groups of mutually exclusive names: kinds, colours, and each group of looks."""
 
 _STARTS = np.concatenate([[0], np.cumsum(_SIZES)])
 
@@ -52,12 +52,12 @@ _Number = TypeVar("_Number", np.float32, np.float64)
 
 
 class Belief(NamedTuple):
-    """A landmark, and what it may be.
+    """A landmark with the probabilities of its names.
 
     Attributes:
-        mark: where it is, and its most likely names; the same object for the same landmark.
-        kinds, colours: probabilities by place in `vocabulary.KINDS` and `COLOURS`.
-        looks: by place in `vocabulary.LOOKS`; they add up to 1 in each group.
+        mark: its place and most likely names; always the same object for the same landmark.
+        kinds, colours: probabilities, indexed as `vocabulary.KINDS` and `COLOURS`.
+        looks: probabilities, indexed as `vocabulary.LOOKS`; they add up to 1 in each group.
     """
 
     mark: Landmark
@@ -68,7 +68,7 @@ class Belief(NamedTuple):
 
 @lru_cache(maxsize=512)
 def certain(label: Label) -> tuple[Floats, Floats, Floats]:
-    """Return kinds, colours and looks of a label that is known: 1 for its own, 0 for all others."""
+    """Return kinds, colours and looks of a known label as probabilities of 0 and 1."""
     codes = codes_of(label.kind, label.colour, label.look)
     rows = []
     for code, names in zip(codes, (KINDS, COLOURS, LOOKS), strict=True):
@@ -80,7 +80,7 @@ def certain(label: Label) -> tuple[Floats, Floats, Floats]:
 
 
 class _Place:
-    """A thing at a place, with the sums of logarithms of what it may be.
+    """A thing at a place, with the summed log probabilities of its names.
 
     Attributes:
         mark: the thing by its most likely names; always the same object.
@@ -102,7 +102,7 @@ class _Place:
             self.mark.x, self.mark.z, self.mark.nearest = x, z, distance
 
     def belief(self) -> Belief:
-        """Return the thing with what it may be."""
+        """Return the thing with the probabilities of its names."""
         if self._belief is None:
             first = _STARTS[:-1]
             raised = np.exp(self._sums - np.repeat(np.maximum.reduceat(self._sums, first), _SIZES))
@@ -120,7 +120,7 @@ class SeenLandmarks(Landmarks):
     """All landmarks seen so far: things by place, and buildings and crossings as labels of pixels.
 
     Args:
-        labels: meaning of the label images' values, by index.
+        labels: the label of each value of the label images.
     """
 
     def __init__(self, labels: Sequence[Label]) -> None:
@@ -129,7 +129,7 @@ class SeenLandmarks(Landmarks):
         self._places: list[_Place] = []
 
     def add(self, sightings: Iterable[Sighting]) -> None:
-        """Add a frame's buildings and crossings; of these only what is seen well, as others are in wrong places."""
+        """Add a frame's buildings and crossings, if seen clearly: the places of others would be wrong."""
         super().add(
             sighting
             for sighting in sightings
@@ -141,7 +141,7 @@ class SeenLandmarks(Landmarks):
         """Add a frame's things.
 
         Args:
-            things: as named.
+            things: with their names.
             pose: (x, z, radians clockwise) of the camera in the agent's own frame.
         """
         x, z, heading = pose
@@ -153,11 +153,11 @@ class SeenLandmarks(Landmarks):
             self._add(named, x + right * cos + ahead * sin, z - right * sin + ahead * cos, math.hypot(right, ahead))
 
     def fitting(self, thing: Thing) -> list[Landmark]:
-        """Return the landmarks whose most likely names match a thing's attributes, as far as they are given."""
+        """Return the landmarks whose most likely names match those attributes of a thing that are given."""
         return super().fitting(thing) + [place.mark for place in self._places if fits(thing, place.mark.label)]
 
     def beliefs(self) -> list[Belief]:
-        """Return every landmark with what it may be."""
+        """Return every landmark with the probabilities of its names."""
         return [*certain_beliefs(self), *(place.belief() for place in self._places)]
 
     def forget(self) -> None:
@@ -185,5 +185,5 @@ class SeenLandmarks(Landmarks):
 
 
 def certain_beliefs(landmarks: Landmarks) -> list[Belief]:
-    """Return every landmark that is known by a label, as if the label were certain."""
+    """Return every labelled landmark, with its label as certain."""
     return [Belief(mark, *certain(mark.label)) for mark in landmarks.marks()]

@@ -1,4 +1,4 @@
-"""The assembly room's contents by the visual encoder: what stands in each cell, summed over all views."""
+"""Memory of the assembly room: what the visual encoder saw in each cell, summed over all views."""
 
 import math
 from collections.abc import Sequence
@@ -15,17 +15,17 @@ from arramon_client.agent import Label
 from lang.room import COLUMNS, ROWS, Cell, Room, Standing
 
 RADIUS = 0.2
-"""How far a thing's middle is behind the middle of what is seen of it, in units."""
+"""Distance from the middle of a thing's visible side to its own middle, in units."""
 
 BASE = 0.12
-"""Height above the floor from which a thing's lower end shows that it stands on another, in units."""
+"""Least height of a thing's lower end, in units, at which it counts as standing on another."""
 
 
 class SeenRoom(RoomSight):
-    """Accumulator of frames of the room, with things as they are named.
+    """Accumulates frames of the room, with named things.
 
     Args:
-        labels: meaning of the label images' values, by index.
+        labels: the label of each value of the label images.
     """
 
     def __init__(self, labels: Sequence[Label]) -> None:
@@ -36,7 +36,7 @@ class SeenRoom(RoomSight):
         """Add a frame's things.
 
         Args:
-            things: as named.
+            things: with their names.
             cell: (column, row) of the camera.
             heading: of the camera, in degrees clockwise from +row.
         """

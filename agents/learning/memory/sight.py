@@ -1,4 +1,4 @@
-"""What the visual encoder sees in a frame, as labels of pixels and named things, for agents that keep maps."""
+"""Output of the visual encoder for one frame, as a label image and named things, for agents that keep maps."""
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ from agents.learning.vision.eyes import Eyes
 from arramon_client.agent import Label
 
 FLAT = (*(kind for kind in SURFACES if kind not in ("building", "wall")), "zebra_crossing")
-"""Kinds that blocks tell, besides buildings by facade and walls by look."""
+"""Kinds that are taken from the block predictions, besides buildings (by facade) and walls (by look)."""
 
 _SLICES = look_slices()
 _FACADES, _WALLS = (next(group.looks for group in LOOK_GROUPS if group.name == name) for name in ("facade", "wall"))
@@ -32,7 +32,7 @@ LABELS: tuple[Label, ...] = (
     *(Label("wall", look=look) for look in _WALLS),
     *(Label(kind) for kind in (*FURNITURE, *COLLECTIBLES)),
 )
-"""Meaning of the label images' values, by index. Furniture and collectibles are told by kind alone here."""
+"""The label of each value of the label images. Furniture and collectibles have their kind alone."""
 
 _FIRST_FACADE = len(FLAT)
 _UNCLEAR = _FIRST_FACADE + len(_FACADES)
@@ -43,13 +43,13 @@ _FLAT_KINDS = [_KIND[kind] for kind in FLAT]
 
 
 UPRIGHT = 0.03
-"""Height above the ground from which a pixel shows no road, in units."""
+"""Height above the ground, in units, from which a pixel cannot show the road."""
 
 AT_EYE = slice(9, 17)
 """Rows of blocks at eye height."""
 
 CLEAR = 0.6
-"""Share of a column's facades from which the most likely one is told."""
+"""Least share of the most likely facade in a column to be given as its label."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +66,7 @@ class Sight:
 
 
 def see(eyes: Eyes, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> Sight:
-    """Return what an encoder sees in a frame.
+    """Return the labels and named things that an encoder sees in a frame.
 
     Args:
         eyes: the encoder.
@@ -95,9 +95,9 @@ def _rooms(looks: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
 
 
 def _houses(kinds: npt.NDArray[np.float32], looks: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
-    """Return the label of each block's buildings, (28, 28): a column's facade is told from all blocks at eye height.
+    """Return the label of each block's buildings, (28, 28): one facade a column, from its blocks at eye height.
 
-    Where it is not clear, it is a building of no facade: solid, and not what an instruction means by one.
+    Where it is unclear the label is a building without facade: solid, but never what an instruction refers to.
     """
     chances = kinds[_KIND["building"]][AT_EYE] * looks[_SLICES["facade"]][:, AT_EYE]
     mean = chances.sum(1) / np.maximum(chances.sum((0, 1)), 1e-6)  # (facades, columns)
@@ -112,7 +112,7 @@ def _pixels(blocks: npt.NDArray[np.int64], side: int) -> npt.NDArray[np.int64]:
 def label_of(
     kinds: npt.NDArray[np.floating], colours: npt.NDArray[np.floating], looks: npt.NDArray[np.floating]
 ) -> Label:
-    """Return the most likely label by the chances of kinds, colours and looks, of whatever scale."""
+    """Return the most likely label, given unnormalised scores of kinds, colours and looks."""
     kind = KINDS[int(kinds.argmax())]
     colour = COLOURS[int(colours.argmax())]
     group = next((group for group in LOOK_GROUPS if kind in group.kinds), None)

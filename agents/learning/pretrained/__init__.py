@@ -1,1 +1,1 @@
-"""Networks that others have trained, taken from an installed package or a local folder: frozen, and never shipped."""
+"""Pretrained encoders of third parties, from an installed package or a local folder: frozen, and never shipped."""

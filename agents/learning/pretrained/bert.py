@@ -12,13 +12,13 @@ from agents.learning.pretrained.encoders import fingerprint_of
 from agents.learning.pretrained.packed import PackedModel, Sizes
 
 PREFIX = "query: "
-"""Stands before every text, as in its training."""
+"""Put before every text, as in its training."""
 
 BATCH = 16
-"""Texts that are encoded at a time, of similar length."""
+"""Batch size; texts of a batch have similar lengths."""
 
 SPREAD = 0.02
-"""Standard deviation of random weights, as BERT's are drawn before training."""
+"""Standard deviation of random weights, as in BERT's initialisation."""
 
 
 class PackedEncoder:
@@ -26,7 +26,7 @@ class PackedEncoder:
 
     Args:
         path: the file.
-        is_random: whether its weights are drawn at random instead, always the same ones.
+        is_random: whether to use random weights instead, from a fixed seed.
 
     Raises:
         BadModel: if the file cannot be read.
@@ -52,12 +52,12 @@ class PackedEncoder:
         self._network.eval().requires_grad_(requires_grad=False)
 
     def cut(self, text: str) -> list[int]:
-        """Return the numbers of a text's pieces."""
+        """Return the token ids of a text."""
         return self._model.unigram.encode(text)
 
     @torch.inference_mode()
     def encode(self, texts: Sequence[Sequence[int]]) -> list[npt.NDArray[np.float32]]:
-        """Return the states of cut texts, each (T, size)."""
+        """Return the states of tokenized texts, (T, size) each."""
         order = sorted(range(len(texts)), key=lambda number: len(texts[number]))
         found: dict[int, npt.NDArray[np.float32]] = {}
         first = len(self._before)

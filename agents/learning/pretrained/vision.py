@@ -1,7 +1,7 @@
 """A visual encoder from a local folder: a ResNet or any other vision model that transformers can read.
 
-It sees the colours alone, 224 pixels wide and high; depth takes no part. Its last map, or its patches, are averaged
-into 7 by 7 cells.
+It uses RGB alone, at 224x224 pixels, and ignores depth. Its last feature map, or its patches, are averaged into 7x7
+cells.
 """
 
 import json
@@ -25,13 +25,13 @@ BATCH = 8
 """Images that are encoded at a time."""
 
 MEAN, DEVIATION = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
-"""Of ImageNet's colours: how models see them that do not say otherwise."""
+"""Mean and standard deviation of ImageNet's colours, for models that specify no others."""
 
 RANGE = 4.0
-"""So many standard deviations of a frame's features are told apart, in bytes: more are cut off."""
+"""Range of a frame's features that is quantised, in standard deviations; values beyond are clipped."""
 
 VERSION = 1
-"""Changes whenever equal weights give other features."""
+"""Increased whenever the same weights give other features."""
 
 
 class FolderEyes:
@@ -62,7 +62,7 @@ class FolderEyes:
 
         Args:
             rgb: (B, 224, 224, 3) uint8.
-            depth: takes no part.
+            depth: ignored.
         """
         if rgb.shape[1:] != (IMAGE_SIZE, IMAGE_SIZE, 3):
             raise ValueError(f"images of shape {rgb.shape}; expected (B, {IMAGE_SIZE}, {IMAGE_SIZE}, 3)")
@@ -90,7 +90,7 @@ class FolderEyes:
 
 
 def _as_map(states: Tensor, folder: Path) -> Tensor:
-    """Return patches (B, T, C) as a map (B, C, H, H); what comes before them, such as the class, is left out."""
+    """Return patches (B, T, C) as a map (B, C, H, H), without the tokens before them, such as the class token."""
     count = states.shape[1]
     side = int(count**0.5)
     if side < GRID:

@@ -1,1 +1,1 @@
-"""The learned reader: a small network that reads instructions in every language that it was trained on as steps."""
+"""The learned reader: a small network that parses instructions of all its languages into steps."""

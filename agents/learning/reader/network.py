@@ -9,13 +9,13 @@ from torch.nn import functional
 from agents.learning.reader.slots import ACTION_SLOTS, MOST_ROWS, SLOTS, THING_SLOTS
 
 PARTS = (ACTION_SLOTS, *THING_SLOTS)
-"""Slots that look at the same words: what is done, the first thing, the second."""
+"""Groups of slots that attend to the same words: the action, the first thing, the second thing."""
 
 PHRASE, MOVE = 5, 15
-"""Words that are looked at together, and words by which a look may move on from that of the row before."""
+"""Width in words of an attention window, and how far it may move from that of the previous row."""
 
 State = tuple[Tensor, Tensor, Tensor, Tensor]
-"""The decoder's hidden and cell state, what was looked at last, and where: (B, 2 parts, words), last and so far."""
+"""The decoder's hidden and cell state, the attended words, and attention (B, 2 parts, words): last and summed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,11 +23,11 @@ class Sizes:
     """Sizes of the network.
 
     Attributes:
-        words: numbers of the vocabulary.
-        embedding: of a word, and of a slot's value.
+        words: size of the vocabulary.
+        embedding: size of the embedding of a word, and of a slot's value.
         encoder: hidden units in each direction.
         decoder: hidden units.
-        dropout: share of the inputs of each layer left out in training.
+        dropout: probability of dropping an input of a layer in training.
     """
 
     words: int
@@ -38,10 +38,10 @@ class Sizes:
 
 
 class ReaderNetwork(nn.Module):
-    """Predicts the rows of a text, one after the other.
+    """Predicts the rows of a text one by one.
 
-    Each part of a row looks at the words again, and knows where the row before it looked: instructions are told in
-    order (location-aware attention, Chorowski et al. 2015).
+    Each part of a row attends to the words anew, given where the previous row attended: instructions are in order
+    (location-aware attention, Chorowski et al. 2015).
 
     Args:
         sizes: of the network.
@@ -63,11 +63,11 @@ class ReaderNetwork(nn.Module):
         self.dropout = nn.Dropout(sizes.dropout)
 
     def forward(self, texts: Tensor, rows: Tensor) -> dict[str, Tensor]:
-        """Return the logits of every row by slot, (B, rows, values), each from the true rows before it.
+        """Return the logits of every row by slot, (B, rows, values), by teacher forcing.
 
         Args:
-            texts: (B, words) numbers of words, 0 after a text's end.
-            rows: (B, rows, slots) numbers of values.
+            texts: (B, words) word ids, 0 after a text's end.
+            rows: (B, rows, slots) value ids.
         """
         memory = self._encode(texts)
         state = self._first(texts, memory)
@@ -80,7 +80,7 @@ class ReaderNetwork(nn.Module):
 
     @torch.inference_mode()
     def read(self, texts: Tensor) -> Tensor:
-        """Return the most likely rows of texts, (B, rows, slots); what follows an end has no meaning."""
+        """Return the most likely rows of texts by greedy decoding, (B, rows, slots); ignore what follows an end."""
         memory = self._encode(texts)
         state = self._first(texts, memory)
         row = torch.zeros(len(texts), 1, len(SLOTS), dtype=torch.long)
@@ -95,7 +95,7 @@ class ReaderNetwork(nn.Module):
         return torch.cat(rows, 1)
 
     def _encode(self, texts: Tensor) -> Tensor:
-        """Return (B, words, 2 encoder) of the words; 0 after a text's end."""
+        """Return the encoded words, (B, words, 2 encoder); 0 after a text's end."""
         is_word = (texts != 0)[:, :, None]
         words = self.dropout(self.words(texts))
         words = words + functional.relu(self.phrases(words.transpose(1, 2))).transpose(1, 2) * is_word
@@ -112,7 +112,7 @@ class ReaderNetwork(nn.Module):
         return hidden, torch.zeros_like(hidden), torch.zeros(len(texts), len(PARTS) * memory.shape[2]), looks
 
     def _step(self, before: Tensor, state: State, memory: Tensor, is_filling: Tensor) -> tuple[State, Tensor]:
-        """Return the state after a row, and what each of its parts is told from, (B, parts, decoder + 2 encoder)."""
+        """Return the state after a row, and the features of each of its parts, (B, parts, decoder + 2 encoder)."""
         hidden, cell, contexts, looks = state
         hidden, cell = self.decoder(torch.cat([before, contexts], 1), (hidden, cell))
         queries = self.queries(hidden).view(len(hidden), len(PARTS), -1)

@@ -1,4 +1,4 @@
-"""Reading texts with trained weights."""
+"""Reads instructions by a trained network, as meanings."""
 
 from functools import lru_cache
 from pathlib import Path
@@ -14,15 +14,15 @@ from lang.meaning import Meaning
 WEIGHTS = Path(__file__).parent.parent / "weights" / "reader.safetensors"
 
 CACHED = 512
-"""Texts whose rows are kept."""
+"""Number of texts whose rows are cached."""
 
 
 class LearnedReader:
-    """Reads instructions as meanings, in the languages that it was trained on; it is not told which.
+    """Reads instructions as meanings, in any language of its training, without being given the language.
 
     Args:
         network: trained, in evaluation mode.
-        vocabulary: that it was trained with.
+        vocabulary: the one of its training.
     """
 
     def __init__(self, network: ReaderNetwork, vocabulary: Vocabulary) -> None:
@@ -30,7 +30,7 @@ class LearnedReader:
         self._rows = lru_cache(CACHED)(self._read)
 
     def read(self, text: str, phase: str) -> Meaning:
-        """Return what an instruction says, as far as it was understood.
+        """Return the meaning of an instruction, as far as it was understood.
 
         Args:
             text: the instruction.
@@ -46,7 +46,7 @@ class LearnedReader:
 
 
 def load(source: Path | None = None) -> LearnedReader:
-    """Return the reader with the weights that come along, or those of a file.
+    """Return the reader with the shipped weights, or those of a file.
 
     Raises:
         FileNotFoundError: if there is no such file.

@@ -1,6 +1,6 @@
-"""Meanings as rows of slots, each with a few values: what the reader predicts, and the way back to a meaning.
+"""Meanings as rows of slots with few values each, which the reader predicts, and the conversion back to a meaning.
 
-A row is a step, the object to pick up, the object to place, or a relation of the thing named in a row before it.
+A row is a step, the object to pick up, the object to place, or a relation of the thing that an earlier row names.
 """
 
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ from lang.meaning import (
 END, ROTATE, FACE, WALK, TARGET, PLACE, WHERE = TYPES = ("end", "rotate", "face", "walk", "target", "place", "where")
 
 MOST_STEPS = 12
-"""Largest number of steps of a walk that is told apart; more count as this many."""
+"""Largest number of steps of a walk; more count as this many."""
 
 _KINDS = ("", *COLLECTIBLES, *FURNITURE, "building", "wall", *PLACES, "you")
 _COLOURS = ("", *COLOURS)
@@ -56,7 +56,7 @@ SLOTS: dict[str, tuple[str, ...]] = {
         )
     },
 }
-"""Values of each slot; the first is that of a slot that is not used."""
+"""Values of each slot; the first one means that the slot is unused."""
 
 ACTION_SLOTS = tuple(SLOTS)[:8]
 THING_SLOTS = tuple(tuple(name for name in SLOTS if name.endswith(str(number))) for number in (1, 2))
@@ -65,18 +65,18 @@ MOST_ROWS = 20
 """Largest number of rows of an instruction."""
 
 Row = tuple[int, ...]
-"""The number of each slot's value."""
+"""Value ids of a row, one for each slot."""
 
 EMPTY: Row = (0,) * len(SLOTS)
 
 
 def rows_of(meaning: Meaning) -> list[Row]:
-    """Return a meaning's rows, without the end.
+    """Return a meaning's rows, without the end row.
 
     Relations of things in relations, and of the second of two things, are left out.
 
     Raises:
-        ValueError: for a value that no slot has, or if there are too many rows.
+        ValueError: for a value outside the slots' values, or too many rows.
     """
     rows: list[Row] = []
     if isinstance(meaning, Navigation):
@@ -92,10 +92,10 @@ def rows_of(meaning: Meaning) -> list[Row]:
 
 
 def meaning_of(rows: Sequence[Row], phase: str) -> Meaning:
-    """Return the meaning of rows; what does not fit together is left out.
+    """Return the meaning of rows; inconsistent ones are left out.
 
     Args:
-        rows: up to the end.
+        rows: without the end row.
         phase: "navigation" or "assembly".
     """
     steps: list[Step] = []
@@ -184,7 +184,7 @@ def _thing(values: dict[str, str], number: int) -> Thing:
 
 
 def _step(values: dict[str, str], things: tuple[Thing, Thing]) -> Step | None:
-    """Return the step of a row; None if its slots make none."""
+    """Return the step of a row; None if its slots are inconsistent."""
     named = bool(things[0].kind or things[0].colour or things[0].look)
     if values["type"] == ROTATE and values["direction"]:
         if values["at"] and named:

@@ -1,4 +1,4 @@
-"""What the reader learns from: texts as numbers of words, meanings as rows of slots; and how well it reads."""
+"""The reader's training task: texts as word ids, meanings as rows of slots, the loss, and scores."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,18 +14,18 @@ from agents.learning.reader.slots import EMPTY, SLOTS, Row
 from agents.learning.reader.words import UNKNOWN
 
 UNKNOWN_SHARE = 0.02
-"""Share of words that are made unknown in training."""
+"""Share of words that are replaced by the unknown word in training."""
 
 POOL = 50
-"""Batches whose examples are sorted by length: what is filled up to the longest of a batch is computed for nothing."""
+"""Number of batches whose examples are sorted by length together, so that little of a batch is padding."""
 
 TESTED = 256
-"""Texts that are read at a time."""
+"""Batch size of reading."""
 
 
 @dataclass(frozen=True, eq=False)
 class Examples:
-    """Texts and what they mean.
+    """Texts with their meanings.
 
     Attributes:
         texts: (n, most words) int64, 0 after a text's end.
@@ -41,7 +41,7 @@ class Examples:
 
     @classmethod
     def of(cls, texts: Sequence[list[int]], rows: Sequence[list[Row]], languages: Sequence[str]) -> "Examples":
-        """Return examples of numbers of words, and rows without the end."""
+        """Return examples from word ids, and rows without the end row."""
         most_words, most_rows = max(map(len, texts)), max(map(len, rows)) + 1
         padded = torch.tensor([text + [0] * (most_words - len(text)) for text in texts])
         filled = torch.tensor([[*one, *[EMPTY] * (most_rows - len(one))] for one in rows])
@@ -49,11 +49,11 @@ class Examples:
 
 
 class ReadingTask:
-    """To predict the rows of texts.
+    """Training task: predict the rows of texts.
 
     Args:
-        network: that learns.
-        examples: that it learns from, in a new order each time through.
+        network: to be trained.
+        examples: training examples, in a new order in each pass.
         seed: of the orders.
     """
 
@@ -78,7 +78,7 @@ class ReadingTask:
         return torch.stack(losses).sum()
 
     def _order(self, numbers: range) -> Tensor:
-        """Return the places of a batch's examples."""
+        """Return the indices of a batch's examples."""
         count = len(self._examples.texts)
         places = []
         for number in numbers:
@@ -90,7 +90,7 @@ class ReadingTask:
         return torch.tensor(places)
 
     def _drawn(self, time: int, batch: int) -> npt.NDArray[np.int64]:
-        """Return the order of all examples: random, with those of about equal length together in a batch."""
+        """Return a random order of all examples, in which those of similar length share a batch."""
         random = np.random.default_rng((self._seed, time))
         places = random.permutation(len(self._examples.texts))
         words = (self._examples.texts != 0).sum(1).numpy()
@@ -104,11 +104,11 @@ class ReadingTask:
 
 @dataclass(frozen=True, slots=True)
 class ReadingScores:
-    """Shares of what was read exactly right, 0 to 1.
+    """Exact-match accuracies in [0, 1].
 
     Attributes:
         rows: of the steps, targets and relations.
-        texts: of the texts, all of whose rows are right.
+        texts: of whole texts, all rows right.
         count: number of texts.
     """
 
@@ -118,7 +118,7 @@ class ReadingScores:
 
 
 def score(network: ReaderNetwork, examples: Examples) -> Mapping[str, ReadingScores]:
-    """Return by language how well examples are read."""
+    """Return the scores of examples by language."""
     network.eval()
     right: dict[str, list[tuple[int, int, bool]]] = {}
     for first in range(0, len(examples.texts), TESTED):

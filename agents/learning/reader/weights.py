@@ -1,4 +1,4 @@
-"""Files of the reader: weights in safetensors, with the sizes and the vocabulary in the metadata."""
+"""Weight files of the reader: safetensors with sizes and vocabulary in the metadata."""
 
 import json
 from dataclasses import asdict

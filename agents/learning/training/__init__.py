@@ -1,1 +1,1 @@
-"""Training: demonstrations, batches, recipes, imitation, rollouts, model cards; and the agents that learn otherwise."""
+"""Training: demonstrations, batches, recipes, imitation, rollouts, model cards; packages for agents of another kind."""

@@ -1,4 +1,4 @@
-"""Alignment of languages: what is read in two texts of one path is pulled together."""
+"""Alignment of languages: a contrastive loss that pulls together the encodings of two texts for the same path."""
 
 import random
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from agents.learning.paper import Text
 from agents.learning.training.demonstrations import Demonstration
 
 TEMPERATURE = 0.1
-"""Of the choice among a batch's texts: the smaller, the more the nearest of the wrong ones count."""
+"""Temperature of the contrastive softmax: the smaller, the more the nearest wrong texts count."""
 
 
 def other_texts(
@@ -21,9 +21,9 @@ def other_texts(
 
     Args:
         demonstrations: of a batch.
-        texts: those that are read already.
-        languages: of second texts.
-        chance: draws among several.
+        texts: their first texts.
+        languages: to choose second texts from.
+        chance: source of random choices.
 
     Returns:
         Which demonstrations have a second text, and these texts.
@@ -38,9 +38,9 @@ def other_texts(
 
 
 def alignment_loss(one: Text, other: Text) -> Tensor:
-    """Return how badly each text finds its second among those of the batch, and the other way round; 0 for no texts.
+    """Return the symmetric InfoNCE loss between first and second texts of a batch; 0 for no texts.
 
-    Texts are compared by the mean of their words. A plain distance would be least if all texts were read alike.
+    Texts are compared by the mean of their words. A plain distance would collapse all texts into one encoding.
     """
     if not len(one.words):
         return one.words.new_zeros(())
@@ -50,6 +50,6 @@ def alignment_loss(one: Text, other: Text) -> Tensor:
 
 
 def _pooled(text: Text) -> Tensor:
-    """Return the direction of the mean word of each text, (B, H)."""
+    """Return the normalised mean of each text's words, (B, H)."""
     there = (~text.padding).float()[..., None]
     return functional.normalize((text.words.float() * there).sum(1) / there.sum(1).clamp(min=1.0), dim=-1)

@@ -17,23 +17,23 @@ from arramon_client.agent import Action
 from arramon_client.environments.backend import NAVIGATION
 
 NO_ACTION = -1
-"""Stands for the right action where there is none: after the end."""
+"""Target action after the end of a demonstration, ignored by the loss."""
 
 POOL = 16
-"""Batches whose demonstrations are sorted by length together, so that little is padding."""
+"""Number of batches whose demonstrations are sorted by length together, so that little is padding."""
 
 
 @dataclass(frozen=True)
 class Batch:
-    """Demonstrations of one phase, and the steps of them that are learned from.
+    """Demonstrations of one phase as tensors, with the steps that the loss uses.
 
-    B demonstrations, the longest with S steps and T tokens; of one of them at most L steps are learned from.
+    B demonstrations, the longest with S steps and T tokens; the loss uses at most L steps of each.
 
     Attributes:
-        phase: of all.
+        phase: of all demonstrations.
         tokens: (B, T), 0 at the end for padding.
         before: action before each step, (B, S).
-        at: numbers of the steps that are learned from, (B, L), rising; 0 after the last.
+        at: indices of the steps in the loss, (B, L), ascending; 0 after the last.
         cells: features of the images at these, (B, L, 7, 7, C) in [0, 1].
         actions: right action at these, (B, L); NO_ACTION after the last.
     """
@@ -75,10 +75,10 @@ def make_batch(
 
     Args:
         demonstrations: of one phase.
-        texts: the instruction of each, in the language in which it is read.
+        texts: the instruction of each, in the chosen language.
         tokenizer: of the instructions.
-        share: of the steps that repeat the action before them, how many are learned from; of the others all are.
-        seed: of the draw of these steps.
+        share: of the steps that repeat the previous action, the share in the loss; all others are in it.
+        seed: for the choice of these steps.
     """
     count, steps = len(demonstrations), max(len(each.actions) for each in demonstrations)
     before = np.full((count, steps), START, np.int64)
@@ -105,7 +105,7 @@ def make_batch(
 
 
 def as_tokens(texts: Sequence[str], tokenizer: Tokenizer) -> Tensor:
-    """Return texts as numbers, (B, T), 0 after the end of each."""
+    """Return texts as token ids, (B, T), 0 after the end of each."""
     encoded = [tokenizer.encode(text) for text in texts]
     tokens = np.zeros((len(texts), max(map(len, encoded), default=0)), np.int64)
     for row, numbers in enumerate(encoded):
@@ -114,7 +114,7 @@ def as_tokens(texts: Sequence[str], tokenizer: Tokenizer) -> Tensor:
 
 
 def learned_steps(actions: Sequence[int] | npt.NDArray[np.uint8], share: float, chance: random.Random) -> list[int]:
-    """Return the numbers of the steps that are learned from: where the action changes, and a share of the others."""
+    """Return the indices of the steps in the loss: those where the action changes, and a share of the others."""
     return [
         step
         for step, action in enumerate(actions)
@@ -123,11 +123,11 @@ def learned_steps(actions: Sequence[int] | npt.NDArray[np.uint8], share: float, 
 
 
 def loss_of(values: Tensor, batch: Batch, pick_up: float = 1.0) -> Tensor:
-    """Return the mean cross entropy of the right actions.
+    """Return the mean cross entropy of the target actions.
 
     Args:
-        values: of all actions at the steps that are learned from, (B, L, 5).
-        batch: with the right ones.
+        values: logits of all actions at the steps in the loss, (B, L, 5).
+        batch: with the target actions.
         pick_up: weight of the pick-up in the streets; all others have 1.
     """
     weights = torch.ones(values.shape[-1], device=values.device)
@@ -139,5 +139,5 @@ def loss_of(values: Tensor, batch: Batch, pick_up: float = 1.0) -> Tensor:
 
 
 def draw_text(demonstration: Demonstration, languages: Sequence[str], chance: random.Random) -> str:
-    """Return the instruction in one of the languages that it has, drawn evenly."""
+    """Return the instruction in one of its languages, chosen uniformly."""
     return chance.choice(demonstration.read_in(languages))

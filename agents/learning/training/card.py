@@ -1,4 +1,4 @@
-"""Model cards: what a file of weights was made of, by which command, and how it did."""
+"""Model cards: the data, command and scores of a file of weights."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -13,7 +13,7 @@ WHAT = {
     (True, False): "It sees the present image and does not read.",
     (False, True): "It reads the instruction and sees nothing.",
 }
-"""By sees and reads."""
+"""Description of the inputs, by (sees, reads)."""
 
 LIMITS = """\
 - It is trained by imitation on generated episodes alone: on people's instructions it was not tried.

@@ -1,7 +1,7 @@
-"""Demonstrations: the expert's walks as features and actions, drawn once and kept compressed.
+"""Demonstrations of the expert, as image features and actions, rendered once and cached on disk.
 
-Images are not kept: a frame is drawn faster than a JPEG is read. The cache has one file for each episode. What is there
-already is not drawn again, so a collection that was killed goes on where it stopped.
+Images are not kept: rendering a frame is faster than reading a JPEG. The cache has one file for each episode, and a
+killed collection resumes where it stopped.
 """
 
 import hashlib
@@ -25,14 +25,14 @@ from arramon_client.environments.backend import ASSEMBLY, NAVIGATION, Backend, P
 from arramon_client.environments.options import Options, open_backend
 
 ROOMS = "drawn_rooms"
-"""The split of tasks that are drawn in the room alone."""
+"""Name of the split of generated tasks in the room alone."""
 
 EXPERT = "reference"
 
 
 @dataclass(frozen=True)
 class Demonstration:
-    """One phase as the expert plays it.
+    """One phase played by the expert.
 
     Attributes:
         episode_id, turn, phase: which it is.
@@ -55,14 +55,14 @@ class Demonstration:
 
 @dataclass(frozen=True)
 class Source:
-    """What is demonstrated.
+    """The episodes to demonstrate, and with which visual encoder.
 
     Attributes:
         data: the data folder.
         split: name of the split, or ROOMS.
         languages: of the instructions; each episode has the first, and the others as far as there are texts.
-        encoder: name of the visual encoder; empty: nothing is drawn, and C is 0.
-        episodes: so many, the first ones in playing order; 0 for all. Of ROOMS, the seeds from `first` on.
+        encoder: name of the visual encoder; empty for no images, with C = 0.
+        episodes: number of episodes, in playing order; 0 for all. Of ROOMS, number of seeds from `first` on.
         first: the first seed of ROOMS.
     """
 
@@ -75,12 +75,12 @@ class Source:
 
 
 def collect(source: Source, cache: Path, processes: int = 1) -> Iterator[Sequence[Demonstration]]:
-    """Yield the demonstrations of each episode, drawing those that the cache does not hold.
+    """Yield the demonstrations of each episode, rendering those that are not cached.
 
     Args:
-        source: what is demonstrated.
+        source: the episodes.
         cache: folder of the cache.
-        processes: that draw.
+        processes: number of rendering processes.
 
     Raises:
         UsageError: if the data folder does not have the split or a language.
@@ -123,7 +123,7 @@ def unseen(demonstration: Demonstration) -> Demonstration:
 
 
 def write_demonstrations(path: Path, demonstrations: Sequence[Demonstration]) -> None:
-    """Write the demonstrations of an episode to its file in the cache, which appears complete or not at all."""
+    """Write the demonstrations of an episode to its file in the cache, atomically."""
     items = [
         {
             "episode_id": each.episode_id,
@@ -173,12 +173,12 @@ def _encoder(source: Source) -> VisualEncoder | None:
 
 
 def backend_of(source: Source) -> Backend:
-    """Return what plays the episodes of a source."""
+    """Return the environment backend for the episodes of a source."""
     return open_backend(Options(data=source.data))
 
 
 def settings_of(source: Source, language: str, size: int = 0, phases: tuple[str, ...] = PHASES) -> Settings:
-    """Return how the expert plays the episodes of a source, with images of a size, or with none if it is 0."""
+    """Return the player's settings for a source, with images of a size, or without images if it is 0."""
     if source.split == ROOMS:
         phases = (ASSEMBLY,)
     return Settings(
@@ -194,7 +194,7 @@ def settings_of(source: Source, language: str, size: int = 0, phases: tuple[str,
 
 @dataclass(frozen=True)
 class _Easel:
-    """What draws the episodes of a source: encoder, player with images, and one without for each other language."""
+    """State of one rendering process: the encoder, a player with images, and one without for each other language."""
 
     encoder: VisualEncoder | None
     player: Player
@@ -210,7 +210,7 @@ def _easel(source: Source) -> _Easel:
 
 
 def _draw(source: Source, episode_id: str, path: Path) -> None:
-    """Draw an episode, and write it to the cache."""
+    """Render an episode, and write it to the cache."""
     easel = _easel(source)
     drawn = _demonstrate(easel.player, episode_id, source.languages[0], easel.encoder)
     for language, other in easel.others.items():
@@ -241,7 +241,7 @@ def _demonstrate(player: Player, episode_id: str, language: str, encoder: Visual
 
 
 def _add_texts(played: Sequence[Demonstration], reader: Player, language: str) -> None:
-    """Add the instructions of another language, if it tells the same task: the same actions in every phase."""
+    """Add the instructions of another language, if they describe the same task: the same actions in every phase."""
     texts: dict[tuple[int, str], str] = {}
     actions: dict[tuple[int, str], list[int]] = {}
     observation: Observation | None = reader.begin(played[0].episode_id, 0)

@@ -1,4 +1,4 @@
-"""Imitation of the expert by teacher forcing: updates, checkpoints, validation by rollouts, the best weights."""
+"""Imitation learning by teacher forcing: updates, checkpoints, validation by rollouts, choice of the best weights."""
 
 import hashlib
 import random
@@ -27,7 +27,7 @@ from agents.learning.vision.encoder import open_encoder
 Tell = Callable[[str], None]
 
 JUDGED = {"navigation": "nDTW", "assembly": "PTC"}
-"""The metric by which the best weights of each phase are chosen; the other phase is played by the ground truth."""
+"""Metric of each phase for choosing the best weights; the ground truth plays the other phase in validation."""
 
 
 class OtherRecipe(ValueError):
@@ -38,13 +38,13 @@ class Imitation:
     """One agent in training.
 
     Args:
-        recipe: what it follows from.
-        place: where it reads and writes.
+        recipe: all settings.
+        place: folders to read from and write to.
         demonstrations: of the expert.
-        tell: gets lines of progress.
+        tell: receives lines of progress.
 
     Attributes:
-        step: updates done.
+        step: number of updates so far.
         losses: of every update so far.
     """
 
@@ -88,11 +88,11 @@ class Imitation:
 
     @property
     def checkpoint(self) -> Path:
-        """The file from which training goes on."""
+        """The checkpoint from which training resumes."""
         return self.place.output / f"{self.recipe.agent}.checkpoint{SUFFIX}"
 
     def run(self) -> Policy:
-        """Train to the end, from the last checkpoint if there is one, and return the best weights of each phase.
+        """Train to the end, resuming from a checkpoint if there is one, and return the best weights of each phase.
 
         Raises:
             OtherRecipe: if the checkpoint is of another recipe, or other demonstrations.
@@ -156,7 +156,7 @@ class Imitation:
         return {name: loss.item() for name, loss in (losses | apart).items()}
 
     def validate(self) -> dict[str, float]:
-        """Play the validation episodes, keep the weights of each phase that is better than ever, return the scores."""
+        """Play the validation episodes, keep the weights of each phase with a new best score, and return the scores."""
         recipe, model = self.recipe, self.policy.model.eval()
         if not recipe.validate_episodes:
             save_policy(self.policy, self.weights)
@@ -197,7 +197,7 @@ class Imitation:
         write_tensors(self.checkpoint, tensors, header)
 
     def resume(self) -> None:
-        """Go on from the last checkpoint.
+        """Resume from the last checkpoint.
 
         Raises:
             OtherRecipe: if it is of another recipe, or other demonstrations.
@@ -226,7 +226,7 @@ class Imitation:
         return self._cpu_before + time.process_time() - self._cpu
 
     def _finish(self) -> Policy:
-        """Write the best weights with all that is known of them, and their model card, and return them."""
+        """Write the best weights with their metadata and model card, and return them."""
         best = replace(self.policy, model=self._best_model())
         best.about |= {
             "data": data_of(self.demonstrations),
@@ -267,7 +267,7 @@ def data_of(demonstrations: Sequence[Demonstration]) -> str:
 
 
 def digest_of(demonstrations: Sequence[Demonstration]) -> str:
-    """Return a digest of what is demonstrated: episodes, texts and actions; not of the images."""
+    """Return a digest of the demonstrations: episodes, texts and actions, without images."""
     digest = hashlib.sha256()
     for each in demonstrations:
         digest.update(repr((each.episode_id, each.turn, each.phase, each.texts)).encode() + each.actions.tobytes())
@@ -284,10 +284,9 @@ def train_data_hash(recipe: Recipe, place: Place) -> str:
 
 
 def demonstrations_of(recipe: Recipe, place: Place, tell: Tell = lambda _: None) -> list[Demonstration]:
-    """Return the demonstrations of a recipe, drawing those that the cache does not hold.
+    """Return the demonstrations of a recipe, rendering those that are not cached.
 
-    All agents share one cache: it holds what the visual encoder says of each image, whichever agent learns from it. For
-    an agent that sees nothing the features are left out.
+    All agents share one cache of image features. For an agent without images the features are left out.
 
     Raises:
         UsageError: if the data folder does not have what the recipe names.

@@ -1,4 +1,4 @@
-"""Recipes: all that the training of an agent follows from, and the recipes of the agents whose weights come along."""
+"""Training recipes: every setting of an agent's training, and the recipes of the shipped weights."""
 
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -12,27 +12,27 @@ PRECISIONS = ("float32", "bfloat16")
 
 @dataclass(frozen=True)
 class Recipe:
-    """All that training follows from: the same recipe on the same data gives the same losses on one machine.
+    """All settings of a training: the same recipe on the same data gives the same losses on one machine.
 
     Attributes:
         agent: name of the agent.
-        languages: in which it is trained, all by one model.
+        languages: in which one model is trained.
         sees, reads: what the model uses.
         encoder: name of the visual encoder; `folder=PATH` for a model of transformers.
         tokenizer: name of the tokenizer, see `agents.learning.text.tokenizers`.
         reader: name of the reader, see `agents.learning.text.readers`.
-        align: weight of the alignment loss, which pulls together what is read in two texts of one path; 0 for none.
+        align: weight of the alignment loss, which pulls together the encodings of two texts of one path; 0 for none.
         aligned: languages of these texts; they may be others than those in which actions are learned.
         episodes: of training, the first ones of the split; 0 for all.
-        rooms: tasks that are drawn in the room alone, besides.
+        rooms: number of generated tasks in the room alone, besides.
         passes: through the navigation demonstrations.
         batch, room_batch: navigation and assembly demonstrations in a batch.
-        precision: of the products of matrices; weights and sums are float32. With "bfloat16" an update of `vl` takes
+        precision: of matrix products; weights and sums are float32. With "bfloat16" an update of `vl` takes
             0.6 of the time on processors that have it, and much more on others.
         learning_rate: of Adam.
         clip: largest norm of the gradient.
-        share: of the steps at which the expert repeats its action, how many are learned from, drawn anew in each
-            pass; all are where its action changes.
+        share: of the steps at which the expert repeats its action, the share in the loss, chosen anew in each pass;
+            all steps at which its action changes are in it.
         pick_up: weight of the pick-up among the right actions in the streets; the others have 1. One that takes nothing
             costs a step, one that is missed the turn.
         temperature: of the actions at play and in validation, see `agents.learning.agent.LearnedAgent`.

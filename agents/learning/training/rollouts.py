@@ -1,4 +1,4 @@
-"""Rollouts: an agent plays episodes in this process, by the rules of every run, and is scored."""
+"""Rollouts: an agent plays and is scored in this process, by the same rules as in a run."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -9,20 +9,20 @@ from arramon_client.environments.backend import PHASES, Player, Settings
 from arramon_client.environments.options import Options, open_backend
 
 PARALLEL = 16
-"""Episodes that are played at a time."""
+"""Number of episodes played in parallel."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What is played.
+    """Which episodes and phases to play.
 
     Attributes:
         data: the data folder.
         split: name of the split; not hidden.
-        languages: episodes take turns in them.
-        episodes: so many of those that have all languages, the first ones in playing order; 0 for all.
+        languages: of the instructions, alternating between episodes.
+        episodes: number of episodes, of those with all languages, in playing order; 0 for all.
         image_size: side length of the images, in pixels.
-        phases: that the agent plays; the ground truth plays the others.
+        phases: to be played by the agent; the ground truth plays the others.
         chosen: ids of the episodes to play, in this order, in place of the first ones; empty for those.
     """
 
@@ -36,7 +36,7 @@ class Plan:
 
 
 def play(agent: Agent, plan: Plan) -> dict[str, Mapping[str, float]]:
-    """Return the scores of each episode by id, both turns' mean, in playing order.
+    """Return the scores of each episode by id, averaged over both turns, in playing order.
 
     Raises:
         UsageError: if the data folder does not have the split or a language.

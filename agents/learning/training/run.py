@@ -1,4 +1,4 @@
-"""A run of training: to the end of its plan, with a log, and a saved state from which it goes on."""
+"""A training run with a log and saved states from which it resumes."""
 
 import json
 import logging
@@ -11,17 +11,17 @@ from agents.learning.training.trainer import Trainer
 LOG = logging.getLogger(__name__)
 
 EVERY_STEPS, TELL_STEPS, SAVE_SECONDS = 50, 250, 120.0
-"""Steps between two lines of the log, steps between two tests, and seconds between two saved states."""
+"""Steps between two log lines, steps between two tests, seconds between two saved states."""
 
 
 def train(trainer: Trainer, folder: Path, name: str, tell: Callable[[], Mapping[str, object]] | None = None) -> None:
     """Train to the end of the plan; save the state every few minutes, and at the end.
 
     Args:
-        trainer: that trains.
-        folder: for `NAME.state.safetensors`, from which it goes on if it is there, and `NAME.log.jsonl`.
-        name: of what is trained.
-        tell: tests what has been learned, and returns what else is written into the log.
+        trainer: with network and plan.
+        folder: for `NAME.state.safetensors`, from which training resumes if it exists, and `NAME.log.jsonl`.
+        name: of the files.
+        tell: tests the network, and returns more fields for the log.
     """
     plan, state, losses = trainer.plan, folder / f"{name}.state.safetensors", []
     if state.exists():

@@ -1,4 +1,4 @@
-"""Training of the encoder's networks, resumable at any saved state."""
+"""Training loop of a network with a learning rate schedule, exactly resumable from any saved state."""
 
 import json
 import logging
@@ -22,16 +22,16 @@ MOMENTS = ("exp_avg", "exp_avg_sq")
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """How a network is trained.
+    """Settings of a training.
 
     Attributes:
-        samples: frames in all.
-        batch: frames of a step.
+        samples: total number of samples.
+        batch: samples of a step.
         rate: the highest learning rate, after the warm-up; it falls to nearly 0 at the end.
         warm_up: share of the steps in which the rate rises.
         decay: of weights.
-        seed: of the network's first weights. Frames have their own.
-        about: what else must be equal to go on from a saved state, such as the size of the frames.
+        seed: of the initial weights. Samples have seeds of their own.
+        about: other settings that must match to resume from a saved state, such as the size of the frames.
     """
 
     samples: int
@@ -56,11 +56,11 @@ class Plan:
 
 
 class Task(Protocol):
-    """A network, and the loss of a batch of frames given by their numbers."""
+    """A network, and its loss on a batch of samples given by their numbers."""
 
     @property
     def network(self) -> nn.Module:
-        """What learns."""
+        """The network to be trained."""
         ...
 
     def loss(self, numbers: range) -> Tensor:
@@ -73,7 +73,7 @@ class Trainer:
 
     Args:
         plan: how it is trained.
-        make_task: returns the network with its first weights, and its loss; called once, with torch seeded.
+        make_task: returns the task with its initial weights; called once, with torch seeded.
     """
 
     def __init__(self, plan: Plan, make_task: Callable[[], Task]) -> None:
@@ -101,7 +101,7 @@ class Trainer:
         return float(loss.detach())
 
     def save(self, path: Path) -> None:
-        """Write everything that training goes on from."""
+        """Write the state from which training can resume."""
         tensors = {f"network.{name}": value.contiguous() for name, value in self.network.state_dict().items()}
         for name, parameter in self.network.named_parameters():
             state = self._optimiser.state.get(parameter, {})
@@ -112,10 +112,10 @@ class Trainer:
         new.replace(path)
 
     def restore(self, path: Path) -> None:
-        """Go on from a saved state.
+        """Resume from a saved state.
 
         Raises:
-            ValueError: if it was trained by another plan.
+            ValueError: if the state is of another plan.
         """
         with safe_open(path, "pt") as file:
             about = file.metadata()

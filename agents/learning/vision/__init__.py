@@ -1,1 +1,1 @@
-"""Visual encoders behind one interface: `encoder.py` is the interface, each other module an encoder by its own name."""
+"""Visual encoders: `encoder.py` is their interface; every other module is the encoder of that name."""

@@ -11,25 +11,25 @@ import numpy as np
 import numpy.typing as npt
 
 GRID = 7
-"""Rows and columns of cells into which an image is divided."""
+"""Number of rows, and of columns, of cells into which an image is divided."""
 
 DEFAULT = "eyes"
-"""Name of the encoder that is used where none is named."""
+"""Name of the default encoder."""
 
 
 FOLDER = "folder="
-"""Before the path of a folder with a vision model of transformers, in names of encoders."""
+"""Prefix of encoder names that give the folder of a vision model of transformers."""
 
 
 class VisualEncoder(Protocol):
-    """Turns images into features, without gradients; equal images give equal features in every batch.
+    """Turns images into features, without gradients; the features of an image do not depend on its batch.
 
     Attributes:
-        name: by which `open_encoder` finds it.
-        channels: features of a cell, C.
-        image_size: side length of the images for which it was made, in pixels.
+        name: as given to `open_encoder`.
+        channels: number of features of a cell, C.
+        image_size: side length of its input images, in pixels.
         channel_names: the meaning of each feature, such as "kind:mug"; empty if they have none.
-        fingerprint: a short hash of its code's version and its weights; features are kept under it.
+        fingerprint: a short hash of code version and weights; cached features are stored under it.
     """
 
     name: str
@@ -54,7 +54,7 @@ def open_encoder(name: str) -> VisualEncoder:
     """Return the encoder of the module `agents.learning.vision.NAME`, or of a folder: `folder=PATH`.
 
     Raises:
-        ValueError: if there is no such module, or what the folder holds is no vision model.
+        ValueError: if there is no such module, or the folder holds no vision model.
     """
     if name.startswith(FOLDER):
         from agents.learning.pretrained.vision import FolderEyes
@@ -73,7 +73,7 @@ def encoder_names() -> list[str]:
 
 
 def quantise(features: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
-    """Return features in [0, 1] as whole numbers of 0 to 255, of the same shape: as agents are trained and play."""
+    """Return features in [0, 1] quantised to 0..255, of the same shape, as in training and at play."""
     whole: npt.NDArray[np.uint8] = np.rint(np.clip(features, 0.0, 1.0) * 255.0).astype(np.uint8)
     return whole
 
@@ -81,12 +81,12 @@ def quantise(features: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
 def resize(
     rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32], size: int
 ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]:
-    """Return images of another side length, by the nearest pixel; the same arrays if they have it already.
+    """Return images resized by nearest neighbour; the same arrays if they have this size already.
 
     Args:
         rgb: (B, H, H, 3) uint8.
         depth: (B, H, H) float32.
-        size: the wanted side length.
+        size: the new side length.
     """
     given = rgb.shape[1]
     if given == size:
@@ -96,11 +96,11 @@ def resize(
 
 
 class FrameMemory:
-    """Features of images, which computes those of equal images once: an agent that is stuck sees one image again.
+    """A cache of image features: an agent that is stuck sees the same image again.
 
     Args:
         encoder: computes them.
-        frames: number of images that are remembered, the last ones; 4 kB each with the encoder "eyes".
+        frames: number of recent images whose features are kept; 4 kB each with the encoder "eyes".
     """
 
     def __init__(self, encoder: VisualEncoder, frames: int = 1024) -> None:

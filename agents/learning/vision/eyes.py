@@ -16,18 +16,18 @@ from agents.learning.eyes.weights import read_weights
 WEIGHTS = Path(__file__).parents[1] / "weights" / "vision_eyes.safetensors"
 
 VERSION = "3"
-"""Changes whenever equal weights give other features."""
+"""Increased whenever the same weights give other features."""
 
 BATCH = 8
-"""Frames computed at a time: more do not fit the processor's caches."""
+"""Number of frames computed at once: more do not fit into the processor's caches."""
 
 
 class Eyes:
-    """Names what is in each cell of a frame, in each block, and each thing: a `VisualEncoder`.
+    """A `VisualEncoder` that names what is in each cell and block of a frame, and each thing on the ground.
 
     Args:
         blocks, naming: trained networks, in evaluation mode.
-        fingerprint: of their weights.
+        fingerprint: hash of their weights.
     """
 
     name = "eyes"
@@ -83,7 +83,7 @@ class Eyes:
 
 
 def load(source: Path | None = None) -> Eyes:
-    """Return the encoder, with the weights that come along or those of a file.
+    """Return the encoder, with the shipped weights or those of a file.
 
     Raises:
         FileNotFoundError: if there is no such file.

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from agents.learning.vision.encoder import GRID
 
 SIZE = 112
-"""Side length of the images; larger ones are thinned to it."""
+"""Side length of the images; larger ones are subsampled."""
 
 CELL = SIZE // GRID
 
@@ -26,10 +26,10 @@ COLOURS = {
     "orange": (240, 120, 20),
     "sky": (150, 195, 235),
 }
-"""Colours by name, to the nearest of which every pixel is counted."""
+"""Colours by name; every pixel counts for the nearest one."""
 
 RANGES = (1.0, 2.0, 3.5, 6.0, 12.0, 25.0)
-"""Ends of the ranges of depth, in metres; what is farther, or nothing, counts in none."""
+"""Ends of the ranges of depth, in metres; pixels farther away, or without depth, count in none."""
 
 LEVELS = 32
 """Steps of a colour component in the table of nearest colours."""

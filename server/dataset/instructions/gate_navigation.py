@@ -2,11 +2,11 @@
 
 from dataclasses import replace
 
-from lang.meaning import Face, Navigation, Rotate, Step, Thing
+from lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk
 from lang.reference import things_of
 from server.dataset.instructions.gate import faults_of_names
 from server.dataset.instructions.gate_progress import Progress
-from server.dataset.instructions.gate_streets import faults_of_place
+from server.dataset.instructions.gate_streets import faults_of_place, faults_of_turn_on_the_way
 from server.dataset.instructions.gate_things import (
     faults_of_description,
     faults_of_relations,
@@ -21,6 +21,9 @@ from server.dataset.instructions.gate_world import GateWorld
 
 NOT_FIRST = ("intersection", "t_junction", "corner", "building_corner")
 """Kinds of places of which the first one on the way is meant."""
+
+UNREACHED = ("towards", "until", "ahead")
+"""Ways of walking after which one is at no thing."""
 
 
 def faults_of_navigation(meaning: Navigation, world: GateWorld) -> tuple[str, ...]:
@@ -96,6 +99,8 @@ class NavigationCheck:
         world, before = self._world, self._progress
         if isinstance(step, Rotate):
             self._progress = turn(world, before, step, faults)
+            if step.thing is None and isinstance(self._last, Walk) and self._last.way in UNREACHED:
+                faults += faults_of_turn_on_the_way(world, before.since, step.direction, self._progress.at)
         elif isinstance(step, Face):
             faults += faults_of_face(world, before, step.thing)
             self._progress = replace(before, faced=(*before.faced, before.at))

@@ -23,6 +23,10 @@ BEYOND_TURN = 20.0
 """Minimum difference of the angles between a thing and the ways before and after a turn, for it to lie beyond, in
 degrees."""
 
+TURNED_NEAR, OTHER, ROUGHLY = 3.0, 40.0, 15.0
+"""Maximum distance of a turn from the open ground of a junction whose streets one may turn into, in units; minimum
+angle of another street from the way on, and how exactly people turn around, in degrees."""
+
 SIDES = {"left": -1.0, "right": 1.0}
 
 ORDINALS = {"first": 1, "second": 2, "third": 3}
@@ -110,6 +114,25 @@ def faults_of_turn_by(world: GateWorld, since: int, step: Rotate, near: int, ind
     for arm in sorted(passed):
         if not any(arm.startswith(f"{each.identity} ") for each in own):
             yield f"one may turn {step.direction} at {arm}, {step.at} {step.thing.identity if step.thing else ''}"
+
+
+def faults_of_heading(world: GateWorld, index: int, degrees: float) -> Iterator[str]:
+    """Yield each street that one looks into rather than along the way, who turns by so many degrees at a place."""
+    exact = world.heading_before(index) + degrees
+    onward = world.heading_after(index)
+    off = abs(turn_between(exact, onward)) + (ROUGHLY if abs(degrees) == 180.0 else 0.0)
+    for junction in () if world.graph is None else world.graph.junctions:
+        if math.dist((junction.x, junction.z), world.path[index]) > junction.radius + TURNED_NEAR:
+            continue
+        for arm in junction.arms:
+            if abs(turn_between(onward, arm.heading)) > OTHER and abs(turn_between(exact, arm.heading)) < off:
+                yield f"one may turn into {arm.road} at {junction.identity} instead"
+
+
+def faults_of_turn_on_the_way(world: GateWorld, since: int, direction: str, index: int) -> Iterator[str]:
+    """Yield what is wrong with a turn that nothing marks, on the way towards something: that one may turn earlier."""
+    if world.graph is not None and direction in SIDES and _earlier_arms(world, since, direction, index):
+        yield f"one may turn {direction} before the path's place {index}"
 
 
 def is_beyond_turn(world: GateWorld, x: float, z: float, index: int) -> bool:

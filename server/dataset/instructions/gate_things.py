@@ -32,6 +32,9 @@ HINDSIGHT, FORESIGHT = 5, 3
 """Places of the path before the last step's end from which a thing may have been recognised; and after it, if one is
 told of it without coming nearer."""
 
+LATELY = 9
+"""Places of the path before one comes to a thing from which it is seen: not only far off, and behind a corner then."""
+
 WALKED_OVER = 3.0
 """Maximum distance of the path from the middle of a zebra crossing that counts, in units."""
 
@@ -180,9 +183,11 @@ def faults_of_sight(world: GateWorld, progress: Progress, thing: Thing) -> Itera
     is_seen = thing.kind not in PLACES or thing.kind == "building_corner"
     for mark in world.landmarks(thing.identity) if is_seen else ():
         if since not in progress.earlier:
-            is_visible = world.is_visible(mark, since - HINDSIGHT, until)
+            is_visible = world.is_visible(mark, max(since - HINDSIGHT, until - LATELY), until)
         else:  # What was seen before the turn may have been in another street.
-            is_visible = world.is_visible_on(mark, since) or world.is_visible(mark, since + 1, max(until, since + 1))
+            is_visible = (until - since <= LATELY and world.is_visible_on(mark, since)) or world.is_visible(
+                mark, max(since + 1, until - LATELY), max(until, since + 1)
+            )
         if not is_visible:
             yield f"{mark.identity} cannot be seen on the way to it"
 

@@ -7,7 +7,12 @@ from dataclasses import replace
 from lang.meaning import PLACES, Rotate, Thing
 from lang.street import DEGREES
 from server.dataset.instructions.gate_progress import AT, Progress, middle, nearest
-from server.dataset.instructions.gate_streets import faults_of_street, faults_of_turn_by, is_beyond_turn
+from server.dataset.instructions.gate_streets import (
+    faults_of_heading,
+    faults_of_street,
+    faults_of_turn_by,
+    is_beyond_turn,
+)
 from server.dataset.instructions.gate_world import PEAK, GateWorld, turn_between
 
 TURN_AT = 4.0
@@ -22,7 +27,7 @@ SLIGHT_WIDE = (12.0, 50.0)
 TOLD_NEAR = 8
 """Places of the path between a wide bend and what is said of a turn, if that is another one."""
 
-TOLD_BEND, AT_GOAL = 43.0, 5.0
+TOLD_BEND, AT_GOAL = 37.0, 5.0
 """A bend of the path by more degrees is said, unless it is within this distance of the target, in units."""
 
 BACK = 10
@@ -53,6 +58,8 @@ def turn(world: GateWorld, progress: Progress, step: Rotate, faults: list[str]) 
         if index is None:
             faults.append(f"the path does not turn {step.direction} after its place {progress.at}")
             return progress
+        if abs(degrees) >= 90.0:
+            faults += faults_of_heading(world, index, degrees)
         return _turn_at(world, progress, index, degrees, faults)
     near = nearest(world, (step.thing,), progress.at, AT)
     reach = TURN_REACH + (3 if step.thing.kind in PLACES else 0)

@@ -18,7 +18,7 @@ MAX_BEND = 25.0
 NAMES: dict[str, tuple[tuple[str, int], ...]] = {
     "crossing": (("intersection", 9), ("corner", 1), ("street", 1)),
     "t_junction": (("t_junction", 6), ("street_end", 2), ("corner", 1)),
-    "side street": (("street", 4), ("corner", 3), ("intersection", 6)),
+    "side street": (("street", 5), ("corner", 3), ("intersection", 2)),
     "alley": (("alley", 3), ("corner", 1)),
     "bend": (("corner", 4), ("street_end", 1)),
     "fork": (("intersection", 4), ("corner", 1), ("street", 1)),

@@ -93,7 +93,7 @@ class Scratch(NamedTuple):
         indices: (size + 8,): texel indices of a row.
         colours: (size,): unlit colours of a row, 0xBBGGRR.
         shades: (size + 8,): brightness of a row.
-        lit: (size * size + 3,): lit colours of the frame, 0xBBGGRR.
+        lit: (4 * size + 3,): lit colours of four rows, 0xBBGGRR.
     """
 
     keys: npt.NDArray[np.int64]
@@ -134,5 +134,5 @@ def new_scratch(size: int, polygons: int, clusters: int, points: int, corners: i
         indices=np.zeros(size + 8, np.int32),
         colours=np.zeros(size, np.int32),
         shades=np.zeros(size + 8, np.int32),
-        lit=np.zeros(size * size + 3, np.int32),
+        lit=np.zeros(4 * size + 3, np.int32),
     )

@@ -5,7 +5,7 @@ import threading
 from collections.abc import Sequence
 from functools import cache, lru_cache
 from itertools import count
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -28,6 +28,9 @@ _FARTHEST = FAR / 1.001
 
 _ACTORS = 32
 """Number of actors for which buffers are allocated at first."""
+
+_NO_DEPTH, _NO_UNITS, _NO_LABELS = np.empty(0, np.uint16), np.empty(0, np.float32), np.empty(0, np.uint16)
+"""What is not drawn."""
 
 _CACHED_POSES = 1024
 """Number of cached groups of actors, as arrays: they rarely change between the frames of an episode."""
@@ -58,12 +61,11 @@ class _Room(NamedTuple):
 
 
 class _Prepared(NamedTuple):
-    """What a thread keeps for a frame size. `labels` are drawn if nobody asks for them."""
+    """What a thread keeps for a frame size."""
 
     constants: FrameConstants
     background: Integers
     scratch: Scratch
-    labels: npt.NDArray[np.uint16]
     room: _Room
 
 
@@ -127,20 +129,27 @@ class RasterCamera:
         """
         placed = self._own if variation is None else self._placed(variation)
         prepared = self._prepared(size, len(actors), placed)
-        if into is None:
-            words, depth = np.empty(-(-size * size // 4) * 3, np.int32), np.empty((size, size), np.uint16)
-        else:
-            words, depth = into.rgb.reshape(-1).view(np.int32), into.depth
-        if into is not None and into.segmentation is not None:
-            labels = into.segmentation
-        else:
-            labels = np.empty((size, size), np.uint16) if segmentation else prepared.labels
+        depth: npt.NDArray[Any] = np.empty((size, size), np.uint16) if into is None else into.depth
+        words = np.empty(-(-size * size // 4) * 3, np.int32) if into is None else into.rgb.reshape(-1).view(np.int32)
+        in_units = depth.dtype == np.float32
+        labels = None if into is None else into.segmentation
+        if labels is None and segmentation:
+            labels = np.empty((size, size), np.uint16)
         view = float(viewpoint.x), float(viewpoint.y), float(viewpoint.z), *_turn(viewpoint.heading)
         places, actor_places = self._textures.places, self._actor_textures.places
         posed = self._posed(tuple(actors), placed.end)
         cover(view, prepared.constants, self._geometry, places, placed.bodies, actor_places, posed, prepared.scratch)
-        outputs = words, depth.ravel(), labels.ravel()
-        paint(prepared.constants, self._textures, self._actor_textures, prepared.background, prepared.scratch, *outputs)
+        paint(
+            prepared.constants,
+            self._textures,
+            self._actor_textures,
+            prepared.background,
+            prepared.scratch,
+            words,
+            _NO_DEPTH if in_units else depth.ravel(),
+            depth.ravel() if in_units else _NO_UNITS,
+            _NO_LABELS if labels is None else labels.ravel(),
+        )
         rgb = words.view(np.uint8)[: 3 * size * size].reshape(size, size, 3) if into is None else into.rgb
         return Frame(rgb, depth, labels if segmentation else None)
 
@@ -181,7 +190,6 @@ class RasterCamera:
                 _frame_constants(size, self._levels),
                 _packed(sky(size)),
                 self._scratch(size, room),
-                np.empty((size, size), np.uint16),
                 room,
             )
         return mine[size]

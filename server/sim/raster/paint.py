@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from server.sim.cameras import THOUSANDTH
 from server.sim.raster.arrays import FrameConstants, Integers, Scratch, Textures
 from server.sim.raster.compilation import cached, inlined
 
@@ -16,6 +17,11 @@ _I32, _I64, _U64, _F32 = np.int32, np.int64, np.uint64, np.float32
 
 _FULL = 4096
 """Brightness that does not change a colour."""
+
+_THOUSANDTH = float(THOUSANDTH)
+
+_BAND = 4
+"""Rows that are packed at once: a multiple of four pixels in every size, and few enough for the nearest cache."""
 
 
 @cached
@@ -27,9 +33,10 @@ def paint(
     work: Scratch,
     rgb: Integers,
     depth: npt.NDArray[np.uint16],
+    units: npt.NDArray[np.float32],
     labels: npt.NDArray[np.uint16],
 ) -> None:
-    """Compute the frame from the first pass's data in `work`.
+    """Compute the frame from the first pass's data in `work`. Depth and labels are left out where the array is empty.
 
     Args:
         setting: constants of the frame.
@@ -38,14 +45,20 @@ def paint(
         sky: (size * size,) 0xBBGGRR, the background.
         work: buffers from the first pass; the row buffers are overwritten.
         rgb: output, (size * size * 3 / 4, rounded up,): three bytes per pixel.
-        depth: output, (size * size,), as in `cameras.Frame`.
-        labels: output, (size * size,).
+        depth: output, (size * size,), in thousandths as in `cameras.Frame`, or empty.
+        units: output, (size * size,), the same in units, or empty.
+        labels: output, (size * size,), or empty.
     """
-    for y in range(setting.size):
-        _paint_row(y, setting, textures, actor_textures, sky, work, labels)
-        _measure_row(y * setting.size, setting.size, work.keys, depth)
-        _light_row(y * setting.size, setting.size, work.colours, work.shades, work.lit)
-    _pack(work.lit, rgb)
+    size = setting.size
+    for band in range(0, size, _BAND):
+        for y in range(band, min(band + _BAND, size)):
+            _paint_row(y, setting, textures, actor_textures, sky, work, labels)
+            if len(depth):
+                _measure_row(y * size, size, work.keys, depth)
+            if len(units):
+                _measure_row_in_units(y * size, size, work.keys, units)
+            _light_row((y - band) * size, size, work.colours, work.shades, work.lit)
+        _pack(band * size, min(_BAND, size - band) * size, work.lit, rgb)
 
 
 @inlined
@@ -67,13 +80,15 @@ def _paint_row(
         start = x
         while x < end and _I32(keys[line + x]) == number:
             x += _U64(1)
+        if len(labels):
+            label = np.uint16(work.marks[number, 2] if number != 0 else 0)
+            for i in range(start, x):
+                labels[line + i] = label
         if number == 0:
             for i in range(start, x):
-                colours[i], shades[i], labels[line + i] = sky[line + i], _I32(_FULL), 0
+                colours[i], shades[i] = sky[line + i], _I32(_FULL)
             continue
-        label, kind, texture = np.uint16(work.marks[number, 2]), work.marks[number, 0], work.marks[number, 1]
-        for i in range(start, x):
-            labels[line + i] = label
+        kind, texture = work.marks[number, 0], work.marks[number, 1]
         nearness = _I32(keys[line + start] >> _I64(32)).view(_F32)
         if work.marks[number, 5] == 0:
             _colour_run(textures, texture, nearness, kind, number, setting.levels, y, start, x, work)
@@ -149,12 +164,22 @@ def _light_run(
 
 
 @inlined
+def _thousandths(key: Any) -> Any:
+    nearness = _I32(key >> _I64(32)).view(_F32)
+    thousandths = _I32(min(_F32(1000.0) / nearness + _F32(0.5), _F32(65535.0)))
+    return thousandths if _I32(key) != 0 else _I32(0)
+
+
+@inlined
 def _measure_row(first: int, size: int, keys: npt.NDArray[np.int64], depth: npt.NDArray[np.uint16]) -> None:
     for i in range(_U64(first), _U64(first + size)):
-        key = keys[i]
-        nearness = _I32(key >> _I64(32)).view(_F32)
-        thousandths = _I32(min(_F32(1000.0) / nearness + _F32(0.5), _F32(65535.0)))
-        depth[i] = np.uint16(thousandths if _I32(key) != 0 else 0)
+        depth[i] = np.uint16(_thousandths(keys[i]))
+
+
+@inlined
+def _measure_row_in_units(first: int, size: int, keys: npt.NDArray[np.int64], units: npt.NDArray[np.float32]) -> None:
+    for i in range(_U64(first), _U64(first + size)):
+        units[i] = _F32(_thousandths(keys[i])) * _F32(_THOUSANDTH)
 
 
 @inlined
@@ -169,10 +194,14 @@ def _light_row(first: int, size: int, colours: Integers, shades: Integers, lit: 
 
 
 @inlined
-def _pack(lit: Integers, rgb: Integers) -> None:
-    """Pack pixels: four pixels of four bytes each, one of them unused, become three words."""
-    for i in range(_U64(len(rgb) // 3)):
-        four, three = _U64(4) * i, _U64(3) * i
+def _pack(first: int, pixels: int, lit: Integers, rgb: Integers) -> None:
+    """Pack pixels: four pixels of four bytes each, one of them unused, become three words.
+
+    The pixels begin at a multiple of four; what is missing of the last four is packed as it is.
+    """
+    word = _U64(first // 4 * 3)
+    for i in range(_U64((pixels + 3) // 4)):
+        four, three = _U64(4) * i, word + _U64(3) * i
         a, b, c, d = lit[four], lit[four + _U64(1)], lit[four + _U64(2)], lit[four + _U64(3)]
         rgb[three] = a | _I32(b << _I32(24))
         rgb[three + _U64(1)] = (b >> _I32(8)) | _I32(c << _I32(16))

@@ -1,4 +1,4 @@
-"""The command that trains: a smoke test for each agent that comes along, from episodes to a run with its weights."""
+"""The command that trains: a smoke test for each trained agent, from episodes to a run with its weights."""
 
 from pathlib import Path
 

@@ -13,8 +13,10 @@ from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv
 
 from arramon_client.environments import BadArgument
+from arramon_client.environments.backend import Images, Step
 from arramon_client.environments.vector import ArraMonVectorEnv
 from arramon_client.environments.worker import WorkerDied
+from server.environments.player import LocalPlayer
 
 ID = "arramon/ArraMon-v0"
 COUNT = 3
@@ -83,6 +85,26 @@ def test_disabled_resets_those_of_the_mask(data: Path, processes: int) -> None:
     assert (again["rgb"][1] == before["rgb"][1]).all()  # All tiny episodes begin alike.
     with pytest.raises(gymnasium.error.ResetNeeded):
         env.step(np.zeros(COUNT, int))
+    env.close()
+
+
+def test_episodes_in_one_place_are_played_one_after_another(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    places: list[str] = []
+    original = LocalPlayer.step
+
+    def step(self: LocalPlayer, action: int, into: Images | None = None) -> Step:
+        places.append(self.place)
+        return original(self, action, into)
+
+    monkeypatch.setattr(LocalPlayer, "step", step)
+    env = made(data)
+    env.reset(options={"episode": "1"})
+    orders = []
+    for chosen in ([0, 0, 0], [3, 1, 3], [0, 0, 0], [0, 1, 3], [0, 0, 0]):
+        places.clear()
+        env.step(np.array(chosen))
+        orders.append(list(places))
+    assert orders == [["1", "1", "1"], ["1", "1", "1"], ["", "", "1"], ["", "", ""], ["", "", "1"]]
     env.close()
 
 

@@ -9,7 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.dataset.generation import small_batches
 from tests.forked import run
+
+SERVER = [sys.executable, "-m", "tests.dataset.generation.small_batches"]
 
 
 def processes_in_group(group: int) -> list[str]:
@@ -29,8 +32,7 @@ def processes_in_group(group: int) -> list[str]:
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="counts processes in /proc, which this system lacks")
 def test_killed_generation_leaves_no_split_and_no_process(tmp_path: Path) -> None:
     arguments = ["generate", "--data", str(tmp_path / "data"), "--split", "val_unseen", "--jobs", "2", "--no-trial"]
-    command = [sys.executable, "-m", "server", *arguments]
-    generation = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    generation = subprocess.Popen([*SERVER, *arguments], stderr=subprocess.PIPE, text=True, start_new_session=True)
     assert generation.stderr is not None
     assert generation.stderr.readline().startswith("val_unseen: ")
     assert len(processes_in_group(generation.pid)) >= 3
@@ -47,13 +49,13 @@ def test_killed_generation_leaves_no_split_and_no_process(tmp_path: Path) -> Non
     generation.stderr.close()
 
 
-OPTIONS = ("--split", "val_unseen", "--scale", "0.0104", "--jobs", "1", "--no-trial")
-"""Of 12 episodes, in two batches."""
+OPTIONS = ("--split", "val_unseen", "--scale", "0.0026", "--jobs", "1", "--no-trial")
+"""Of three episodes."""
 
 
 def finish(data: Path) -> tuple[str, dict[str, bytes]]:
     """Generate to the end; returns what was printed about it, and the files of the data folder."""
-    done = run("generate", "--data", data, *OPTIONS)
+    done = run("generate", "--data", data, *OPTIONS, command=small_batches.main)
     assert done.returncode == 0, done.stderr
     return done.stderr, {str(path.relative_to(data)): path.read_bytes() for path in data.rglob("*") if path.is_file()}
 
@@ -61,10 +63,11 @@ def finish(data: Path) -> tuple[str, dict[str, bytes]]:
 @pytest.mark.slow
 def test_generation_goes_on_where_it_was_killed(tmp_path: Path) -> None:
     """The files are those of a generation that nothing disturbed, and what was made before is not made again."""
-    command = [sys.executable, "-m", "server", "generate", "--data", str(tmp_path / "killed"), *OPTIONS]
-    killed = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+    killed = subprocess.Popen(
+        [*SERVER, "generate", "--data", str(tmp_path / "killed"), *OPTIONS], stderr=subprocess.DEVNULL
+    )
     unfinished = tmp_path / "killed" / "unfinished" / "val_unseen.jsonl"
-    while killed.poll() is None and not (unfinished.exists() and unfinished.read_bytes().count(b"\n") > 6):
+    while killed.poll() is None and not (unfinished.exists() and unfinished.read_bytes().count(b"\n") > 1):
         time.sleep(0.02)
     os.kill(killed.pid, signal.SIGKILL)
     assert killed.wait() == -signal.SIGKILL
@@ -72,7 +75,7 @@ def test_generation_goes_on_where_it_was_killed(tmp_path: Path) -> None:
 
     told, files = finish(tmp_path / "killed")
 
-    assert 6 <= kept < 12
-    assert told.startswith(f"val_unseen: going on after {kept} of 12 episodes\n")
+    assert 1 <= kept < 3
+    assert told.startswith(f"val_unseen: going on after {kept} of 3 episodes\n")
     assert files == finish(tmp_path / "undisturbed")[1]
     assert not unfinished.parent.exists()

@@ -47,6 +47,12 @@ def test_what_is_said_of_a_cell(
     assert faults == () if not fault else any(fault in each for each in faults), faults
 
 
+def test_one_thing_tells_of_one_place() -> None:
+    behind = Thing("ball", "blue", where=(Where("right_of", (MUG,)),), identity="room/4,1,2")
+    meaning = Assembly((), Thing(""), (Where("left_of", (behind,)), Where("right_of", (MUG,))))
+    assert "room/2,1,2 tells of two places at once" in faults_of_assembly(meaning, (3, 2), ROOM)
+
+
 YOU = Thing("you")
 BEYOND_START = Room((Standing("mug", "red", "dotted", 1, 1), Standing("bowl", "white", "striped", 1, 3)), ROOM.walls)
 ON_THE_RIGHT = "(3, 0), (3, 2), (3, 3), (4, 0), (4, 1), (4, 2), (4, 3)"

@@ -1,5 +1,6 @@
 """Rules of the gate for navigation, one by one, in the small town of `test_gate`."""
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -8,7 +9,7 @@ from lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk
 from server.dataset.instructions.gate_navigation import NavigationCheck, faults_of_navigation
 from server.dataset.instructions.gate_world import GateWorld
 from server.dataset.instructions.sight import Landmark
-from server.dataset.plans.graph import Corner, House, Junction, Road, StreetGraph
+from server.dataset.plans.graph import Arm, Corner, House, Junction, Road, StreetGraph
 from server.sim.geometry import Pose
 from tests.dataset.instructions.test_gate import (
     ARMS,
@@ -106,6 +107,30 @@ def test_one_turns_before_or_after_a_thing_where_no_other_street_opens() -> None
     first = replace(beyond, path=[(0.0, float(z)) for z in range(-15, -8)] + [(float(x), -8.0) for x in range(1, 9)])
     turn = Rotate("right", "before", Thing("barrel", "red", identity="barrel/0"))
     assert not any("one may turn" in each for each in faults(first, turn, target=PLAIN))
+
+
+def test_a_turn_on_the_way_towards_a_thing_is_the_first_that_one_may_make() -> None:
+    side = Junction("junction/1", 0.0, -8.0, "t_junction", (ARMS[0], ARMS[1], ARMS[2]), 2.0)
+    roads = (*ROADS, Road("street/2", "Side", "street", 4.0, ((0.0, -8.0), (20.0, -8.0)), ("junction/1",)))
+    tree = mark("tree/0", 0.5, 4.0)
+    steps = (Walk("towards", (Thing("tree", identity="tree/0"),)), Rotate("right"))
+    plain = with_marks(tree)
+    crossed = replace(plain, graph=StreetGraph((*GRAPH.junctions, side), roads, (), ()))
+
+    assert faults(plain, *steps) == ()
+    assert "one may turn right before the path's place 15" in faults(crossed, *steps)
+    assert not any("one may turn" in each for each in faults(crossed, Walk("to", steps[0].things), steps[1]))
+
+
+def test_who_turns_looks_along_the_way_and_not_into_another_street() -> None:
+    """The way leads on 150 degrees from where one faced; a street that one looks into after a turn around is nearer."""
+    heading = math.radians(150.0)
+    path = tuple((step * math.sin(heading), 1.0 + step * math.cos(heading)) for step in range(12))
+    beside = Arm(200.0, "street/1", "", -1.0, -3.0)
+    for arms, is_clear in (((ARMS[0],), True), ((ARMS[0], beside), False)):
+        graph = StreetGraph((Junction("junction/0", 0.0, 0.0, "fork", arms, 3.0),), ROADS, (), ())
+        found = faults(GateWorld(path, Pose(0.0, 1.0, 0.0), (), path[-1], graph), Rotate("around"), target=PLAIN)
+        assert ("one may turn into street/1 at junction/0 instead" not in found) == is_clear, found
 
 
 def test_a_corner_of_a_building_is_the_first_of_that_look() -> None:

@@ -1,4 +1,4 @@
-"""The paraphrased split as it comes along: complete, in both languages, and divided into halves."""
+"""The paraphrased split as it is shipped: complete, in both languages, and divided into halves."""
 
 import unicodedata
 from collections import Counter

@@ -181,6 +181,20 @@ def test_frames_are_not_overwritten_and_independent_of_others(camera: RasterCame
         np.testing.assert_array_equal(new, copy)
 
 
+def test_depth_in_units_is_the_same_times_a_thousandth(reference: World, camera: RasterCamera) -> None:
+    view, far = Viewpoint(0, 6, 60), Viewpoint(0, -30, 180)
+    for drawing in (reference, camera):
+        for seen, size in ((view, 64), (far, 30)):
+            frame = drawing.render(seen, STREET_ACTORS, size, segmentation=True)
+            units, labels = np.ones((size, size), np.float32), np.ones((size, size), np.uint16)
+            into = Frame(np.ones((size, size, 3), np.uint8), units, labels)
+            other = drawing.render(seen, STREET_ACTORS, size, segmentation=True, into=into)
+            assert other.depth is units
+            assert units.tobytes() == (frame.depth.astype(np.float32) * np.float32(0.001)).tobytes()
+            assert (into.rgb == frame.rgb).all()
+            assert (labels == frame.segmentation).all()
+
+
 def test_threads_draw_at_once_what_one_alone_draws(camera: RasterCamera) -> None:
     views = [Viewpoint(0.5 * number, -0.25 * number, 30.0 * number) for number in range(24)]
 

@@ -138,6 +138,10 @@ class Player(Protocol):
     def episode_id(self) -> str:
         """Id of the present episode."""
 
+    @property
+    def place(self) -> str:
+        """Name of the place where the agent is; of players in one place, one after another is drawn fastest."""
+
     def begin(self, episode_id: str | None, seed: int, into: Images | None = None) -> Observation:
         """Begin an episode, giving up the present one if it has not ended.
 

@@ -12,6 +12,8 @@ from arramon_client.environments.errors import BadArgument
 from arramon_client.environments.options import Opened
 from arramon_client.errors import UsageError
 
+ACTIONS = len(Action)
+
 DRAWN_SEEDS = 2**31 - 1
 """Seeds of drawn tasks are less than this."""
 
@@ -99,9 +101,11 @@ def checked(action: Any) -> int:
     Raises:
         gymnasium.error.InvalidAction: if it is none of the four.
     """
+    if type(action) is int and 0 <= action < ACTIONS:
+        return action
     if isinstance(action, int | np.integer) or (isinstance(action, np.ndarray) and action.shape == ()):
         number = int(action)
-        if 0 <= number < len(Action) and not isinstance(action, bool):
+        if 0 <= number < ACTIONS and not isinstance(action, bool):
             return number
     raise gymnasium.error.InvalidAction(
         f"the action is {action!r}, expected 0 (forward), 1 (left), 2 (right) or 3 (interact)"

@@ -49,10 +49,12 @@ class Group:
         self._opened = [open_player(options) for _ in numbers]
         self._translator = Translator(self._opened[0].tokenizer)
         self._episodes = [Episodes(opened) for opened in self._opened]
-        self._randoms: list[np.random.Generator | None] = [None] * len(numbers)
-        self._texts = [""] * len(numbers)
-        self._last_actions = [NO_ACTION] * len(numbers)
+        count = len(numbers)
+        self._randoms: list[np.random.Generator | None] = [None] * count
+        self._texts = [""] * count
         self._images = tuple(name for name in IMAGES if name in options.sensors)
+        self._order: list[int] = []
+        self._facts = _no_facts(count, self._opened[0])
 
     @property
     def opened(self) -> Opened:
@@ -85,7 +87,8 @@ class Group:
             elif self._randoms[here] is None:
                 raise gymnasium.error.ResetNeeded("the first reset() must begin all episodes, without a mask")
             else:
-                self._repeat(here, batch, told)
+                self._repeat(here, batch)
+        self._write_facts(batch)
         return told
 
     def step(self, batch: Arrays, actions: Sequence[int]) -> Told:
@@ -94,32 +97,34 @@ class Group:
         Raises:
             gymnasium.error.ResetNeeded: if an episode has ended and is not begun anew by itself.
         """
-        told = Told()
-        for here, (episodes, action) in enumerate(zip(self._episodes, actions, strict=True)):
-            number = self._numbers[here]
+        count = len(self._numbers)
+        told = Told(rewards=[0.0] * count, terminated=[False] * count)
+        for here in self._in_order():
+            episodes, action, number = self._episodes[here], actions[here], self._numbers[here]
             if episodes.is_over and self._autoreset is AutoresetMode.NEXT_STEP and self._randoms[here] is not None:
                 told.infos[number] = self._reset(here, batch, told, None)
-                told.rewards.append(0.0)
-                told.terminated.append(False)
                 continue
             step, info = episodes.step(action, self._slots(batch, number))
-            self._last_actions[here] = action
-            told.rewards.append(step.reward)
-            told.terminated.append(step.ending is not None)
+            self._facts["last_action"][here] = action
+            told.rewards[here], told.terminated[here] = step.reward, step.ending is not None
             if step.observation is not None:
-                self._write(here, batch, step.observation, told)
+                self._note(here, step.observation, told)
             elif self._autoreset is AutoresetMode.SAME_STEP:
                 final = self._translator.observation(episodes.player.again(), action)
                 info = {**self._reset(here, batch, told, None), "final_obs": final, "final_info": info}
             else:
-                self._repeat(here, batch, told)
+                self._repeat(here, batch)
             if info:
                 told.infos[number] = info
+            if step.phases_ended:
+                self._order = []
+        self._write_facts(batch)
         return told
 
     def observation(self, here: int) -> Dict:
         """Return the latest observation of an episode of the group, for a picture."""
-        return self._translator.observation(self._episodes[here].player.again(), self._last_actions[here])
+        last_action = int(self._facts["last_action"][here])
+        return self._translator.observation(self._episodes[here].player.again(), last_action)
 
     def player(self, here: int) -> Player:
         """Return what plays an episode of the group."""
@@ -134,30 +139,54 @@ class Group:
         for episodes in self._episodes:
             episodes.player.close()
 
+    def _in_order(self) -> list[int]:
+        """Return the episodes by place: what is drawn there is then still in the processor's caches."""
+        if not self._order:
+            self._order = sorted(range(len(self._numbers)), key=lambda here: self._episodes[here].player.place)
+        return self._order
+
     def _reset(self, here: int, batch: Arrays, told: Told, options: Mapping[str, Any] | None) -> dict[str, Any]:
         random = self._randoms[here]
         assert random is not None
         seen, info = self._episodes[here].begin(random, options, self._slots(batch, self._numbers[here]))
-        self._last_actions[here] = NO_ACTION
-        self._write(here, batch, seen, told)
+        self._facts["last_action"][here], self._order = NO_ACTION, []
+        self._note(here, seen, told)
         return info
 
-    def _repeat(self, here: int, batch: Arrays, told: Told) -> None:
-        seen = self._episodes[here].player.again(self._slots(batch, self._numbers[here]))
-        self._write(here, batch, seen, told)
+    def _repeat(self, here: int, batch: Arrays) -> None:
+        self._episodes[here].player.again(self._slots(batch, self._numbers[here]))
 
     def _slots(self, batch: Arrays, number: int) -> Images:
         return {name: batch[name][number] for name in self._images}
 
-    def _write(self, here: int, batch: Arrays, seen: Observation, told: Told) -> None:
-        """Write all of an observation but its images, which the player has written."""
-        number = self._numbers[here]
-        batch["turn"][number] = seen.turn
-        batch["phase"][number] = PHASES.index(seen.phase)
-        batch["steps_left"][number, 0] = seen.steps_left
-        batch["last_action"][number] = self._last_actions[here]
-        batch["instruction_tokens"][number] = self._translator.tokens(seen.instruction)
+    def _note(self, here: int, seen: Observation, told: Told) -> None:
+        """Keep all of a new observation but its images, which the player has written."""
+        facts = self._facts
+        facts["turn"][here] = seen.turn
+        facts["phase"][here] = PHASES.index(seen.phase)
+        facts["steps_left"][here, 0] = seen.steps_left
         if seen.pose is not None:
-            batch["pose"][number] = seen.pose
+            facts["pose"][here] = seen.pose
         if seen.instruction != self._texts[here]:
-            told.texts[number] = self._texts[here] = seen.instruction
+            told.texts[self._numbers[here]] = self._texts[here] = seen.instruction
+            facts["instruction_tokens"][here] = self._translator.tokens(seen.instruction)
+
+    def _write_facts(self, batch: Arrays) -> None:
+        """Write all of the latest observations but their images."""
+        rows = slice(self._numbers.start, self._numbers.stop)
+        for name, values in self._facts.items():
+            batch[name][rows] = values
+
+
+def _no_facts(count: int, opened: Opened) -> Arrays:
+    """Return all of a batch but its images, before the first observation."""
+    facts: Arrays = {
+        "turn": np.ones(count, np.int64),
+        "phase": np.zeros(count, np.int64),
+        "steps_left": np.zeros((count, 1), np.int32),
+        "last_action": np.full(count, NO_ACTION, np.int64),
+        "instruction_tokens": np.zeros((count, opened.tokenizer.length), np.int32),
+    }
+    if "pose" in opened.settings.sensors:
+        facts["pose"] = np.zeros((count, 3), np.float64)
+    return facts

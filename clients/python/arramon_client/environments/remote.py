@@ -113,6 +113,11 @@ class RemotePlayer:
         """Id of the present episode; empty before the first."""
         return self._episode_id
 
+    @property
+    def place(self) -> str:
+        """Empty: a host does not tell."""
+        return ""
+
     def begin(self, episode_id: str | None, seed: int, into: Images | None = None) -> Observation:  # noqa: ARG002
         """Begin the next episode of the run, or a named one; the present one is forfeited if it has not ended.
 

@@ -1,4 +1,4 @@
-"""The visual encoder with the weights that come along."""
+"""The visual encoder with the shipped weights."""
 
 from pathlib import Path
 

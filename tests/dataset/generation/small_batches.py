@@ -1,0 +1,15 @@
+"""`arramon-server` that generates in batches of one episode, as each episode takes a second or more."""
+
+import sys
+
+from server import cli
+from server.dataset.generation import work
+
+
+def main(arguments: list[str]) -> int:
+    work.BATCH_SIZE = 1
+    return cli.main(arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
