@@ -71,6 +71,7 @@ class Chunker:
         self.is_before: bool = data["position"] == "before"
         self._soft = frozenset(data["soft"])
         self._own = frozenset(data["own"])
+        self._suffixes = tuple(data.get("suffixes", ()))
         self._exactly = frozenset(data["exactly"])
         self._also = frozenset(data["also"])
         self._of = tuple(data["relations"]["of"])
@@ -94,7 +95,7 @@ class Chunker:
 
     def chunks(self, keys: Sequence[str]) -> list[Chunk]:
         """Return the chunks of a text's words in order; words that are none are left out."""
-        keys = [part for key in keys for part in self._written_together.get(key, (key,))]
+        keys = [part for key in keys for part in self._written_together.get(key, (self._without_suffix(key),))]
         found: list[Chunk] = []
         at = 0
         while at < len(keys):
@@ -103,6 +104,9 @@ class Chunker:
                 found.append(chunk)
             at = at + 1 if chunk is None else chunk.end
         return found
+
+    def _without_suffix(self, key: str) -> str:
+        return next((key.removesuffix(each) for each in self._suffixes if key.endswith(each)), key)
 
     def _longest(self, keys: Sequence[str], at: int) -> Chunk | None:
         words = list(self._words(keys, at))

@@ -277,7 +277,7 @@ class Phraser:
         following = self.text.next_kind(number)
         if chunk.kind == "where":
             self._take_where(number)
-        elif chunk.kind == "again":
+        elif chunk.kind == "again" and self.text.chunks[number - 1].kind != SIDE:
             self._add([Thing(self._crossed_kind(), which="another")], number)
         elif chunk.kind == "correction":
             self._corrects = True
@@ -285,7 +285,7 @@ class Phraser:
             self._is_aside, self._corrects = following in (THING, VERB), following == SIDE
         elif chunk.kind == "behind_you":
             self._leave_behind()
-        elif chunk.kind in (*_PRONOUNS, "all"):
+        elif chunk.kind in (*_PRONOUNS, "all", "again"):
             self._is_all = chunk.kind == "all"
             self._joined = self._joined if self._joined == THEN else ""  # "Kiosk and hydrant, both left."
         else:

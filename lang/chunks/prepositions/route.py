@@ -96,6 +96,8 @@ class Route:
             return
         if side and way in ("to", "until"):
             way = "past" if way == "to" else "beside"
+        if way == "along" and kind == "alley" and Walk("along", (thing,)) in self.steps[-3:]:
+            return  # "Into the lane between the houses. Follow it."
         last = self.steps[-1] if self.steps else None
         is_meanwhile = value == "with" and bool(side) and isinstance(last, Walk) and last.way in ("to", "until")
         self.steps.insert(len(self.steps) - is_meanwhile, Walk(way, (thing,), side))
