@@ -94,3 +94,8 @@ def test_targets_of_free_texts(text: str, where: tuple[Where, ...]) -> None:
     assert isinstance(meaning, Navigation)
     assert meaning.steps == (Rotate("left"),)
     assert meaning.target == Thing("ball", "red", "striped", where=where)
+
+
+def test_what_is_to_be_picked_up_is_no_aside() -> None:
+    meaning = load("en").read("Left at the bank, where a striped red ball lies or so.", "navigation")
+    assert meaning == Navigation((Rotate("left", "at", BANK),), Thing("ball", "red", "striped"))

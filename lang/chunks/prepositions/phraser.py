@@ -53,7 +53,7 @@ class Phraser:
     def read(self) -> list[Phrase]:
         """Return the phrases in order."""
         for number, chunk in enumerate(self.text.chunks):
-            self._is_aside = self._is_aside and not _ends_aside(chunk)
+            self._is_aside = self._is_aside and number != self.target and not _ends_aside(chunk)
             if self._is_aside:
                 continue
             if chunk.kind == THING:
