@@ -13,5 +13,5 @@ from tests.forked import CONTEXT
 def install() -> None:
     """From now on the pools of this process are forked."""
     stand_in = SimpleNamespace(get_context=lambda _method: CONTEXT, parent_process=multiprocessing.parent_process)
-    assert parallel.multiprocessing is multiprocessing
+    assert vars(parallel)["multiprocessing"] is multiprocessing
     vars(parallel)["multiprocessing"] = stand_in

@@ -1,4 +1,4 @@
-"""The follower with learned eyes and a learned reader: it plays by RGB and depth alone."""
+"""The follower with a visual encoder and the learned reader: it plays from RGB and depth alone."""
 
 from agents.seeing_follower.agent import Agent
 

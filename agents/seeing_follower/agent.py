@@ -1,4 +1,4 @@
-"""The follower with learned eyes and a learned reader in the places of segmentation and grammar."""
+"""The follower agent with a visual encoder in place of segmentation, and the learned reader in place of the grammar."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -22,11 +22,11 @@ from arramon_client.agent import Episode, Observation
 from lang.meaning import Assembly, Navigation
 
 Look = Callable[[Observation], Sight]
-"""Returns what is seen in an observation."""
+"""Returns the labels and things seen in an observation."""
 
 
 class Agent(Follower):
-    """Agent that follows instructions by hand-written rules, with all that it sees and reads learned.
+    """Agent that follows instructions by hand-written rules, with learned perception and reading.
 
     Args:
         eyes: visual encoder; None for the shipped one.
@@ -46,11 +46,11 @@ class Agent(Follower):
         super().begin(replace(episode, labels=LABELS))
 
     def make_body(self, episode: Episode) -> Body:  # noqa: ARG002 - its labels are the eyes'
-        """Return what perceives the streets of an episode."""
+        """Return the body that perceives the streets of an episode."""
         return _SeeingBody(self._look)
 
     def make_room(self, meaning: Assembly, episode: Episode) -> RoomFollower:  # noqa: ARG002
-        """Return what plays an assembly phase."""
+        """Return the player of an assembly phase."""
         return _SeeingRoom(meaning, self._look, self.find_cell)
 
     def read(self, language: str, text: str, phase: str) -> Navigation | Assembly:  # noqa: ARG002
@@ -63,10 +63,10 @@ class Agent(Follower):
 
 
 class _SeeingBody(Body):
-    """Odometry, map, and memory of the things that were named.
+    """Odometry, map, and memory of named things.
 
     Args:
-        look: at an observation.
+        look: perceives an observation.
     """
 
     def __init__(self, look: Look) -> None:
@@ -86,7 +86,7 @@ class _SeeingRoom(RoomFollower):
 
     Args:
         meaning: of the instruction.
-        look: at an observation.
+        look: perceives an observation.
         find: returns the cell for the object.
     """
 

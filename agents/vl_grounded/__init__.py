@@ -1,4 +1,4 @@
-"""Agent that reads on as it walks, and scores what it sees by what it has read. It needs the extra `agents`."""
+"""Agent that reads along as it walks and grounds each word in what it sees. It needs the extra `agents`."""
 
 from agents.learning.extra import PLAYING, require
 from arramon_client.agent import Agent
@@ -13,8 +13,8 @@ def make_agent(weights: str | None = None, sensor: str = SENSORS[0]) -> Agent:
     """Return the agent with the shipped weights, or with others.
 
     Args:
-        weights: a file that `python -m agents.train --agent vl_grounded` wrote.
-        sensor: "rgb" to see by RGB and depth alone, "segmentation" for what perfect eyes would give.
+        weights: a file written by `python -m agents.train --agent vl_grounded`.
+        sensor: "rgb" to see by RGB and depth alone, "segmentation" to see without errors.
 
     Raises:
         AgentLoadError: if the extra is not installed, there is no such sensor, or the weights cannot be read.

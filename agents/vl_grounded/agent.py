@@ -1,4 +1,4 @@
-"""The agent: reads and sees by what it has learned, many episodes at a time."""
+"""The agent `vl_grounded`: one policy for many episodes at a time."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ NAME = "vl_grounded"
 
 @dataclass(frozen=True)
 class _Phase:
-    """A phase that is played: which it is, and by what."""
+    """The current phase of an episode, and its player."""
 
     turn: int
     name: str
@@ -30,7 +30,7 @@ class GroundedAgent:
 
     Args:
         weights: of its networks.
-        sight: by which it sees.
+        sight: how it sees.
     """
 
     name = NAME
@@ -68,7 +68,7 @@ class GroundedAgent:
         return actions
 
     def _player(self, observation: Observation) -> Walker | Placer:
-        """Return what plays the present phase of an episode."""
+        """Return the player of an episode's current phase."""
         phase = self._phases.get(observation.episode_id)
         if phase is None or (phase.turn, phase.name) != (observation.turn, observation.phase):
             tokens = torch.tensor([self._weights.tokenizer.encode(observation.instruction)])

@@ -1,4 +1,4 @@
-"""Looking around in the room from its start tile: which way to turn, and what was seen, as places of named things."""
+"""A look around the room from its start tile: the turns to take, and the named things seen."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -25,7 +25,7 @@ class Look:
     """A look around.
 
     Args:
-        room: gathers what is seen.
+        room: accumulates what is seen.
 
     Attributes:
         heading: in degrees clockwise from the first one.
@@ -38,13 +38,13 @@ class Look:
         self._headings: set[int] = set()
 
     def is_new(self) -> bool:
-        """Return whether the present frame shows what was not looked at yet; it counts as looked at now."""
+        """Return whether the current heading is new, and mark it as seen."""
         is_new = self.heading not in self._headings
         self._headings.add(self.heading)
         return is_new
 
     def turn(self) -> Action | None:
-        """Return the next turn, and count it as made; None at the end."""
+        """Return the next turn, and mark it as made; None at the end."""
         if not self._turns:
             return None
         action = self._turns.pop(0)
@@ -52,7 +52,7 @@ class Look:
         return action
 
     def things(self) -> tuple[Standing, ...]:
-        """Return what was seen so far."""
+        """Return the things seen so far."""
         return self.room.room().things
 
 

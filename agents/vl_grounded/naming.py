@@ -1,4 +1,4 @@
-"""The names of things as the networks see and read them: kinds, colours and looks, from the features of a cell."""
+"""Names of things for the networks: kinds, colours and looks, taken from the features of a cell."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from agents.learning.eyes.vocabulary import COLLECTIBLES, COLOURS, FURNITURE, LO
 FACADES = next(group.looks for group in LOOK_GROUPS if group.name == "facade")
 
 KINDS = ("collectible", *COLLECTIBLES, *FURNITURE, "building", *(f"{look} building" for look in FACADES), "start_tile")
-"""Kinds; the first and "building" stand for any of theirs."""
+"""Kinds; the first and "building" cover all collectibles and all facades."""
 
 LOOKS = tuple((group.name, look) for group in LOOK_GROUPS[:3] for look in group.looks)
 """Patterns of collectibles, shapes of banners, names of shops."""
@@ -27,7 +27,7 @@ class Named(NamedTuple):
 
 
 def named(cells: Tensor) -> Named:
-    """Return what the visual encoder "eyes" has named in each cell.
+    """Return the names that the visual encoder "eyes" gives to each cell.
 
     Args:
         cells: its features, (..., N, C).

@@ -1,4 +1,4 @@
-"""The networks of `vl_grounded` as one: what is read by both, what walks, and what places."""
+"""The networks of `vl_grounded` in one module: the shared text encoder, the walking network, the placing network."""
 
 from torch import nn
 
@@ -8,10 +8,10 @@ from agents.vl_grounded.street import Street
 
 
 class Grounded(nn.Module):
-    """Both policies, which share how words are read and what they name.
+    """Both policies, with a shared text encoder.
 
     Args:
-        vocabulary: numbers that the tokenizer gives.
+        vocabulary: size of the tokenizer's vocabulary.
     """
 
     def __init__(self, vocabulary: int) -> None:

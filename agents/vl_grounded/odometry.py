@@ -1,4 +1,4 @@
-"""Dead reckoning from an agent's own actions: where it is, seen from where it began, as numbers for a network."""
+"""Dead reckoning from an agent's own actions: its pose relative to the start, as network input."""
 
 import math
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ def odometry(actions: Sequence[int]) -> npt.NDArray[np.float32]:
     """Return the numbers before the first action and after each one, (n + 1, NUMBERS), all of the order of 1.
 
     Args:
-        actions: of a navigation phase, without those that had no effect.
+        actions: of a navigation phase, without blocked ones.
     """
     rows = np.zeros((len(actions) + 1, NUMBERS), np.float32)
     x = z = 0.0

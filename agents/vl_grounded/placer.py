@@ -1,4 +1,4 @@
-"""One assembly phase: a look around, the cell that the network finds, and the shortest way to it."""
+"""Player of one assembly phase: look around, find the cell by the network, walk there on the shortest path."""
 
 from collections import deque
 
@@ -12,16 +12,16 @@ from arramon_client.agent import Action
 from lang.room import START
 
 RESERVE = 26
-"""Largest number of steps to any cell, including the placement: with no more left, looking around stops."""
+"""Largest number of steps to any cell and to place there; with no more left, the look around stops."""
 
 
 class Placer:
     """Plays one assembly phase.
 
     Args:
-        network: that finds the cell.
+        network: finds the cell.
         tokens: the instruction, (1, T).
-        look: around; what is seen is added to its room.
+        look: the look around.
     """
 
     def __init__(self, network: Grounded, tokens: Tensor, look: Look) -> None:
@@ -30,11 +30,11 @@ class Placer:
         self._way: deque[int] = deque()
 
     def is_looking(self) -> bool:
-        """Return whether the present frame is to be looked at, once."""
+        """Return whether the current frame is part of the look around; True once for each frame."""
         return not self._way and self.look.is_new()
 
     def act(self, steps_left: int) -> int:
-        """Return the next action, with so many steps left in the phase."""
+        """Return the next action, given the number of steps left in the phase."""
         if self._way:
             return self._way.popleft()
         turn = self.look.turn() if steps_left > RESERVE + 1 else None

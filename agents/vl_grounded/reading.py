@@ -1,4 +1,4 @@
-"""What both networks of `vl_grounded` read by: words in context, and what is meant by those that are attended to.
+"""Text encoder of both networks of `vl_grounded`: words in context, attention to them, and the names they mean.
 
 In the comments B is the batch, T words, H = 192, R reads, N places, K, C and L kinds, colours and looks.
 """
@@ -12,25 +12,25 @@ from agents.learning.eyes.vocabulary import COLOURS
 from agents.vl_grounded.naming import KINDS, LOOKS, Named
 
 EMBEDDING, HALF = 64, 96
-"""Numbers of a word, and of a word in the context of what is on one side of it: as in the learned reader."""
+"""Size of a word's embedding, and of its context in each direction, as in the learned reader."""
 
 WORD = 2 * HALF
-"""H: numbers of a word in context."""
+"""H: size of a word in context."""
 
 PHRASE, MOVE = 5, 15
-"""Words that are looked at together, and words by which a look may move on from that before it."""
+"""Width in words of an attention window, and how far it may move from one step to the next."""
 
 UNKNOWN = 1
-"""Number of a word that is not known."""
+"""Id of unknown words."""
 
 UNREAD = 0.04
-"""Share of the words that are made unknown in training."""
+"""Share of words that are replaced by the unknown word in training."""
 
 DROPOUT = 0.2
 
 
 class Meant(NamedTuple):
-    """What is meant: chances of kinds (..., K + 1), colours (..., C + 1) and looks (..., L + 1); the last is none."""
+    """Meaning of a read: probabilities of kinds (..., K + 1), colours (..., C + 1), looks (..., L + 1); last: none."""
 
     kinds: Tensor
     colours: Tensor
@@ -38,10 +38,10 @@ class Meant(NamedTuple):
 
 
 class Reading(nn.Module):
-    """Reads words in context, and says which kinds, colours and looks they name.
+    """Encodes words in context, and predicts which kinds, colours and looks they name.
 
     Args:
-        vocabulary: numbers that the tokenizer gives.
+        vocabulary: size of the tokenizer's vocabulary.
     """
 
     def __init__(self, vocabulary: int) -> None:
@@ -53,7 +53,7 @@ class Reading(nn.Module):
         self.dropout = nn.Dropout(DROPOUT)
 
     def forward(self, tokens: Tensor) -> Tensor:
-        """Return (B, T, H) of texts, (B, T) numbers of words with 0 after a text's end; 0 there."""
+        """Return the encoded words of texts, (B, T, H), from word ids (B, T); 0 after a text's end."""
         is_word = tokens != 0
         if self.training:
             tokens = tokens.masked_fill(is_word & (torch.rand(tokens.shape, device=tokens.device) < UNREAD), UNKNOWN)
@@ -66,20 +66,20 @@ class Reading(nn.Module):
         return dropped
 
     def logits(self, read: Tensor) -> tuple[Tensor, ...]:
-        """Return the logits of `Meant` for what was read, (..., H)."""
+        """Return the logits of `Meant` for a read, (..., H)."""
         sizes = [len(KINDS) + 1, len(COLOURS) + 1, len(LOOKS) + 1]
         return torch.split(self.names(read), sizes, -1)
 
     def meant(self, read: Tensor) -> Meant:
-        """Return what is meant by what was read, (..., H)."""
+        """Return the meaning of a read, (..., H)."""
         return Meant(*(logits.softmax(-1) for logits in self.logits(read)))
 
 
 def match(meant: Meant, there: Named) -> Tensor:
-    """Return how well what is there fits what is meant, (B, R, N) in [0, 1]: its kind, its colour and its look.
+    """Return how well the things in each place match each read, (B, R, N) in [0, 1]: kind, colour and look.
 
     Args:
-        meant: for each of R reads, (B, R, ...).
+        meant: of each of R reads, (B, R, ...).
         there: in each of N places, (B, N, ...).
     """
     kinds = meant.kinds[..., :-1] @ there.kinds.transpose(-1, -2)
@@ -89,7 +89,7 @@ def match(meant: Meant, there: Named) -> Tensor:
 
 
 def best_match(meant: Meant) -> Tensor:
-    """Return how well what is most likely meant would fit, (B, R): less than 1 as far as it is not certain what is."""
+    """Return the match of the most likely meaning, (B, R): below 1 where the meaning is uncertain."""
     kinds = meant.kinds[..., :-1].amax(-1)
     colours = meant.colours[..., :-1].amax(-1) + meant.colours[..., -1]
     looks = meant.looks[..., :-1].amax(-1) + meant.looks[..., -1]
@@ -97,12 +97,12 @@ def best_match(meant: Meant) -> Tensor:
 
 
 class Attention(nn.Module):
-    """Attends to words in R ways at once, knowing where it attended before: instructions are told in order.
+    """Attends to words with R heads, given where each attended before: instructions are in order.
 
     (Location-aware attention, Chorowski et al. 2015.)
 
     Args:
-        state: numbers of the state that asks.
+        state: size of the query.
         reads: R.
     """
 
@@ -113,19 +113,19 @@ class Attention(nn.Module):
         self.moves = nn.Conv1d(2 * reads, reads, MOVE, padding=MOVE // 2)
 
     def first(self, tokens: Tensor) -> Tensor:
-        """Return the looks before the first one, (B, 2 R, T): at the first word."""
+        """Return the initial attention, (B, 2 R, T): at the first word."""
         looks = torch.zeros(len(tokens), 2 * self.reads, tokens.shape[1], device=tokens.device)
         looks[:, :, 0] = 1.0
         return looks
 
     def forward(self, state: Tensor, words: Tensor, padding: Tensor, looks: Tensor) -> tuple[Tensor, Tensor]:
-        """Return what is read, (B, R, H), and the looks after it: the last ones, and where it looked so far.
+        """Return the reads, (B, R, H), and the new attention: the last weights and their sums.
 
         Args:
-            state: that asks, (B, S).
+            state: the query, (B, S).
             words: in context, (B, T, H).
             padding: which are none, (B, T).
-            looks: before, (B, 2 R, T).
+            looks: the previous attention, (B, 2 R, T).
         """
         queries = self.queries(state).view(len(state), self.reads, WORD)
         scores = queries @ words.transpose(1, 2) / WORD**0.5 + self.moves(looks)  # (B, R, T)

@@ -1,7 +1,7 @@
 """The network that finds the cell of the room in which the object is to be placed.
 
-It reads the instruction in a few steps. Each says what is meant, which scores the things in the room, and where the
-cell lies from it: a value for each difference of columns and rows. The sums of these are the values of the cells.
+It reads the instruction in a few steps. Each gives a meaning, which scores the things in the room, and the offset of
+the target cell: a logit for each difference of columns and rows. Their sums are the logits of the cells.
 
 In the comments B is the batch, T words, H = 192 numbers of a word, N = 20 cells.
 """
@@ -14,7 +14,7 @@ from agents.vl_grounded.naming import Named
 from agents.vl_grounded.reading import DROPOUT, WORD, Attention, Reading, match
 
 CELLS, LEVELS, STEPS, STATE = COLUMNS * ROWS, 2, 5, 128
-"""N; things in a cell that are told apart, one on the other; steps in which an instruction is read; the state."""
+"""N; levels of stacked things in a cell; steps in which an instruction is read; size of the state."""
 
 OFFSETS = (2 * COLUMNS - 1) * (2 * ROWS - 1)
 """Differences of columns and rows."""
@@ -34,10 +34,10 @@ class RoomReader(nn.Module):
         self.register_buffer("between", _differences(), persistent=False)
 
     def forward(self, reading: Reading, words: Tensor, tokens: Tensor, there: Named) -> Tensor:
-        """Return the values of all cells, (B, N), row by row.
+        """Return the logits of all cells, (B, N), row by row.
 
         Args:
-            reading: says what is meant.
+            reading: the text encoder.
             words: in context, (B, T, H).
             tokens: (B, T).
             there: things by cell and level, (B, N LEVELS, ...); 0 where nothing is.
@@ -61,7 +61,7 @@ class RoomReader(nn.Module):
 
 
 def _differences() -> Tensor:
-    """Return which of OFFSETS lies from each cell to each other, (N, N)."""
+    """Return the index in OFFSETS from each cell to each other, (N, N)."""
     column, row = torch.arange(CELLS) % COLUMNS, torch.arange(CELLS) // COLUMNS
     columns = column[:, None] - column + COLUMNS - 1
     rows = row[:, None] - row + ROWS - 1

@@ -1,4 +1,4 @@
-"""What the agent sees: by the visual encoder from RGB and depth, or by the sensor segmentation, with perfect eyes."""
+"""How the agent sees: by the visual encoder from RGB and depth, or by the sensor segmentation without errors."""
 
 from collections.abc import Sequence
 from typing import Any, Protocol
@@ -21,20 +21,20 @@ from lang.room import START
 Features = npt.NDArray[np.uint8]
 
 SIZE = 224
-"""Side length to which a segmentation is brought, in pixels."""
+"""Side length to which segmentations are resized, in pixels."""
 
 
 class Sight(Protocol):
-    """Sees for the agent.
+    """Interface: turns observations into features of cells and named things.
 
     Attributes:
-        sensors: that it needs.
+        sensors: required sensors.
     """
 
     sensors: tuple[str, ...]
 
     def begin(self, episode: Episode) -> None:
-        """Learn of a new episode."""
+        """Start a new episode."""
 
     def features(self, observations: Sequence[Observation]) -> Features:
         """Return the features of the cells of each frame, (B, 7, 7, C).
@@ -88,7 +88,7 @@ class EncodedSight:
 
 
 class LabelledSight:
-    """Sees by depth and segmentation: every name is right."""
+    """Sees by depth and segmentation, without errors."""
 
     sensors: tuple[str, ...] = ("depth", "segmentation")
 
@@ -120,7 +120,7 @@ class LabelledSight:
 def true_features(
     depth: npt.NDArray[np.float32], segmentation: npt.NDArray[np.uint16], labels: Sequence[Label]
 ) -> npt.NDArray[np.float32]:
-    """Return what a perfect encoder would say of a frame, (7, 7, C) in [0, 1].
+    """Return the features that a perfect encoder would give for a frame, (7, 7, C) in [0, 1].
 
     Args:
         depth: (size, size) units, 0 where there is nothing.

@@ -1,4 +1,4 @@
-"""The network that walks: it reads on as it walks, scores what it sees by what it read, and chooses an action.
+"""The walking network: it reads along as it walks, matches what it sees with what it reads, and chooses an action.
 
 In the comments B is the batch, S steps, T words, H = 192 numbers of a word, N = 49 cells, R = 3 reads.
 """
@@ -17,17 +17,17 @@ from agents.vl_grounded.odometry import NUMBERS
 from agents.vl_grounded.reading import DROPOUT, WORD, Attention, Reading, match
 
 CELLS, CELL, BRIEF, SCENE, ACT, STATE, READS = GRID * GRID, 64, 8, 96, 16, 192, 3
-"""Cells; numbers of a cell; of a cell in the scene as a whole; of that scene; of an action; of the state; R."""
+"""N; sizes of a cell, of a cell within the scene, of the scene, of an action, of the state; R."""
 
 
 class Seen(NamedTuple):
-    """What is given at a step beside the words.
+    """Input of a step besides the words.
 
     Attributes:
         cells: (B, N, CELL).
-        scene: all cells in brief, (B, SCENE).
-        there: what is named in each cell, (B, N, ...).
-        target: how well each cell fits the object that is to be picked up, (B, N).
+        scene: summary of all cells, (B, SCENE).
+        there: the names in each cell, (B, N, ...).
+        target: how well each cell matches the object to pick up, (B, N).
         walked: the last action and the odometry, (B, ...).
     """
 
@@ -39,7 +39,7 @@ class Seen(NamedTuple):
 
 
 class Mind(NamedTuple):
-    """What is remembered from step to step: the LSTM's two states, (B, STATE) each, and the looks, (B, 2 R, T)."""
+    """Recurrent state: the LSTM's two states, (B, STATE) each, and the attention, (B, 2 R, T)."""
 
     hidden: Tensor
     cell: Tensor
@@ -65,16 +65,16 @@ class Street(nn.Module):
         self.dropout = nn.Dropout(DROPOUT)
 
     def read_target(self, words: Tensor, tokens: Tensor) -> Tensor:
-        """Return what is read of the object that is to be picked up, (B, H)."""
+        """Return the read of the object to pick up, (B, H)."""
         ask = words.new_ones(len(words), 1)
         read: Tensor = self.of_target(ask, words, tokens == 0, self.of_target.first(tokens))[0]
         return read[:, 0]
 
     def see(self, reading: Reading, target: Tensor, cells: Tensor, before: Tensor, odometry: Tensor) -> list[Seen]:
-        """Return what is given at each of S steps in a row.
+        """Return the inputs of S consecutive steps.
 
         Args:
-            reading: says what is meant.
+            reading: the text encoder.
             target: of `read_target`.
             cells: features of the images, (B, S, 7, 7, channels).
             before: the action before each step, (B, S); START at the first.
@@ -96,12 +96,12 @@ class Street(nn.Module):
         ]
 
     def first(self, tokens: Tensor) -> Mind:
-        """Return what is remembered before the first step."""
+        """Return the recurrent state before the first step."""
         zero = torch.zeros(len(tokens), STATE, device=tokens.device)
         return Mind(zero, zero, self.attention.first(tokens))
 
     def step(self, reading: Reading, words: Tensor, tokens: Tensor, seen: Seen, mind: Mind) -> tuple[Tensor, Mind]:
-        """Return what the action of a step is chosen from, (B, 2 STATE), and what is remembered after it."""
+        """Return the features from which a step's action is chosen, (B, 2 STATE), and the next recurrent state."""
         read, looks = self.attention(mind.hidden, words, tokens == 0, mind.looks)  # (B, R, H)
         maps = match(reading.meant(read), seen.there)  # (B, R, N)
         scores = (self.seek(read) @ seen.cells.transpose(1, 2)) / CELL**0.5
@@ -112,7 +112,7 @@ class Street(nn.Module):
         return torch.cat([hidden, mixed], 1), Mind(hidden, cell, looks)
 
     def forward(self, reading: Reading, words: Tensor, tokens: Tensor, seen: Sequence[Seen]) -> Tensor:
-        """Return the values of all actions at all steps, (B, S, ACTIONS)."""
+        """Return the logits of all actions at all steps, (B, S, ACTIONS)."""
         mind, found = self.first(tokens), []
         for each in seen:
             mixed, mind = self.step(reading, words, tokens, each, mind)

@@ -1,4 +1,4 @@
-"""One navigation phase: the network's actions, with a guard on the pick-up and a rule after a step that was blocked."""
+"""Player of one navigation phase: the network's actions, with rules for picking up and after blocked steps."""
 
 import numpy as np
 import numpy.typing as npt
@@ -15,10 +15,10 @@ from agents.vl_grounded.reading import best_match
 from arramon_client.agent import Action
 
 FITS = 0.4
-"""How well a thing must fit the described object to be picked up, as a share of what would fit best."""
+"""Least match with the described object for a pick-up, as a share of the best possible match."""
 
 NEAR = 1.0 / (1.0 + 3.6)
-"""Nearness that it must have: a little farther than the pick-up reaches."""
+"""Least nearness for a pick-up: a little beyond its reach."""
 
 _NEARNESS = CHANNEL_NAMES.index("nearness of collectible")
 _MIDDLE = [cell for cell in range(GRID * GRID) if 2 <= cell % GRID <= 4]
@@ -28,22 +28,22 @@ _OPPOSITE = {Action.LEFT: Action.RIGHT, Action.RIGHT: Action.LEFT}
 
 
 MOST_TURNS = 6
-"""Turns in a row, half a circle: the expert makes no more, and never turns back at once."""
+"""Largest number of turns in a row, half a circle: the expert makes no more, and never turns back at once."""
 
 
 class Walker:
     """Plays one navigation phase.
 
-    An action without any effect, a blocked step or a pick-up of nothing, is as if it had not been taken: the network
-    chooses again, from the same state, among the others. Between two steps it turns in one direction alone, and no
+    An action without effect, such as a blocked step or an empty pick-up, is taken back: the network chooses again, from
+    the same state, among the others. Between two steps it turns in one direction alone, and no
     farther than half a circle, or after a blocked step until it can walk.
 
     Args:
-        network: that chooses.
+        network: chooses actions.
         tokens: the instruction, (1, T).
 
     Attributes:
-        mind: what is remembered of the steps before the present one.
+        mind: the recurrent state.
     """
 
     def __init__(self, network: Grounded, tokens: Tensor) -> None:
@@ -62,7 +62,7 @@ class Walker:
         """Return the next action.
 
         Args:
-            features: of the present frame, (7, 7, C).
+            features: of the current frame, (7, 7, C).
             depth: the frame's.
         """
         self._judge_last(depth)
@@ -86,7 +86,7 @@ class Walker:
         return action
 
     def _judge_last(self, depth: npt.NDArray[np.float32]) -> None:
-        """Take back the last action if it had no effect, and remember its step otherwise."""
+        """Take back the last action if it had no effect, else advance the recurrent state."""
         if self._last is None:
             return
         action = self._actions[-1]
@@ -101,7 +101,7 @@ class Walker:
             self._is_at_wall = False
 
     def _barred_turns(self) -> set[int]:
-        """Return the turns that are ruled out by those since the last step."""
+        """Return the turns that the rules forbid, given those since the last step."""
         if not self._actions or self._actions[-1] not in _OPPOSITE:
             return set()
         turn = Action(self._actions[-1])
@@ -110,10 +110,10 @@ class Walker:
 
 
 def is_in_reach(fits: Tensor, features: npt.NDArray[np.uint8]) -> bool:
-    """Return whether something like the described object is ahead, and near.
+    """Return whether something that matches the described object is ahead and near.
 
     Args:
-        fits: how well each cell fits it, (N,), as a share of what would fit best.
+        fits: match of each cell, (N,), as a share of the best possible match.
         features: (7, 7, C).
     """
     near = features.reshape(GRID * GRID, -1)[_MIDDLE, _NEARNESS] >= NEAR * 255

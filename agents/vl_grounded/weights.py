@@ -18,13 +18,13 @@ _TOKENIZER = "tokenizer"
 
 @dataclass(frozen=True)
 class Weights:
-    """What a file holds.
+    """Content of a weight file.
 
     Attributes:
         network: the networks.
-        tokenizer: of their instructions.
-        eyes: fingerprint of the visual encoder that they were trained on.
-        about: what else is known of them, as JSON values.
+        tokenizer: of instructions.
+        eyes: fingerprint of the visual encoder used in training.
+        about: metadata, as JSON values.
     """
 
     network: Grounded
@@ -34,7 +34,7 @@ class Weights:
 
 
 def write_weights(path: Path, weights: Weights) -> None:
-    """Write weights to a file, which appears complete or not at all."""
+    """Write weights to a file, atomically."""
     tensors = {
         name: value.detach().to(torch.float16).contiguous() for name, value in weights.network.state_dict().items()
     }
@@ -50,10 +50,10 @@ def write_weights(path: Path, weights: Weights) -> None:
 
 
 def read_weights(path: Path) -> Weights:
-    """Return the weights of a file, ready for use.
+    """Return the weights of a file, in evaluation mode.
 
     Raises:
-        BadWeights: if it is no such file.
+        BadWeights: if the file is not readable.
     """
     tensors, header = read_tensors(path)
     if header.get("format") != FORMAT:

@@ -14,9 +14,9 @@ def make_agent(weights: str | None = None, sensor: str = SENSORS[0], reader: str
     """Return the agent with the shipped weights, or with others.
 
     Args:
-        weights: a file that `python -m agents.train --agent vl_map` wrote.
-        sensor: "rgb" to see by RGB and depth alone, "segmentation" for what perfect eyes would give.
-        reader: a file of `agents.learning.train_reader` or `tune_reader`; None for the shipped reader.
+        weights: a file written by `python -m agents.train --agent vl_map`.
+        sensor: "rgb" to see by RGB and depth alone, "segmentation" to see without errors.
+        reader: a file written by `agents.learning.train_reader` or `tune_reader`; None for the shipped reader.
 
     Raises:
         AgentLoadError: if the extra is not installed, there is no such sensor, or the weights cannot be read.

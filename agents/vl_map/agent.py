@@ -1,4 +1,4 @@
-"""The agents that choose waypoints by a learned policy: with learned eyes, or with the true segmentation."""
+"""The agent `vl_map` in two versions: with the visual encoder, or with the sensor segmentation."""
 
 from agents.follower.agent import Agent as Follower
 from agents.follower.agent import Walk
@@ -17,7 +17,7 @@ NAME = "vl_map"
 
 
 class SeeingAgent(SeeingFollower):
-    """Agent that sees, reads and walks by what it has learned, by RGB and depth alone.
+    """Agent with learned perception, reading and navigation, from RGB and depth alone.
 
     Args:
         policy: chooses waypoints.
@@ -35,20 +35,20 @@ class SeeingAgent(SeeingFollower):
         self._policy, self._placement = policy, placement
 
     def forget(self, body: Body) -> None:
-        """Remove what is not kept from one turn to the next."""
+        """Discard the state that is not kept between turns."""
         body.landmarks.forget_collectibles()
 
     def make_walk(self, body: Body, meaning: Navigation, turn: int) -> Walk:
-        """Return what plays a navigation phase."""
+        """Return the player of a navigation phase."""
         return walk_by(self._policy, body, meaning, turn)
 
     def find_cell(self, meaning: Assembly, room: Room) -> Cell:
-        """Return the cell for the object by the meaning of an instruction and the contents of the room."""
+        """Return the cell for the object, given the instruction's meaning and the room's contents."""
         return self._placement.find(meaning, room)
 
 
 class SegmentationAgent(Follower):
-    """The same with perfect eyes: what is where comes from the sensor segmentation.
+    """The same agent with the sensor segmentation in place of the visual encoder.
 
     Args:
         policy: chooses waypoints.
@@ -63,15 +63,15 @@ class SegmentationAgent(Follower):
         self._policy, self._placement, self._reader = policy, placement, reader
 
     def forget(self, body: Body) -> None:
-        """Remove what is not kept from one turn to the next."""
+        """Discard the state that is not kept between turns."""
         body.landmarks.forget_collectibles()
 
     def make_walk(self, body: Body, meaning: Navigation, turn: int) -> Walk:
-        """Return what plays a navigation phase."""
+        """Return the player of a navigation phase."""
         return walk_by(self._policy, body, meaning, turn)
 
     def find_cell(self, meaning: Assembly, room: Room) -> Cell:
-        """Return the cell for the object by the meaning of an instruction and the contents of the room."""
+        """Return the cell for the object, given the instruction's meaning and the room's contents."""
         return self._placement.find(meaning, room)
 
     def read(self, language: str, text: str, phase: str) -> Navigation | Assembly:  # noqa: ARG002
@@ -80,5 +80,5 @@ class SegmentationAgent(Follower):
 
 
 def walk_by(policy: Policy, body: Body, meaning: Navigation, turn: int) -> Walk:
-    """Return what plays a navigation phase by a policy."""
+    """Return the player of a navigation phase, by a policy."""
     return MapNavigator(body, rows_of(meaning), policy.choose, turn).act

@@ -1,4 +1,4 @@
-"""What the policy is given: steps that were read, ground and landmarks that are remembered, as the agent faces them."""
+"""Input of the policy: the steps read, and the ground and landmarks remembered, relative to the agent's pose."""
 
 import math
 from collections.abc import Sequence
@@ -23,35 +23,35 @@ from agents.learning.memory.landmarks import Belief
 from agents.learning.reader.slots import EMPTY, SLOTS, Row
 
 ROWS, THINGS, TRACE = 16, 24, 12
-"""Most rows of an instruction, landmarks and past positions that the policy is given."""
+"""Largest numbers of instruction rows, landmarks and past positions in the input."""
 
 DIRECTIONS = 24
 RADII = np.arange(0.75, 12.01, 0.75)
-"""Distances at which the ground is looked up in each direction, in units."""
+"""Distances at which the ground is sampled in each direction, in units."""
 
 GROUND_CHANNELS = 3
-"""Of the ground at a distance: seen to be free; the agent cannot stand there; a wall."""
+"""Channels of the ground at a distance: seen free; blocked for the agent; wall."""
 
 THING_VALUES, TRACE_VALUES, STATE_VALUES = 13, 6, 6
 
 EVERY = 2
-"""Of so many past positions one is given, the latest first; the first position of the walk always is."""
+"""Stride of the past positions in the input, the latest first; the walk's first position is always included."""
 
 BESIDE, SURE = 10.0, 0.4
-"""Distance in units to what tells the target's place that counts as far; match from which a landmark is that."""
+"""Distance from the target's reference thing that counts as far, in units; least match of a landmark to be it."""
 
 FAR = 30.0
-"""Distance in units beyond which a landmark is left out."""
+"""Distance beyond which landmarks are left out, in units."""
 
 Floats = npt.NDArray[np.float32]
 Bytes = npt.NDArray[np.uint8]
 
 
 class Sample(NamedTuple):
-    """What the policy is given for one decision. Right and ahead are the agent's own, in units.
+    """Input of one decision. Right and ahead are relative to the agent's pose, in units.
 
     Attributes:
-        rows: (ROWS, slots) int64, numbers of values, `without_names`; all 0 after the instruction's end.
+        rows: (ROWS, slots) int64, value ids, `without_names`; all 0 after the instruction's end.
         ground: (DIRECTIONS, radii, GROUND_CHANNELS) uint8, 0 or 1; directions clockwise from ahead.
         things: (THINGS, THING_VALUES) float32: whether there is one; right, ahead; then of where the agent was nearest
             to it: right and ahead of it as it walked there, moves since; whether it is a collectible, a building, a
@@ -74,13 +74,13 @@ class Sample(NamedTuple):
 
 @dataclass(frozen=True)
 class Moment:
-    """What the agent knows when it decides.
+    """The agent's knowledge at a decision.
 
     Attributes:
         ground: its map.
-        trace: (x, z, heading in radians) after each move of this walk, the first being where it began; at least one.
+        trace: poses (x, z, heading in radians) after each move of this walk, from the first pose on; at least one.
         beliefs: the landmarks.
-        steps_left: of the phase.
+        steps_left: steps left in the phase.
         turn: 1 or 2.
     """
 
@@ -126,10 +126,10 @@ _WITHOUT_NAMES = {
 
 
 def without_names(rows: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-    """Return rows with all furniture named alike, all collectibles too, and no colours and looks.
+    """Return rows with one name for all furniture, one for all collectibles, and no colours or looks.
 
-    How well landmarks match the names is told apart (`match_of`). Names themselves would be learned by heart: in few
-    sections each has its places.
+    How well landmarks match the names is a separate input (`match_of`). Names would be memorised, as each has its
+    places in the few training sections.
     """
     rows = rows.copy()
     for slot, alike in _WITHOUT_NAMES.items():
@@ -138,7 +138,7 @@ def without_names(rows: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
 
 
 class Named(NamedTuple):
-    """What is said of a thing, as places in the probabilities of kinds, colours and looks; empty for nothing said."""
+    """The named attributes of a thing, as indices of kinds, colour and look; empty for none."""
 
     kinds: tuple[int, ...]
     colour: int | None
@@ -146,20 +146,20 @@ class Named(NamedTuple):
 
     @property
     def has_colour(self) -> bool:
-        """Whether things of these kinds come in several colours: of others one ("the green tree") tells nothing."""
+        """Whether things of these kinds come in several colours; of others a colour ("the green tree") says nothing."""
         return any(KINDS[kind] in _OF_SEVERAL_COLOURS for kind in self.kinds)
 
     def is_facade(self, look: str) -> bool:
-        """Return whether a building with this facade is meant."""
+        """Return whether this names a building with this facade."""
         return self.kinds == (_BUILDING,) and (self.look is None or LOOKS[self.look] == ("facade", look))
 
 
 def named(row: Row, number: int) -> Named | None:
-    """Return the first or the second thing that a row names; None if it names none that could be a landmark.
+    """Return the first or second thing that a row names; None if it cannot be a landmark.
 
     Args:
         row: of an instruction.
-        number: 0 or 1.
+        number: 0 for the first, 1 for the second.
     """
     kind, colour, look = (SLOTS[list(SLOTS)[slot]][row[slot]] for slot in _SAID[number])
     if not (kind or colour or look) or (kind and kind not in KINDS):
@@ -173,7 +173,7 @@ def named(row: Row, number: int) -> Named | None:
 
 
 def match_of(rows: Sequence[Row], beliefs: Sequence[Belief]) -> Floats:
-    """Return how well landmarks match the things that rows name: probabilities, (2, rows, landmarks)."""
+    """Return the probabilities that landmarks match the things that rows name, (2, rows, landmarks)."""
     found = np.zeros((2, len(rows), len(beliefs)), np.float32)
     if not beliefs:
         return found
@@ -195,11 +195,11 @@ def match_of(rows: Sequence[Row], beliefs: Sequence[Belief]) -> Floats:
 
 
 def sample_of(rows: Sequence[Row], moment: Moment) -> tuple[Sample, list[Belief]]:
-    """Return what the policy is given, and the landmarks among it, in order.
+    """Return the input of the policy, and its landmarks in order.
 
     Args:
         rows: of the instruction; those after the first ROWS are left out.
-        moment: what the agent knows.
+        moment: the agent's knowledge.
     """
     rows = list(rows)[:ROWS]
     match = match_of(rows, moment.beliefs)
@@ -232,7 +232,7 @@ def sample_of(rows: Sequence[Row], moment: Moment) -> tuple[Sample, list[Belief]
 
 
 def _choose(match: Floats, moment: Moment) -> list[int]:
-    """Return the places of the landmarks that are given: those that match what is named, then the nearest."""
+    """Return the indices of the landmarks for the input: those that match named things first, then the nearest."""
     x, z, _ = moment.pose
     best = match.max((0, 1), initial=0.0)
     ranked = []
@@ -283,7 +283,7 @@ def _distance_to(places: npt.NDArray[np.float64], others: npt.NDArray[np.float64
 def relative_to(
     places: npt.NDArray[np.float64], pose: tuple[float, float, float]
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return how far places, (n, 2), are to the right and ahead of a pose."""
+    """Return places, (n, 2), relative to a pose: right and ahead."""
     sin, cos = math.sin(pose[2]), math.cos(pose[2])
     dx, dz = places[:, 0] - pose[0], places[:, 1] - pose[1]
     return dx * cos - dz * sin, dx * sin + dz * cos
@@ -305,7 +305,7 @@ _ANGLES = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
 _BETWEEN = np.array([-1.0, 0.0, 1.0]) * (2.0 * math.pi / DIRECTIONS / 3.0)
 _PARTS = 3
 _FINE = np.arange(1, len(RADII) * _PARTS + 1) * (float(RADII[0]) / _PARTS)
-"""Distances at which the map's cells are read: three for each of RADII, up to it."""
+"""Distances at which the map is read: three for each of RADII, up to it."""
 
 
 def _ground(moment: Moment) -> Bytes:
@@ -332,7 +332,7 @@ _MIRRORED_SLOTS = {
 
 
 def mirror(sample: Sample) -> Sample:
-    """Return what the policy would be given in a mirrored world, with left and right exchanged in the instruction.
+    """Return the input in a mirrored world, with left and right exchanged in the instruction.
 
     Args:
         sample: one, or several with one more axis in front.

@@ -1,4 +1,4 @@
-"""Execution of a navigation instruction by a policy: look around, choose a waypoint, walk there on the agent's map."""
+"""Player of one navigation phase by a policy: look around, choose a waypoint, walk there on the agent's map."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -18,31 +18,31 @@ from agents.vl_map.options import DISTANCES, WAYPOINTS
 from arramon_client.agent import Action
 
 MOVES = 3
-"""Moves between two decisions."""
+"""Largest number of moves between two decisions."""
 
 ARRIVED = 0.75
 """Distance to a waypoint that counts as reached, in units."""
 
 TRIED = 8
-"""Options that are tried, the best first, before the agent turns on the spot."""
+"""Number of options to try, the best first, before turning on the spot."""
 
 LOOK = (Action.LEFT, Action.RIGHT, Action.RIGHT, Action.LEFT)
-"""Actions of a look to both sides."""
+"""Actions of a look to either side."""
 
 RESERVE = 70
-"""Steps that are kept for walking: with less of them left, the agent looks around no more."""
+"""Steps reserved for walking: with fewer left, the agent no longer looks around."""
 
 Choose = Callable[[Sample, Sequence[Belief]], npt.NDArray[np.float32]]
-"""Returns the value of each option for what is given; the highest is taken."""
+"""Returns the value of each option for an input; the highest is taken."""
 
 
 class Decision(NamedTuple):
-    """What was decided on.
+    """A decision that was taken.
 
     Attributes:
-        sample: what the policy was given.
-        beliefs: the landmarks in it.
-        option: that was taken.
+        sample: the policy's input.
+        beliefs: its landmarks.
+        option: the chosen option.
     """
 
     sample: Sample
@@ -55,7 +55,7 @@ class MapNavigator:
 
     Args:
         body: the agent's pose, map and landmarks.
-        rows: of the instruction, as it was read.
+        rows: of the instruction, as read.
         choose: the policy.
         turn: 1 or 2.
 
@@ -78,7 +78,7 @@ class MapNavigator:
         """Return the next action; call it after the body has perceived the observation.
 
         Args:
-            steps_left: of the phase.
+            steps_left: steps left in the phase.
         """
         self._follow()
         if self._plan and self._plan[0] is Action.FORWARD and not self._can_step():
@@ -98,7 +98,7 @@ class MapNavigator:
         return self._plan.pop(0)
 
     def _follow(self) -> None:
-        """Add a move to the trace; what was not picked up is not tried again."""
+        """Add a move to the trace; a failed pick-up is not tried again."""
         body = self._body
         x, z, _ = self._trace[-1]
         if math.hypot(body.x - x, body.z - z) > 0.1:
@@ -114,7 +114,7 @@ class MapNavigator:
         return can_step(self._body.ground, *self._body.pose)
 
     def _decide(self, steps_left: int) -> list[Action]:
-        """Return the actions of the best option that leads somewhere."""
+        """Return the actions of the best option for which there is a plan."""
         moment = Moment(self._body.ground, self._trace, self._beliefs(), steps_left, self._turn)
         sample, beliefs = sample_of(self._rows, moment)
         values = self._choose(sample, beliefs)
@@ -133,7 +133,7 @@ class MapNavigator:
         return [belief for belief in beliefs if (belief.mark.x, belief.mark.z) not in self._missed]
 
     def _plan_for(self, option: int, beliefs: Sequence[Belief]) -> list[Action]:
-        """Return the actions of an option; empty if it leads nowhere."""
+        """Return the actions of an option; empty if there is no plan."""
         if option < WAYPOINTS:
             direction, distance = divmod(option, len(DISTANCES))
             angle = self._body.angle + direction * (2.0 * math.pi / DIRECTIONS)

@@ -24,15 +24,15 @@ from agents.vl_map.features import (
 from agents.vl_map.options import DISTANCES
 
 NEARNESS = (0.0, 1.0, 2.0, 3.2, 5.0, 7.5, 11.0, 16.0, 24.0)
-"""Distances at the middles of the soft bins in which distances are given, in units."""
+"""Centres of the soft bins for distances, in units."""
 
 AGES = (0.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
-"""The same for numbers of moves."""
+"""Centres of the soft bins for numbers of moves."""
 
 _WHERE = SLOTS["type"].index("where")
 
 NEVER = -30.0
-"""Value of an option that there is not."""
+"""Value of an absent option."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class Sizes:
         heads: of the attention.
         layers: of attention.
         inner: hidden units of the layers between.
-        dropout: share of a token's values left out in training.
+        dropout: probability of dropping a token's value in training.
     """
 
     width: int = 64
@@ -55,7 +55,7 @@ class Sizes:
 
 
 class Batch(NamedTuple):
-    """Samples together: the arrays of `features.Sample` with one more axis in front, as tensors."""
+    """A batch of samples: the arrays of `features.Sample` with one more axis in front, as tensors."""
 
     rows: Tensor
     ground: Tensor
@@ -77,14 +77,14 @@ def tensors_of(sample: Sample) -> Batch:
 
 
 def directions_of(right: Tensor, ahead: Tensor) -> Tensor:
-    """Return directions as shares of the two nearest of DIRECTIONS, (..., DIRECTIONS)."""
+    """Return directions as soft bins: shares of the two nearest of DIRECTIONS, (..., DIRECTIONS)."""
     place = torch.atan2(right, ahead) * (DIRECTIONS / (2.0 * math.pi))
     apart = torch.remainder(place[..., None] - torch.arange(DIRECTIONS) + DIRECTIONS / 2, DIRECTIONS) - DIRECTIONS / 2
     return (1.0 - apart.abs()).clamp(min=0.0)
 
 
 def shares_of(values: Tensor, middles: tuple[float, ...]) -> Tensor:
-    """Return values as shares of the two nearest of some middles, (..., middles)."""
+    """Return values as soft bins: shares of the two nearest centres, (..., centres)."""
     known = torch.tensor(middles)
     inside = values.clamp(middles[0], middles[-1]).contiguous()
     upper = torch.searchsorted(known, inside).clamp(1, len(middles) - 1)
@@ -95,7 +95,7 @@ def shares_of(values: Tensor, middles: tuple[float, ...]) -> Tensor:
 
 
 class _Layer(nn.Module):
-    """Attention with a bias where a step names a landmark, and a layer of hidden units."""
+    """Transformer layer whose attention has a bias where a step names a landmark."""
 
     def __init__(self, sizes: Sizes) -> None:
         super().__init__()
@@ -114,7 +114,7 @@ class _Layer(nn.Module):
 
         Args:
             tokens: (B, tokens, width), rows first, then landmarks.
-            mask: (B, 1, 1, tokens), 0 or NEVER for those that there are not.
+            mask: (B, 1, 1, tokens), 0, or NEVER for absent tokens.
             match: (B, 2, ROWS, THINGS).
         """
         batch, count, width = tokens.shape
@@ -167,7 +167,7 @@ class PolicyNetwork(nn.Module):
         return values
 
     def predict(self, batch: Batch) -> tuple[Tensor, Tensor]:
-        """Return the values of all options, and of each row that it is the one that is being carried out, (B, ROWS)."""
+        """Return the values of all options, and the logits of which row is being carried out, (B, ROWS)."""
         rows = sum(slot(batch.rows[:, :, number]) for number, slot in enumerate(self.slots)) + self.order
         tokens = torch.cat(
             [rows, self._things(batch.things), self._trace(batch.trace), self._ground(batch.ground),
@@ -192,7 +192,7 @@ class PolicyNetwork(nn.Module):
         return self._options(self.last(tokens), batch), progress
 
     def _at(self, tokens: Tensor, shares: Tensor, match: Tensor) -> Tensor:
-        """Return tokens that know the row that is being carried out and the one before it, and what these name."""
+        """Return tokens with the row that is being carried out, the one before it, and what these name."""
         both = torch.stack([shares, functional.pad(shares[:, 1:], (0, 1))], 1)  # (B, 2, ROWS)
         rows = (both @ tokens[:, :ROWS]).flatten(1)
         named = torch.einsum("bsr,bkrt->btsk", both, match).flatten(2)

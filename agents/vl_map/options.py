@@ -1,4 +1,4 @@
-"""What the policy chooses from: waypoints by direction and distance, and landmarks to pick up."""
+"""Options of the policy: waypoints by direction and distance, and landmarks to pick up."""
 
 from agents.vl_map.features import DIRECTIONS, THINGS
 

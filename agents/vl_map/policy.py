@@ -1,4 +1,4 @@
-"""The policy as agents use it: the value of each option for what is given."""
+"""The trained policy of an agent: the value of each option for an input."""
 
 from collections.abc import Sequence
 
@@ -12,7 +12,7 @@ from agents.vl_map.network import PolicyNetwork, batch_of
 
 
 class Policy:
-    """Chooses by a network.
+    """Values options by a network.
 
     Args:
         network: trained, in evaluation mode.

@@ -1,7 +1,7 @@
 """The network that finds the cell of the room in which the object is to be placed.
 
-Where a relation's cell lies from its landmark is learned, as a value for each difference of columns and rows; so are
-how much a word that does not fit speaks against a landmark, and which way the agent faces after the turns.
+It learns the offset of a relation's cell from its landmark, as a logit for each difference of columns and rows; the
+penalty of a mismatched word for a landmark; and the agent's heading after its turns.
 
 In the comments B is the batch, R relations, N things, Q = 4 directions that the agent can face, C = 20 cells.
 """
@@ -18,14 +18,14 @@ from lang.meaning import TURNS, Assembly
 from lang.room import COLUMNS, ROWS, START, Cell, Room
 
 PLACES, MARKS, TURNED = 4, 24, 2
-"""Most relations that are given, most things, and most turns."""
+"""Largest numbers of relations, of things and of turns in the input."""
 
 NEVER = -30.0
-"""Value of what there is not."""
+"""Value of absent things."""
 
 CELLS: tuple[Cell, ...] = tuple((column, row) for column in range(COLUMNS) for row in range(ROWS))
 ACROSS, MIDDLES = 2 * (COLUMNS - 1) + 1, 4 * (COLUMNS - 1) + 1
-"""Differences of cells along an axis, and of a cell and the middle of two, in half cells."""
+"""Number of differences of cells along an axis, and between a cell and the midpoint of two, in half cells."""
 
 THING, WALL, YOU = range(3)
 _RELATIONS = len(SLOTS["relation"])
@@ -39,16 +39,16 @@ Numbers = npt.NDArray[np.int64]
 
 
 class Given(NamedTuple):
-    """What the network is given, as arrays; with one more axis in front for several.
+    """Input of the network as arrays, with one more axis in front for a batch.
 
     Attributes:
         turns: (TURNED,) numbers of turns, 0 for none.
         relations: (PLACES, 3) relation, whether it is direct, and THING, WALL or YOU; relation 0 for none.
-        differs: (PLACES, 2, MARKS, 3) whether kind, colour and look that are said of the first and the second thing
-            differ from those of each thing in the room.
+        differs: (PLACES, 2, MARKS, 3) whether the named kind, colour and look of the first and the second thing differ
+            from those of each thing in the room.
         marks: (MARKS, 3) column, row, and whether there is such a thing.
-        walls: (PLACES, 4) whether the wall that is said is not the one in each direction.
-        heights: (C,) things in each cell.
+        walls: (PLACES, 4) whether the named wall is not the one in each direction.
+        heights: (C,) number of things in each cell.
     """
 
     turns: Numbers
@@ -60,7 +60,7 @@ class Given(NamedTuple):
 
 
 def given_of(rows: list[Row], room: Room) -> Given:
-    """Return what the network is given for an instruction's rows and a room's contents."""
+    """Return the network's input for an instruction's rows and a room's contents."""
     turns = [TURNS.index(SLOTS["direction"][row[_PLACE["direction"]]]) + 1
              for row in rows if TYPES[row[0]] == ROTATE and row[_PLACE["direction"]]][:TURNED]  # fmt: skip
     said = [row for row in rows if TYPES[row[0]] == WHERE and row[_PLACE["relation"]]][:PLACES]
@@ -112,7 +112,7 @@ class Placer(nn.Module):
         self.register_buffer("is_start", torch.tensor([cell == START for cell in CELLS]), persistent=False)
 
     def forward(self, given: Given) -> Tensor:
-        """Return the values of all cells, (B, C)."""
+        """Return the logits of all cells, (B, C)."""
         turns, relations, differs, marks, walls, heights = (torch.as_tensor(part) for part in given)
         facing = torch.stack([self.facing[number, turns[:, number]] for number in range(TURNED)]).sum(0)  # (B, Q)
         offsets = _turned(self.cells - marks[:, :, None, :2])  # (B, Q, N, C, 2)
@@ -142,7 +142,7 @@ class Placer(nn.Module):
         return all_.masked_fill(self.is_start, NEVER)
 
     def _between(self, meant: Tensor, marks: Tensor) -> Tensor:
-        """Return the values of cells by how they lie to the middle of the likeliest two things, (B, C)."""
+        """Return the logits of cells by their offset from the midpoint of the two likeliest things, (B, C)."""
         first = meant[:, 0].argmax(1)
         second = meant[:, 1].scatter(1, first[:, None], NEVER).argmax(1)
         batch = torch.arange(len(marks))
@@ -170,28 +170,28 @@ class Placement:
 
 
 def several(all_: list[Given]) -> Given:
-    """Return what is given for several, with one more axis in front."""
+    """Return several inputs as a batch, with one more axis in front."""
     return Given(*(np.stack(part) for part in zip(*all_, strict=True)))
 
 
 def _turned(offsets: Tensor) -> Tensor:
-    """Return offsets, (B, ..., 2), as an agent sees them that faces each direction, (B, Q, ..., 2): right and ahead."""
+    """Return offsets, (B, ..., 2), relative to an agent facing each direction, (B, Q, ..., 2): right and ahead."""
     x, y = offsets.unbind(-1)
     return torch.stack([torch.stack(seen, -1) for seen in ((x, y), (-y, x), (-x, -y), (y, -x))], 1)
 
 
 def _place(offsets: Tensor) -> Tensor:
-    """Return the place of offsets, (..., 2), in a table of them."""
+    """Return the index of offsets, (..., 2), in a table of them."""
     return (offsets[..., 0] + ACROSS // 2) * ACROSS + offsets[..., 1] + ACROSS // 2
 
 
 def _gather(tables: Tensor, places: Tensor) -> Tensor:
-    """Return the values at places, (B, ...), each in its own table, (B, values)."""
+    """Return the values at indices, (B, ...), of each batch item's table, (B, values)."""
     return tables.gather(1, places.flatten(1)).view(places.shape)
 
 
 def _from_walls() -> Tensor:
-    """Return how many cells are between each wall and each cell, (4, C)."""
+    """Return the number of cells between each wall and each cell, (4, C)."""
     return torch.tensor(
         [[(ROWS - 1 - row, COLUMNS - 1 - column, row, column)[wall] for column, row in CELLS] for wall in range(4)]
     )

@@ -1,4 +1,4 @@
-"""Files of the policy's weights: safetensors in half precision, with sizes and what else is known in the header."""
+"""Weight files of the policy: safetensors in half precision, with sizes and metadata in the header."""
 
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -15,11 +15,11 @@ FORMAT = "vl_map 2"
 
 
 class Networks(NamedTuple):
-    """What the agent has learned of its own.
+    """The agent's own trained networks.
 
     Attributes:
         policy: chooses waypoints in the street.
-        placer: finds the cell of the room.
+        placer: finds the target cell of the room.
     """
 
     policy: PolicyNetwork
@@ -27,12 +27,12 @@ class Networks(NamedTuple):
 
 
 def write_policy(path: Path, networks: Networks, about: Mapping[str, Any]) -> None:
-    """Write the networks to a file, which appears complete or not at all.
+    """Write the networks to a file, atomically.
 
     Args:
         path: the file.
-        networks: trained.
-        about: what else is known of them, as JSON values.
+        networks: the trained networks.
+        about: metadata, as JSON values.
     """
     tensors = {
         f"{part}.{name}": value.detach().to(torch.float16).contiguous()
@@ -43,10 +43,10 @@ def write_policy(path: Path, networks: Networks, about: Mapping[str, Any]) -> No
 
 
 def read_policy(path: Path) -> tuple[Networks, dict[str, Any]]:
-    """Return the networks of a file, ready for use, and what else is known of them.
+    """Return the networks of a file, in evaluation mode, and their metadata.
 
     Raises:
-        BadWeights: if it is no such file.
+        BadWeights: if the file is not readable.
     """
     tensors, header = read_tensors(path)
     if header.get("format") != FORMAT:

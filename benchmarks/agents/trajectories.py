@@ -1,4 +1,4 @@
-"""The ways of a played run over the map, beside the ground truth, and what went wrong.
+"""Pictures of an agent's paths over the map, beside the ground truth, and a table of its failures.
 
     python -m benchmarks.agents.trajectories [--data DIR] [--agent NAME] [--agent-arg NAME=VALUE ...]
                                              [--split S] [--lang L] [--episodes N] [--output DIR]

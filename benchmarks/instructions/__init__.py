@@ -1,1 +1,1 @@
-"""Instructions: whether generated ones are true, lifelike and needed, and how free ones are read."""
+"""Instructions: are generated ones true, like people's and needed, and how well are free texts read?"""

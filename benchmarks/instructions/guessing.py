@@ -1,4 +1,4 @@
-"""What the follower reaches without the route: `python -m benchmarks.instructions.guessing DATA --episodes 60`.
+"""Scores of the follower without the route: `python -m benchmarks.instructions.guessing DATA --episodes 60`.
 
 Plays episodes of a data folder in English with the full navigation texts, with the target's name alone, and with the
 texts of another episode; the room's texts are always the full ones. The less a name alone leads to the target, the more

@@ -1,4 +1,4 @@
-"""How often navigation instructions tell the way as people do: `python -m benchmarks.instructions.route_words DATA`.
+"""Frequencies of ways to describe a route, beside people's: `python -m benchmarks.instructions.route_words DATA`.
 
 Prints the share of instructions that name a building, a crossing, a corner, a street, another or the next thing,
 several things, and so on, in a generated data set, in English and Hindi, and, if the environment variable

@@ -1,1 +1,1 @@
-"""The leaderboard: what intervals and tests hold, and time and size of large standings."""
+"""The leaderboard: coverage of intervals, power of tests, and time and size of large standings."""

@@ -1,1 +1,1 @@
-"""People's texts of the official release, in the city that is rebuilt from them."""
+"""People's texts of the official release in the reconstructed city: are they true there, and can they be followed?"""

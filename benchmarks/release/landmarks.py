@@ -1,4 +1,4 @@
-"""How true human texts are in a city recovered from them: `python -m benchmarks.release.landmarks val_seen.json`.
+"""Truth of people's texts in the city rebuilt from them: `python -m benchmarks.release.landmarks val_seen.json`.
 
 Recovers each section's fixed scenery without a part of its episodes (`--folds 2`: from half of them), gives the
 episodes of that part their own furniture from their own texts, and counts in that part the mentions and turns that fit:

@@ -1,4 +1,4 @@
-"""Frame rate of another environment. Started by `cameras.py` and `environments.py`, in an interpreter that has it.
+"""Frame rate of another project's environment, started by `cameras.py` and `environments.py` in its own interpreter.
 
     python -m benchmarks.simulation.peers vizdoom|miniworld|babyai [--seconds 2]
 

@@ -1,4 +1,4 @@
-"""Warnings and errors in the logs of the soak's servers, and which of them the injected faults explain."""
+"""Warnings and errors in the logs of the soak test's servers, and which of them the injected faults explain."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""The soak's rude streams: they join the players' runs, and end in every way that is not polite."""
+"""Rude streams of the soak test: they join the players' runs, and disconnect without a proper close."""
 
 import random
 import signal

@@ -1,1 +1,1 @@
-"""Demonstrations: ground truth and recorded runs, rendered again, in the formats that training code reads."""
+"""Export of demonstrations: ground truth and recorded runs, rendered again, in formats for training code."""

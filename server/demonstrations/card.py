@@ -14,7 +14,7 @@ def card(export: Export, metadata: Mapping[str, Any], columns: Mapping[str, str]
 
     Args:
         export: what was exported.
-        metadata: further entries of its head; as JSON they are YAML, too.
+        metadata: further entries of its YAML header, written as JSON.
         columns: meaning of each column.
     """
     request = export.request

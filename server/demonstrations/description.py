@@ -12,7 +12,7 @@ UNITS = {
     "segmentation": ("uint16", "index in `labels` of demonstrations.json: kind, colour, look"),
     "pose": ("float64", "x and z in units, heading in degrees clockwise from +z; in the room column and row"),
 }
-"""By sensor the type of its values, and their unit or meaning."""
+"""Type of each sensor's values, and their unit or meaning."""
 
 ACTIONS = ("forward", "left", "right", "interact")
 """Names of the actions, by number."""

@@ -26,7 +26,7 @@ CAMERA = "ARRAMON_CAMERA"
 """Environment variable that names the camera, as for the environments."""
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-"""Numbers of the errors that say that there is no room for a file."""
+"""Error numbers of a full disk."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,10 +34,10 @@ class Progress:
     """The progress of an export.
 
     Attributes:
-        export: what is exported.
+        export: the export.
         parts, episodes, steps, size: finished so far, those of an earlier attempt included; size in bytes.
         fresh: steps finished in this attempt.
-        seconds: since this attempt was begun.
+        seconds: since this attempt began.
     """
 
     export: Export
@@ -60,7 +60,7 @@ class Progress:
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """A part to export, with all that another process has to know."""
+    """A part to export, as sent to another process."""
 
     export: Export
     folder: Path
@@ -110,7 +110,7 @@ def export_demonstrations(
     Args:
         request: the settings, with languages.
         split: that is exported.
-        sources: what is demonstrated.
+        sources: the actions to export.
         output: the folder.
         jobs: number of processes; 0 for one per core.
         tell: receives the progress, in this thread.

@@ -12,7 +12,7 @@ from typing import Any
 from server.errors import BadFile, BadInput, Conflict
 
 RECORD = "demonstrations.json"
-"""The file that says what the folder holds."""
+"""Name of the export's record: settings and content."""
 
 FORMAT, VERSION = "arramon-demonstrations", 1
 
@@ -32,7 +32,7 @@ class Folder:
         self._work = path / WORK
 
     def begin(self, settings: Mapping[str, Any]) -> bool:
-        """Make the folder, or open that of an export with the same settings; return whether it is complete.
+        """Create the folder, or open that of an export with the same settings; return whether it is complete.
 
         Raises:
             BadInput: if the folder holds something else.
@@ -103,12 +103,12 @@ class Folder:
         return {int(path.stem.removeprefix("part-")): json.loads(path.read_text(encoding="utf-8")) for path in found}
 
     def end(self) -> None:
-        """Remove all that is only for work."""
+        """Remove the working files."""
         shutil.rmtree(self._work)
 
     @contextmanager
     def alone(self) -> Iterator[None]:
-        """Keep other exports out of this folder, and clear away what a killed one left in work.
+        """Lock this folder against other exports, and remove what a killed one left.
 
         Raises:
             Conflict: if another export is writing to it.

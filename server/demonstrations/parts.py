@@ -10,7 +10,7 @@ from server.episodes.splits import Split
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """Some episodes of an export, and what comes before them; each language of an episode is a demonstration.
+    """Some episodes of an export, with the counts of all earlier parts; each language of an episode is a demonstration.
 
     Attributes:
         number: from 0.

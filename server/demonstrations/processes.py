@@ -1,4 +1,4 @@
-"""Work on all cores: results come as they are ready, and no part is left half-written."""
+"""Parallel export: results arrive as they are ready, and no part is left half-written."""
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import as_completed

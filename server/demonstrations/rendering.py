@@ -1,4 +1,4 @@
-"""Demonstrations with frames: the actions played by the environments' own player, so that frames are the agents'."""
+"""Rendering of demonstrations by the environments' own player, so that frames are those of agents."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from server.errors import Conflict
 
 @dataclass(frozen=True, eq=False)
 class Rendered:
-    """A demonstration with all that an agent saw.
+    """A demonstration with its observations.
 
     Attributes:
         source: its actions.
@@ -62,7 +62,7 @@ class Rendered:
 
 
 def render(export: Export, source: Source) -> Rendered:
-    """Play a demonstration and draw it.
+    """Play and render a demonstration.
 
     Raises:
         ArraMonError: if the actions do not fit the episode.

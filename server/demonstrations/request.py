@@ -1,4 +1,4 @@
-"""What is exported, and in which form: the settings of an export, checked against the split."""
+"""Settings of an export, checked against the split."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -12,7 +12,7 @@ from server.errors import BadInput, Forbidden
 PLAIN, MINARI, LEROBOT, HUGGINGFACE = "plain", "minari", "lerobot", "huggingface"
 
 FORMATS = (MINARI, LEROBOT, HUGGINGFACE, PLAIN)
-"""Names of the formats. All but the last hold frames."""
+"""Names of the formats; all but the last contain frames."""
 
 EXPORTED_SENSORS = SENSORS[:4]
 """Sensors that can be exported: those of agents, without the ground truth."""
@@ -41,7 +41,7 @@ class Request:
         sensors: some of `EXPORTED_SENSORS`, in their order; none in the format "plain".
         size: side length of the images, in pixels; 0 in the format "plain".
         reward: one of `REWARDS`.
-        run_id: the recorded run that is exported; None for the ground truth.
+        run_id: the recorded run to export; None for the ground truth.
         episodes: export only the first so many, in the split's playing order; None for all.
         part_size: episodes in one part.
     """
@@ -60,7 +60,7 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class Export:
-    """A request with what it means for its split.
+    """A request with the facts of its split.
 
     Attributes:
         request: with languages and sensors spelled out.
@@ -107,7 +107,7 @@ def make_request(
     episodes: int | None = None,
     part_size: int = EPISODES_PER_PART,
 ) -> Request:
-    """Return checked settings; `check_request` compares them with the split.
+    """Return valid settings; `check_request` compares them with the split.
 
     Raises:
         BadInput: if one is wrong in itself; the message says what would be right.

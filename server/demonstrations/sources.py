@@ -1,4 +1,4 @@
-"""What is demonstrated: the actions of the ground truth, or those of a recorded run, episode by episode."""
+"""Actions to export for each episode: the ground truth, or a recorded run."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from server.sim.rules import STEPS_PER_PHASE
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """The actions of one episode that are demonstrated.
+    """The exported actions of one episode.
 
     Attributes:
         episode_id: the episode.
@@ -33,11 +33,11 @@ class Source:
 
 @dataclass(frozen=True, slots=True)
 class Sources:
-    """All that is demonstrated.
+    """The exported actions of all episodes.
 
     Attributes:
         chosen: in the split's playing order.
-        left_out: ids of the episodes that cannot be demonstrated, with the reason.
+        left_out: ids of the episodes that cannot be exported, with the reason.
         steps_per_phase: the step limit of a phase.
     """
 
@@ -47,7 +47,7 @@ class Sources:
 
 
 def ground_truth(split: Split, request: Request) -> Sources:
-    """Return the ground truth of a split. A phase that takes more steps than a run allows cannot be demonstrated."""
+    """Return the ground truth of a split. An episode with a phase longer than a run's limit cannot be exported."""
     chosen, left_out = [], {}
     for episode in _first(split.in_playing_order(*request.languages), request):
         phases = [phase for turn in episode.turns for phase in (turn.actions, turn.room_actions)]
@@ -60,7 +60,7 @@ def ground_truth(split: Split, request: Request) -> Sources:
 
 
 def recorded_run(journal: Journal, run: Run, split: Split, request: Request) -> Sources:
-    """Return what an agent did in a run that is over.
+    """Return an agent's actions in a finished run.
 
     Raises:
         Conflict: if the run is still being played, or the split's data has changed since.

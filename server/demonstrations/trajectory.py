@@ -18,7 +18,7 @@ Scores = dict[str, dict[str, float]]
 
 @dataclass(frozen=True, slots=True)
 class Trajectory:
-    """What happened in a demonstration; each list has one entry for each action.
+    """Turn, phase and pose of a demonstration's steps, one entry for each action, and the scores.
 
     Attributes:
         turns: 1 or 2, before the action.
@@ -36,7 +36,7 @@ class Trajectory:
 
 
 def follow(source: Source, episode: Episode, ground: Ground, steps_per_phase: int) -> Trajectory:
-    """Play the actions of a demonstration by the rules, and return what happened.
+    """Play the actions of a demonstration by the rules, and return the trajectory.
 
     Raises:
         ArraMonError: if they do not fit the episode.

@@ -8,6 +8,7 @@ import pytest
 
 from arramon_client import UsageError, arguments, cli
 from arramon_client.transport.access import Access, access_of
+from tests.forked import run
 
 PLAY = ["--agent", "agents.stop", "--lang", "en"]
 
@@ -82,14 +83,22 @@ def test_missing_token_and_certificate_files_are_reported(tmp_path: Path) -> Non
 BROKEN = b"-----BEGIN CERTIFICATE-----\nAAAA\n-----END CERTIFICATE-----\n"
 
 
+NO_CERTIFICATE = "error: --tls-ca {} contains no certificate: expected PEM, with a line -----BEGIN CERTIFICATE-----\n"
+
+
 @pytest.mark.parametrize("content", [b"", b"hello", b"\xff\xfe\x00", BROKEN])
-@pytest.mark.parametrize("command", [["--agent", "agents.stop", "--lang", "en"], ["account"]])
+@pytest.mark.parametrize("command", [PLAY, ["account"]])
 def test_ca_file_without_a_certificate_is_reported(tmp_path: Path, content: bytes, command: list[str]) -> None:
     (tmp_path / "ca.pem").write_bytes(content)
-    program = [sys.executable, "-m", "arramon_client", *command, "--server", "127.0.0.1:1", "--tls-ca", "ca.pem"]
+    done = run(*command, "--server", "127.0.0.1:1", "--tls-ca", tmp_path / "ca.pem", command=cli.main)
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", NO_CERTIFICATE.format(tmp_path / "ca.pem"))
+
+
+def test_ca_file_without_a_certificate_is_reported_by_the_program_without_output_of_grpc(tmp_path: Path) -> None:
+    (tmp_path / "ca.pem").write_bytes(BROKEN)
+    program = [sys.executable, "-m", "arramon_client", *PLAY, "--server", "127.0.0.1:1", "--tls-ca", "ca.pem"]
     done = subprocess.run(program, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
-    said = "error: --tls-ca ca.pem contains no certificate: expected PEM, with a line -----BEGIN CERTIFICATE-----\n"
-    assert (done.returncode, done.stdout, done.stderr) == (2, "", said)
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", NO_CERTIFICATE.format("ca.pem"))
 
 
 @pytest.mark.parametrize("more", [["--token", "t"], ["--token-file", "f"], ["--tls"], ["--no-tls"], ["--tls-ca", "f"]])

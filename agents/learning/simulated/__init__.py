@@ -1,1 +1,1 @@
-"""Free labels of the simulator, for training alone: no agent imports this at play."""
+"""Training data from the simulator: labelled frames, and walks without images. Agents never import this at play."""

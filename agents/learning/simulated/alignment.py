@@ -1,4 +1,4 @@
-"""Where along a path each row of an instruction is carried out, as far as the path and the things beside it tell."""
+"""Alignment of an instruction's rows with a path: at which point of the path each row is carried out."""
 
 import math
 from collections.abc import Sequence
@@ -13,10 +13,10 @@ from lang.street import DEGREES
 from server.dataset.layout.solids import to_rectangle
 
 FAR, TURNED = 6.0, math.radians(60.0)
-"""Distance from a thing that a row names, and difference from a turn that it tells, from which a place is no better."""
+"""Distance from a row's thing, and difference from a row's turn, that have the full cost of 1; more costs the same."""
 
 UNKNOWN = 0.3
-"""Cost of a place where nothing tells whether a row fits it."""
+"""Cost of a place for a row that neither names a thing nor asks for a turn."""
 
 Costs = npt.NDArray[np.float64]
 
@@ -24,9 +24,9 @@ _NAMES = list(SLOTS)
 
 
 def places_of(course: Course, rows: Sequence[Row]) -> list[int]:
-    """Return for each row the number of the path's point where it is done, in order; a relation's is that of its thing.
+    """Return for each row the index of the path's point where it is done; a relation's is that of its thing.
 
-    The points are those with the least cost in all: distance from what the row names, difference from its turn.
+    Points are in order, and the total cost is least: distances from named things, differences from turns.
     """
     if not rows:
         return []
@@ -51,13 +51,13 @@ def places_of(course: Course, rows: Sequence[Row]) -> list[int]:
 
 
 def current_row(rows: Sequence[Row], places: Sequence[int], at: int) -> int:
-    """Return the number of the row that is being carried out at a point of the path: the first that is done later."""
+    """Return the index of the row that is being carried out at a point of the path: the first one done later."""
     steps = [number for number, row in enumerate(rows) if TYPES[row[0]] != WHERE]
     return next((number for number in steps if places[number] > at), steps[-1] if steps else 0)
 
 
 def _costs(course: Course, row: Row) -> Costs:
-    """Return how badly each point of the path fits a row, 0 to about 1."""
+    """Return the cost of each point of the path for a row, 0 to about 1."""
     path, type_ = course.path, TYPES[row[0]]
     found = []
     thing = named(row, 0)
@@ -71,7 +71,7 @@ def _costs(course: Course, row: Row) -> Costs:
 
 
 def _distances(course: Course, thing: Named) -> Costs | None:
-    """Return how far each point is from each thing that fits a name, (points, things); None if there is none."""
+    """Return the distances of points from the things that match a name, (points, things); None if there is none."""
     path, things = course.path, course.things
     fitting = [
         number
@@ -93,7 +93,7 @@ def _distances(course: Course, thing: Named) -> Costs | None:
 
 
 def _turns(course: Course, wanted: float) -> Costs:
-    """Return how much the turn at each point differs from one that is wanted, 0 to 1."""
+    """Return the difference between the turn at each point and the wanted one, 0 to 1."""
     path = course.path
     after = np.array([_heading(path, at, min(at + 2, len(path) - 1)) for at in range(len(path))])
     before = np.array([course.start[2] if at < 1 else _heading(path, max(at - 2, 0), at) for at in range(len(path))])

@@ -1,4 +1,4 @@
-"""An agent's body in a section's streets without images: it sees by geometry, with the faults of learned eyes."""
+"""A simulated agent in a section's streets, without images: it sees by geometry, with a visual encoder's errors."""
 
 import math
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ from agents.vl_map.features import relative_to
 from arramon_client.agent import Action
 
 RAYS = 56
-"""Columns of a frame that are looked along."""
+"""Columns of a frame for which a ray is cast."""
 
 _RIGHT = ((np.arange(RAYS) + 0.5) * 2.0 / RAYS - 1.0) * math.tan(math.radians(30.0))
 _TURNED, _LENGTH = np.arctan(_RIGHT), np.sqrt(1.0 + _RIGHT**2)
@@ -51,14 +51,14 @@ _LIKE = {
 
 @dataclass(frozen=True, slots=True)
 class Faults:
-    """How often learned eyes are wrong, from 0 for perfect ones; as measured on frames of `train`.
+    """Error rates of the visual encoder, 0 for a perfect one; the defaults were measured on frames of `train`.
 
     Attributes:
-        missed: share of the views of small things that are missed; of larger ones fewer are.
-        kind, colour, pattern, shape: shares of things, and of views, whose name is wrong.
+        missed: share of views of small things that are missed; of large things fewer are.
+        kind, colour, pattern, shape: shares of things, and of views, with a wrong name.
         facade: share of buildings whose facade is wrong.
-        unclear: share of views of walls that show no facade clearly, for each unit of distance.
-        place, displaced: error of a thing's place, as a share of its distance; share of views in which it is far off.
+        unclear: share of views of walls without a clear facade, for each unit of distance.
+        place, displaced: error of a thing's place, as a share of its distance; share of views with a gross error.
         crossing: share of the distance to which perfect eyes see zebra crossings by which others see them less far.
     """
 
@@ -74,7 +74,7 @@ class Faults:
     crossing: float = 0.4
 
     def scaled(self, share: float) -> "Faults":
-        """Return faults that are as many times as frequent."""
+        """Return these error rates times a factor."""
         return Faults(*(min(0.9, share * getattr(self, name)) for name in self.__slots__))
 
 
@@ -83,10 +83,10 @@ class SimulatedBody(Body):
 
     Args:
         world: the section.
-        things: that stand there.
-        pose: (x, z, heading in radians) in the world at which it begins.
-        faults: of its eyes.
-        random: draws the faults.
+        things: in the section.
+        pose: (x, z, heading in radians) in the world at the start.
+        faults: error rates of what it sees.
+        random: source of the errors.
     """
 
     def __init__(
@@ -141,7 +141,7 @@ class SimulatedBody(Body):
         return (x - x0) * cos - (z - z0) * sin, (x - x0) * sin + (z - z0) * cos
 
     def do(self, action: Action) -> None:
-        """Turn or step, if nothing is in the way."""
+        """Carry out an action; a step only if nothing is in the way."""
         self.record_action(action)
         blocked = False
         if action is Action.FORWARD:
@@ -197,7 +197,7 @@ class SimulatedBody(Body):
         return found
 
     def _named(self, x: float, z: float, heading: float) -> list[NamedThing]:
-        """Return the things in view, as they would be cut out and named."""
+        """Return the things in view, as the encoder would cut them out and name them."""
         things, random = self._things, self._random
         right, ahead = relative_to(things.places, (x, z, heading))
         shown = (ahead > 0.4) & (ahead < FARTHEST) & (np.abs(right) < ahead * math.tan(math.radians(30.0)))
@@ -229,7 +229,7 @@ class SimulatedBody(Body):
         return found
 
     def _names(self, number: int, pixels: int) -> tuple[npt.NDArray[np.float32], ...]:
-        """Return probabilities of kinds, colours and looks of a thing, as one view of it shows."""
+        """Return probabilities of kinds, colours and looks of a thing, as from one view."""
         faults, random = self._faults, self._random
         codes, wrong = self._things.codes[number], self._wrong[number]
         worse = 0.8 + math.exp(-pixels / 60.0)
@@ -254,7 +254,7 @@ class SimulatedBody(Body):
         return self._faults.pattern
 
     def _drawn_names(self, number: int) -> tuple[int, int, int]:
-        """Return a kind, a colour and a look that a thing could be taken for."""
+        """Return a kind, a colour and a look with which a thing could be confused."""
         random, codes = self._random, self._things.codes[number]
         kinds = _LIKE.get(KINDS[codes.kind], _COLLECTIBLES if codes.kind in _COLLECTIBLES else _FURNITURE)
         look = NONE
@@ -271,7 +271,7 @@ def _grouped(row: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
 
 
 def _scan(solid: npt.NDArray[np.float64], wall: npt.NDArray[np.float64], own: tuple[float, float, float]) -> Scan:
-    """Return obstacles and free ground of a frame, as `follower.perceive.Eye.scan` does from images."""
+    """Return obstacles and free ground of a frame, like `follower.perceive.Eye.scan` from images."""
     near = np.minimum(solid, MAX_DISTANCE)
     points, walls = [], []
     for distance, is_wall in ((solid, False), (wall, True)):

@@ -1,4 +1,4 @@
-"""Ways of episodes' turns for walks without images: the world, the path, and the instruction as it is read."""
+"""Courses for simulated walks, one for each turn of an episode: the world, the path, the instruction as read."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -20,20 +20,20 @@ from server.sim.own_furniture import furnished
 from server.sim.rules import Action, Collectible
 
 EXTRA = "train_extra"
-"""The split in drawn sections, which is learned from as well where the data folder has it."""
+"""Split in generated sections, used for training too if the data folder has it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """One turn's way.
+    """The course of one turn.
 
     Attributes:
-        world, things: what is there.
+        world, things: the section and what stands in it.
         start: (x, z, heading in radians) in the world.
         path: (n, 2) of (x, z).
         items: the collectibles; the first is the target.
         turn: 1 or 2.
-        readings: rows of the instruction: as meant, and as read in each language.
+        readings: rows of the instruction: the true meaning, and the reader's result in each language.
     """
 
     world: World
@@ -62,11 +62,11 @@ def courses_of(
     """Yield the turns of episodes.
 
     Args:
-        split: that they are of.
-        episodes: whose turns.
+        split: of the episodes.
+        episodes: their ids.
         languages: in which instructions are read.
         reader: of instructions.
-        meant: whether the first reading is what was meant, by the first language's grammar.
+        meant: whether the first reading is the true meaning, read by the first language's grammar.
     """
     worlds: dict[str, World] = {}
     for episode in episodes:
@@ -92,7 +92,7 @@ def courses_of(
 
 
 def _rows(meaning: object) -> list[Row]:
-    """Return a meaning's rows; none if it is not one that rows can say."""
+    """Return a meaning's rows; empty if rows cannot express it."""
     assert isinstance(meaning, Navigation)
     try:
         return rows_of(meaning)
@@ -101,7 +101,7 @@ def _rows(meaning: object) -> list[Row]:
 
 
 def training_episodes(data: Path, languages: Sequence[str], episodes: int) -> list[tuple[Split, list[Episode]]]:
-    """Return the splits to learn from, `train` and EXTRA, each with the episodes that have all languages.
+    """Return the training splits, `train` and EXTRA, each with the episodes that have all languages.
 
     Args:
         data: the data folder.

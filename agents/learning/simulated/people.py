@@ -1,4 +1,4 @@
-"""People's texts of an imported split: which half of the episodes is learned from, and what the grammars read in it."""
+"""People's texts of an imported split: the half for training, and the meanings that the grammars read in it."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,13 +11,13 @@ from server.episodes.splits import Split, folder_of, read_split
 
 
 def halves(split: Split, language: str) -> tuple[list[Episode], list[Episode]]:
-    """Return every second episode in playing order, to learn from, and the others, to test on."""
+    """Return every second episode in playing order for training, and the others for testing."""
     episodes = split.in_playing_order(language)
     return episodes[1::2], episodes[::2]
 
 
 def read_people(episodes: Sequence[Episode], language: str) -> list[Sample]:
-    """Return the texts of episodes that the language's grammar can read and the reader's rows can say."""
+    """Return the texts of episodes that the language's grammar can read and rows can express."""
     speech = lang.load(language)
     samples = []
     for episode in episodes:
@@ -33,7 +33,7 @@ def read_people(episodes: Sequence[Episode], language: str) -> list[Sample]:
 
 
 def read_half(data: Path, split: str, language: str) -> list[Sample]:
-    """Return what the grammar reads in the half of a split that is learned from.
+    """Return the training half of a split, with the meanings that the grammar reads.
 
     Raises:
         NotFound: if there is no such split.

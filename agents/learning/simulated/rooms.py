@@ -1,4 +1,4 @@
-"""Rooms of episodes as they are when an object is placed, with the instruction as it is read and the right cell."""
+"""Placement tasks of episodes: the room before the placement, the instruction as read, and the right cell."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -12,19 +12,19 @@ from lang.room import Cell, Room, Standing
 from server.episodes.episode import Episode
 
 WALLS = {"brick": 0, "wood": 1, "striped": 2, "spotted": 3}
-"""By look of each wall of the room, its quarter."""
+"""Direction of each wall of the room, by its look."""
 
 MISNAMED = 0.05
-"""Share of things in the room that have a wrong name, as learned eyes give them now and then."""
+"""Share of things in the room that get a wrong name, like the visual encoder's errors."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """One placement.
+    """One placement task.
 
     Attributes:
         room: before the object is placed.
-        readings: rows of the instruction: as meant, and as read in each language.
+        readings: rows of the instruction: the true meaning, and the reader's result in each language.
         cell: in which the object belongs.
     """
 
@@ -34,7 +34,7 @@ class Task:
 
 
 def tasks_of(episodes: Sequence[Episode], languages: Sequence[str], reader: LearnedReader) -> Iterator[Task]:
-    """Yield both placements of each episode.
+    """Yield both placement tasks of each episode.
 
     Args:
         episodes: whose rooms.

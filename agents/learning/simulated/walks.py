@@ -1,4 +1,4 @@
-"""Walks along episodes' paths without images: decisions of the policy, each with the right one, and scores of walks."""
+"""Simulated walks along episodes' paths, without images: the policy's decisions with labels, and scores of walks."""
 
 import math
 from collections.abc import Sequence
@@ -23,24 +23,23 @@ from server.sim.rules import REACH_AHEAD, REACH_MARGIN, REACH_SIDE, STEPS_PER_PH
 Choices = npt.NDArray[np.float32]
 
 IN_SIGHT, LONGER, SPARE = 10.0, 1.3, 2.0
-"""How far a label is at most, in units; how much longer than straight the path to it may be, and how much besides."""
+"""Largest distance of a label, in units; largest detour on the path to it, as a factor and in units besides."""
 
 WINDOW, BACK = 20, 0.15
-"""Points of the path among which the agent is looked for from where it was last; units that a point farther on is
-taken to be farther away."""
+"""Number of path points ahead among which the nearest to the agent is searched; penalty of a later point, in units."""
 
 TAKING = 7.0
-"""Length of the path's rest from which a remembered target is the label, in units."""
+"""Length of the remaining path, in units, below which a remembered target is the label."""
 
 SAME = 1.2
-"""Largest distance of a landmark from the true place of the target that it is, in units."""
+"""Largest distance between a landmark and the target for it to be the target, in units."""
 
 
 class Label(NamedTuple):
-    """The right decision: a place, units to the right and ahead, or a landmark among the sample's, else -1.
+    """The right decision: a place, in units to the right and ahead, or the index of a landmark, else -1.
 
     Attributes:
-        row: number of the row that is being carried out.
+        row: index of the row that is being carried out.
     """
 
     right: float
@@ -50,10 +49,10 @@ class Label(NamedTuple):
 
 
 class Guide:
-    """Knows the right decision along a course.
+    """Gives the right decision anywhere near a course.
 
     Args:
-        course: the way.
+        course: the course.
         rows: of the instruction.
         body: of the agent that walks it.
     """
@@ -65,7 +64,7 @@ class Guide:
         self._way: list[tuple[float, float]] = []
 
     def label(self, beliefs: Sequence[Belief]) -> Label | None:
-        """Return the right decision: onward along the path, or back along the way that led off it; None if neither.
+        """Return the right decision: on along the path, or back to it the way the agent left it; None if neither.
 
         Args:
             beliefs: the landmarks of the sample.
@@ -104,7 +103,7 @@ class Guide:
         return None
 
     def back(self) -> Label:
-        """Return the way to the nearest place of the path."""
+        """Return the way back to the nearest point of the path."""
         return self._to(tuple(self._course.path[self._at].tolist()), -1)
 
     def _target(self, beliefs: Sequence[Belief]) -> int | None:
@@ -123,7 +122,7 @@ class Guide:
 
 
 class Decided(NamedTuple):
-    """A decision: what was given, and what is right."""
+    """A decision of the policy: its input, and the label."""
 
     sample: Sample
     label: Label
@@ -131,13 +130,13 @@ class Decided(NamedTuple):
 
 @dataclass(frozen=True)
 class Walked:
-    """A walk.
+    """A finished walk.
 
     Attributes:
         path: (n, 2) of distinct positions (x, z) in the world.
-        picked: number of the collectible that was picked up; None if none was.
-        decisions: those for which something right was in sight.
-        body: that walked, at the end.
+        picked: index of the collectible that was picked up; None if none was.
+        decisions: those with a label.
+        body: of the agent, at the end.
     """
 
     path: npt.NDArray[np.float64]
@@ -155,16 +154,16 @@ def walk(
     astray: float = 0.3,
     body: SimulatedBody | None = None,
 ) -> Walked:
-    """Walk a course and keep the decisions.
+    """Walk a course, and return the walk with its decisions.
 
     Args:
-        course: the way.
+        course: the course.
         rows: of the instruction.
-        faults: of the eyes.
-        random: draws faults and wrong turns.
-        choose: the policy; None to follow the right decisions.
-        astray: share of decisions that are not followed exactly.
-        body: that walked the turn before, and goes on from where it is; None for one at the course's start.
+        faults: error rates of what is seen.
+        random: source of errors and wrong turns.
+        choose: the policy; None to follow the labels.
+        astray: share of labels that are not followed exactly.
+        body: of the previous turn, to continue from its place; None to begin at the course's start.
     """
     if body is None:
         body = SimulatedBody(course.world, course.things, course.start, faults, random)
@@ -204,7 +203,7 @@ def walk(
 
 
 def _reached(course: Course, body: SimulatedBody) -> int | None:
-    """Return the number of the nearest collectible in the box before the agent."""
+    """Return the index of the nearest collectible in the pick-up box before the agent."""
     found = []
     for number, item in enumerate(course.items):
         right, ahead = body.local(*body.to_own(item.position.x, item.position.z))
@@ -214,7 +213,7 @@ def _reached(course: Course, body: SimulatedBody) -> int | None:
 
 
 def _exactly(label: Label) -> Choices:
-    """Return values by which a label is followed."""
+    """Return option values that follow a label."""
     values = np.full(OPTIONS, -50.0, np.float32)
     if label.thing >= 0:
         values[WAYPOINTS + label.thing] = 50.0
@@ -228,7 +227,7 @@ def _exactly(label: Label) -> Choices:
 
 
 def _near(label: Label, random: np.random.Generator) -> Choices:
-    """Return values by which a label is followed roughly, or now and then not at all."""
+    """Return option values that follow a label roughly, and now and then not at all."""
     angle = random.normal(0.0, 0.5) if random.random() < 0.75 else random.uniform(-math.pi, math.pi)
     sin, cos = math.sin(angle), math.cos(angle)
     far = random.uniform(0.3, 1.2)
@@ -237,13 +236,13 @@ def _near(label: Label, random: np.random.Generator) -> Choices:
 
 
 def score(courses: Sequence[Course], choose: Choose, reading: int, faults: Faults, seed: int = 0) -> dict[str, float]:
-    """Return how a policy walks turns: mean nDTW, shares that pick up the target, and that end within 3 units of it.
+    """Return a policy's scores: mean nDTW, shares of turns that pick up the target, and that end within 3 units of it.
 
     Args:
-        courses: turns of episodes, in order: a second turn begins where the first one ended.
+        courses: of episodes' turns, in order; a second turn begins where the first one ended.
         choose: the policy.
-        reading: number of the reading.
-        faults: of the eyes.
+        reading: index of the reading to follow.
+        faults: error rates of what is seen.
         seed: of the faults.
     """
     rows: list[tuple[float, float, float]] = []

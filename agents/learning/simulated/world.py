@@ -1,4 +1,4 @@
-"""The streets of a section for walks without images: what rays hit, what is in sight, where an agent can step."""
+"""The streets of a section for simulated walks: ray casting, lines of sight, free ground."""
 
 import math
 from collections.abc import Callable
@@ -21,13 +21,13 @@ FOCAL = 112.0 / math.tan(math.radians(30.0))
 """Pixels per unit at a distance of one unit, in frames of 224 pixels."""
 
 FILLED = 0.55
-"""Share of a thing's box that its pixels fill."""
+"""Share of a thing's bounding box that its pixels fill."""
 
 COLLECTIBLE_SIZE = 0.24
-"""Width and height of collectibles, about, in units."""
+"""Approximate width and height of collectibles, in units."""
 
 IN_FRONT = 0.45
-"""How far before a thing's middle the sight of it ends, in units: it stands at a wall, or is solid itself."""
+"""Distance before a thing's middle at which lines of sight end, in units: it may stand at a wall or be solid."""
 
 Doubles = npt.NDArray[np.float64]
 
@@ -43,9 +43,9 @@ class Things:
 
     Attributes:
         places: (n, 2) of (x, z), in units.
-        codes: of their names.
+        codes: codes of their names.
         sizes: (n, 2) width and height, in units.
-        low: (n,) heights of their lower ends.
+        low: (n,) heights of their lower ends, in units.
         faces: (n,) direction of the front, in radians; NaN for those that are seen from all sides.
         is_crossing: (n,) whether it is painted on the road.
     """
@@ -97,7 +97,7 @@ class World:
     def cast(
         self, x: float, z: float, angles: Doubles, farthest: float
     ) -> tuple[Doubles, Doubles, npt.NDArray[np.int64]]:
-        """Return how far rays from a place go: to the first solid and to the first building, and that one's number.
+        """Return the lengths of rays to the first solid and to the first building, and that building's number.
 
         The number is 0 where there is none.
 
@@ -113,14 +113,14 @@ class World:
         return solid * CELL, wall * CELL, house
 
     def are_in_sight(self, x: float, z: float, places: Doubles) -> npt.NDArray[np.bool_]:
-        """Return whether no building hides places, (n, 2), from a place, (n,)."""
+        """Return which places, (n, 2), are visible from a place past all buildings, (n,)."""
         seen = np.zeros(len(places), np.bool_)
         _see(self.houses, (x - self.left) / CELL, (z - self.bottom) / CELL,
              (places[:, 0] - self.left) / CELL, (places[:, 1] - self.bottom) / CELL, IN_FRONT / CELL, seen)  # fmt: skip
         return seen
 
     def is_free(self, x: float, z: float, to_x: float, to_z: float, clearance: float = AGENT_RADIUS) -> bool:
-        """Return whether an agent can go straight from one place to another."""
+        """Return whether an agent can walk straight from one place to another."""
         count = max(1, math.ceil(math.hypot(to_x - x, to_z - z) / CELL))
         shares = np.arange(1, count + 1) / count
         columns = ((x + shares * (to_x - x) - self.left) / CELL).astype(np.int64)

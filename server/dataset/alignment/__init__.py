@@ -1,1 +1,1 @@
-"""A small statistical reader that shares nothing with the grammar: how well a text fits a route, word by word."""
+"""Statistical check of instructions, independent of the grammar: how well a text's words fit a route."""

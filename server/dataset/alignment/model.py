@@ -1,7 +1,7 @@
-"""Alignment of a text's words with a route's tokens, learned by expectation maximisation.
+"""Word alignment model between instructions and route tokens, trained by expectation maximisation.
 
-Each word of a text is drawn from one of the route's tokens, more likely from one that stands about as far along the
-route as the word in the text, or from none: the model of Dyer, Chahuneau and Smith, "A Simple, Fast, and Effective
+Each word of a text comes from one of the route's tokens, preferably one at the same relative position, or from none:
+the model of Dyer, Chahuneau and Smith, "A Simple, Fast, and Effective
 Reparameterization of IBM Model 2" (2013). It knows no grammar, no phrase and no list of nouns.
 """
 
@@ -24,15 +24,15 @@ from server.errors import BadFile
 DATA = Path(__file__).parent / "data"
 
 ITERATIONS, SMOOTHING, FROM_NONE, TENSION = 8, 0.02, 0.15, 5.0
-"""Rounds of learning; what is added to each expected count; the probability that a word comes from no token; how much
-likelier near tokens are than far ones: a factor of e for each 1 / TENSION of the whole way."""
+"""Iterations of training; smoothing added to each expected count; prior probability of no token; preference for tokens
+at the same relative position: a factor of e for each 1 / TENSION of the whole way."""
 
 OTHERS, MOST_BETTER, MIRRORED_BETTER = 20, 5, 0.06
-"""Number of routes that are kept to compare with; how many of them a text may fit better than its own; by how much, in
-nats a word, it may fit the mirrored route better."""
+"""Number of comparison routes; how many of them a text may fit better than its own; how much better, in nats a word, it
+may fit the mirrored route."""
 
 MIN_COUNT = 2
-"""Words seen less often in learning say nothing."""
+"""Least number of occurrences of a word in training; rarer words are ignored."""
 
 DIGITS = 5
 
@@ -48,13 +48,13 @@ def words_of(text: str) -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class Alignment:
-    """A learned model.
+    """A trained model.
 
     Attributes:
         words: index of each word.
-        tokens: index of each token of a route; row 0 of `table` is that of no token.
+        tokens: index of each route token; row 0 of `table` is for no token.
         table: probability of each word given each token, of shape (1 + tokens, words).
-        others: routes that a text is not about, to compare with.
+        others: routes of other texts, for comparison.
     """
 
     words: dict[str, int]
@@ -70,7 +70,7 @@ class Alignment:
         return float(np.log(_parts(self.table, known, rows).sum(axis=1)).mean())
 
     def margin(self, text: str, route: Tokens) -> float:
-        """Return by how much a text fits a route better than the same with left and right exchanged, in nats a word."""
+        """Return how much better a text fits a route than the mirrored route, in nats a word."""
         return self.score(text, route) - self.score(text, mirrored(route))
 
     def rank(self, text: str, route: Tokens) -> int:
@@ -84,7 +84,7 @@ class Alignment:
 
 
 def learn(pairs: Iterable[tuple[str, Tokens]], others: int) -> Alignment:
-    """Return the model of some texts with their routes; `others` of the routes are kept to compare with."""
+    """Train a model on texts with their routes; `others` of the routes are kept for comparison."""
     listed = [(words_of(text), route) for text, route in pairs]
     counts = Counter(word for words, _ in listed for word in words)
     words = {word: n for n, word in enumerate(sorted(word for word in counts if counts[word] >= MIN_COUNT))}
@@ -105,7 +105,7 @@ def learn(pairs: Iterable[tuple[str, Tokens]], others: int) -> Alignment:
 
 
 def _parts(table: Floats, words: Sequence[int], rows: Sequence[int]) -> Floats:
-    """Return the probability that each word comes from none or from each token, of shape (words, 1 + tokens)."""
+    """Return the posterior probabilities of no token and of each token for each word, of shape (words, 1 + tokens)."""
     at = (np.arange(len(words)) + 0.5) / max(len(words), 1)
     along = (np.arange(len(rows)) + 0.5) / max(len(rows), 1)
     near = np.exp(-TENSION * np.abs(at[:, None] - along[None, :]))
@@ -148,11 +148,11 @@ def load(language: str) -> Alignment | None:
 
 
 def contradicts(text: str, language: str, route: Tokens) -> bool:
-    """Return whether a navigation text fits its route so badly that it is not to be used.
+    """Return whether a navigation text fits its route too badly to be used.
 
-    So it is if it fits more than MOST_BETTER of OTHERS routes better, or the mirrored one by more than MIRRORED_BETTER.
-    The bounds are set such that few of the texts that lead the follower are lost; most texts of another route are found
-    by them, and a text that only says left for right here and there is not (`benchmarks/instructions/alignment.py`).
+    It does if it fits more than MOST_BETTER of OTHERS routes better, or the mirrored one by more than MIRRORED_BETTER.
+    The bounds reject few of the texts that lead the follower, and most texts of other routes; a text that only confuses
+    left and right now and then passes (`benchmarks/instructions/alignment.py`).
     A language without a model has no such check.
     """
     model = load(language)

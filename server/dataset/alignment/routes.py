@@ -1,7 +1,7 @@
-"""What happens along a route, as a sequence of tokens that words of a text can be aligned with.
+"""A route as a sequence of tokens, with which the words of a text are aligned.
 
 The tokens follow from the path and from what the camera shows along it, not from a plan of an instruction: directions
-of turns, sorts and colours of what is passed, the side that it is on, and the target with what stands around it.
+of turns, kinds and colours of what is passed, its side, and the target with what stands around it.
 """
 
 import re
@@ -13,10 +13,10 @@ from server.sim.catalogue import ObjectType
 Tokens = tuple[str, ...]
 
 STRAIGHT, SLIGHT, AROUND = 15.0, 52.0, 140.0
-"""Degrees below which a bend is none, below which it is slight, and from which it is a turn around."""
+"""Angles in degrees: a smaller bend is straight; a smaller bend is slight; a larger bend is a turn around."""
 
 ON_THE_WAY = 1.0
-"""Units to the side below which a thing is on the way itself."""
+"""Largest distance to the side, in units, of a thing on the way itself."""
 
 _MIRRORED = {"left": "right", "right": "left"}
 

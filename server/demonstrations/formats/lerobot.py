@@ -1,6 +1,6 @@
 """The format LeRobotDataset v3.0: Parquet with images, instructions in the tasks file, statistics for normalisation.
 
-Each language of an episode is an episode. Images are PNG inside the Parquet files, not video, which would lose.
+Each language of an episode is an episode. Images are PNG inside the Parquet files, as video would be lossy.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,7 +26,7 @@ from server.episodes.splits import Split
 VERSION = "v3.0"
 
 FPS = 1
-"""Frames a second: a step has no duration, so that a second stands for a step."""
+"""Frames a second: steps have no duration, so each counts as a second."""
 
 FILES_PER_CHUNK = 1000
 

@@ -1,7 +1,6 @@
 """The format Minari: a dataset for each language, with the observations of the Gymnasium environment, lossless.
 
-Minari stores images as JPEG unless told otherwise; here it is told otherwise, and its Arrow files are compressed by
-Zstandard, which loses nothing.
+Minari stores images as JPEG by default; here they are stored without loss, in Arrow files compressed by Zstandard.
 """
 
 import copy

@@ -1,1 +1,1 @@
-"""Training of `vl_grounded`: demonstrations and views of rooms, with things exchanged for others."""
+"""Training of `vl_grounded`: demonstrations and views of rooms, augmented by exchanging things."""

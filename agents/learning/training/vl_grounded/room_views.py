@@ -1,4 +1,4 @@
-"""What is seen in the room, with the cell in which the object belongs: drawn once, and kept as names of things."""
+"""Views of the assembly room as named things, with the right cell, rendered once and cached."""
 
 import hashlib
 import json
@@ -20,18 +20,18 @@ from lang.room import START, Cell, Standing
 VERSION = 1
 
 PART = 64
-"""Episodes in a file of the cache."""
+"""Number of episodes in a file of the cache."""
 
 
 @dataclass(frozen=True)
 class RoomView:
-    """One assembly phase as it is seen in a look around from the start tile.
+    """One assembly phase: what a look around from the start tile shows.
 
     Attributes:
         episode_id, turn: which it is.
         texts: its instruction by language.
         things: as the visual encoder names them.
-        target: (column, row) in which the object belongs.
+        target: (column, row) of the right cell.
     """
 
     episode_id: str
@@ -42,10 +42,10 @@ class RoomView:
 
 
 def collect_views(source: Source, cache: Path) -> Iterator[list[RoomView]]:
-    """Yield the views of a source's rooms, some episodes at a time, drawing those that the cache does not hold.
+    """Yield the views of a source's rooms, some episodes at a time, rendering those that are not cached.
 
     Args:
-        source: what is seen; its encoder is "eyes".
+        source: the episodes; its encoder is "eyes".
         cache: folder of the cache.
 
     Raises:
@@ -74,7 +74,7 @@ def collect_views(source: Source, cache: Path) -> Iterator[list[RoomView]]:
 
 
 def _draw(players: dict[str, Player], eyes: Eyes, episode_id: str) -> list[RoomView]:
-    """Return the views of an episode's rooms, with the texts of all languages that tell the same tasks."""
+    """Return the views of an episode's rooms, with the texts of all languages that describe the same tasks."""
     first, *others = players
     views = _seen(players[first], eyes, episode_id, first)
     for language in others:
@@ -89,7 +89,7 @@ def _draw(players: dict[str, Player], eyes: Eyes, episode_id: str) -> list[RoomV
 
 
 def _seen(player: Player, eyes: Eyes | None, episode_id: str, language: str) -> list[RoomView]:
-    """Return the views of an episode's rooms in one language; without eyes, of what is told alone."""
+    """Return the views of an episode's rooms in one language; without an encoder, their texts alone."""
     views: list[RoomView] = []
     observation: Observation | None = player.begin(episode_id, 0)
     while observation is not None:
@@ -133,7 +133,7 @@ def _ahead(column: int, row: int, heading: int) -> Cell:
 
 
 def _write(path: Path, views: list[RoomView]) -> None:
-    """Write views to a file, which appears complete or not at all."""
+    """Write views to a file, atomically."""
     part = path.with_suffix(".part")
     part.write_text(json.dumps([asdict(view) for view in views], ensure_ascii=False), encoding="utf-8")
     part.replace(path)

@@ -1,4 +1,4 @@
-"""What `vl_grounded` learns from: the expert's walks as the visual encoder saw them, and rooms with the right cell."""
+"""Training task of `vl_grounded`: the expert's walks as the visual encoder sees them, and rooms with the right cell."""
 
 import random
 from collections.abc import Sequence
@@ -30,14 +30,14 @@ from arramon_client.environments.backend import NAVIGATION
 from lang.room import Standing
 
 NAMING, PLACING = 0.3, 1.0
-"""Weights in the loss: of the names of the object to pick up, and of the room; the walk has 1."""
+"""Weights in the loss: of naming the object to pick up, and of the room; the walk has weight 1."""
 
 MIDDLE = slice(2, 5)
-"""Columns of cells straight ahead, where the object is when it is picked up."""
+"""Columns of cells straight ahead, which show the object when it is picked up."""
 
 
 class Names(NamedTuple):
-    """Places in KINDS, COLOURS and LOOKS; -1 where it is not known."""
+    """Indices in KINDS, COLOURS and LOOKS; -1 for unknown."""
 
     kind: int
     colour: int
@@ -46,7 +46,7 @@ class Names(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """A navigation phase of the expert, with what follows from it.
+    """A navigation phase of the expert, with derived inputs.
 
     Attributes:
         demonstration: the phase.
@@ -60,38 +60,38 @@ class Walk:
 
     @classmethod
     def of(cls, demonstration: Demonstration, versions: Sequence[Version] = ()) -> "Walk":
-        """Return a demonstration with its odometry; without versions its instruction is read as it is."""
+        """Return a demonstration with its odometry; without versions its instruction is used unchanged."""
         places = odometry(demonstration.actions.tolist()[:-1])
         return cls(demonstration, places, versions or (Version(demonstration.texts),))
 
     def features(self, version: Version) -> npt.NDArray[np.uint8]:
-        """Return what is seen, with the things exchanged as in a version."""
+        """Return the features, with things exchanged as in a version."""
         seen = self.demonstration.features
         return seen if version.exchange is None else seen[..., version.exchange.channels]
 
 
 @dataclass(frozen=True, eq=False)
 class Placing:
-    """A room as it is seen, with the versions of its instruction."""
+    """A room as seen, with the versions of its instruction."""
 
     view: RoomView
     versions: Sequence[Version]
 
     def things(self, version: Version) -> Sequence[Standing]:
-        """Return what stands there, with the things exchanged as in a version."""
+        """Return the things in the room, exchanged as in a version."""
         return self.view.things if version.exchange is None else version.exchange.standing(self.view.things)
 
 
 class GroundedTask:
-    """To walk as the expert does, and to find the cell in which it places the object.
+    """Training task: choose the expert's actions, and find the cell in which it places the object.
 
     Args:
-        network: that learns.
+        network: to be trained.
         tokenizer: of the instructions.
-        languages: in which they are read.
+        languages: of the instructions.
         walks: of the expert.
         placings: rooms.
-        batch: walks of a step; twice as many rooms.
+        batch: number of walks in a step; twice as many rooms.
         inflection: weight of the steps at which the expert's action changes; the others have 1.
         seed: of order, languages and versions.
     """
@@ -176,7 +176,7 @@ class GroundedTask:
         return functional.cross_entropy(values, right)
 
     def _read(self, versions: Sequence[Version], chance: random.Random) -> Tensor:
-        """Return the numbers of texts, each in one of its languages drawn evenly, (B, T)."""
+        """Return the token ids of texts, each in one of its languages, chosen uniformly, (B, T)."""
         there = [[language for language in self._languages if language in version.texts] for version in versions]
         return self._tokens([version.texts[chance.choice(each)] for version, each in zip(versions, there, strict=True)])
 

@@ -1,4 +1,4 @@
-"""Training of `vl_grounded` to the end: demonstrations, both networks, a validation by rollouts, weights and card."""
+"""Training of `vl_grounded`: demonstrations, both networks, validation by rollouts, weights and model card."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -35,10 +35,10 @@ from arramon_client.environments.backend import ASSEMBLY, NAVIGATION
 Tell = Callable[[str], None]
 
 DECAY = 0.01
-"""Of weights."""
+"""Weight decay."""
 
 ROOM_PREFIX = "room-"
-"""Of the ids of drawn rooms."""
+"""Prefix of the ids of generated rooms."""
 
 LIMITS = """\
 - It is trained by imitation on generated episodes alone: on people's instructions it was not tried.
@@ -50,20 +50,20 @@ LIMITS = """\
 
 @dataclass(frozen=True)
 class GroundedRecipe:
-    """All that training follows from.
+    """All settings of a training.
 
     Attributes:
         languages: in which instructions are read.
         episodes: of `train`, the first ones in playing order; 0 for all.
-        rooms: tasks that are drawn in the room alone, besides.
-        versions, room_versions: of each instruction of a walk, and of a room, that say the same of other things.
-        passes: through the walks.
-        batch: walks of a step; twice as many rooms.
+        rooms: number of generated tasks in the room alone, besides.
+        versions, room_versions: number of variants of each walk's and each room's instruction, with other things.
+        passes: number of passes over the walks.
+        batch: number of walks in a step; twice as many rooms.
         learning_rate: the highest.
         inflection: weight of the steps at which the expert's action changes; the others have 1.
         seed: of everything.
-        validate: split on which the weights are tried in the end.
-        validate_episodes: of it, the first ones; 0 for none.
+        validate: split for validation at the end.
+        validate_episodes: number of its first episodes to play; 0 for none.
     """
 
     languages: tuple[str, ...] = ("en", "hi")
@@ -81,12 +81,12 @@ class GroundedRecipe:
 
 
 def smoke(recipe: GroundedRecipe) -> GroundedRecipe:
-    """Return a recipe that takes seconds and teaches next to nothing: it shows that everything works."""
+    """Return a recipe for smoke tests, which takes seconds and learns next to nothing."""
     return replace(recipe, episodes=4, rooms=0, versions=1, passes=2, batch=4, validate_episodes=1)
 
 
 def train_grounded(recipe: GroundedRecipe, place: Place, tell: Tell) -> Path:
-    """Train, from the saved state if there is one, and return the file of the weights; the model card is beside it.
+    """Train, resuming from a saved state if there is one; return the path of the weights (the card is beside it).
 
     Raises:
         UsageError: if the data folder does not have what the recipe names.
@@ -141,7 +141,7 @@ def train_grounded(recipe: GroundedRecipe, place: Place, tell: Tell) -> Path:
 
 
 def _sources(recipe: GroundedRecipe, data: Path) -> list[Source]:
-    """Return what is demonstrated: the training split, then drawn rooms if there are any."""
+    """Return the sources of demonstrations: the training split, then generated rooms if there are any."""
     sources = [Source(data, "train", recipe.languages, DEFAULT, recipe.episodes)]
     if recipe.rooms:
         sources.append(Source(data, ROOMS, recipe.languages, DEFAULT, recipe.rooms))
@@ -175,7 +175,7 @@ def _plan(recipe: GroundedRecipe, demonstrations: Sequence[Demonstration], views
 
 
 def _data_of(demonstrations: Sequence[Demonstration], views: Sequence[RoomView]) -> str:
-    """Return how many episodes, steps and rooms there are, in words."""
+    """Return a description of the number of episodes, steps and rooms."""
     episodes = len({each.episode_id for each in demonstrations})
     steps = sum(len(each.actions) for each in demonstrations)
     drawn = sum(view.episode_id.startswith(ROOM_PREFIX) for view in views)

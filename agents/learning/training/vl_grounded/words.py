@@ -1,4 +1,4 @@
-"""The words with which `vl_grounded` begins to learn: those of the learned reader, as that network knows them."""
+"""Initial words of `vl_grounded`: the learned reader's vocabulary and word encoder."""
 
 from collections.abc import Iterable, Mapping
 
@@ -11,16 +11,16 @@ from agents.learning.text.tokenizers import SPECIAL, UNKNOWN, Words
 from agents.vl_grounded.reading import Reading
 
 SHARED = ("phrases", "encoder")
-"""Parts of a reader's network that begin as they are there."""
+"""Modules that are initialised from the reader's network."""
 
 
 def known_words(texts: Iterable[str], reader: Vocabulary) -> Words:
-    """Return a tokenizer that knows the words of texts that occur twice, and those of a reader."""
+    """Return a tokenizer with the words that occur at least twice in texts, and those of a reader."""
     return Words(sorted({*Words.train(texts).vocabulary, *reader.words}))
 
 
 def begin(reading: Reading, words: Words, network: ReaderNetwork, vocabulary: Vocabulary) -> None:
-    """Let a network read as a reader's does; what the reader does not know stays as it is.
+    """Initialise a network's word encoder from a reader; words that the reader does not know stay as they are.
 
     Args:
         reading: changed.

@@ -1,4 +1,4 @@
-"""Training of the policy of `vl_map`: walks in simulated streets, then walks of its own, with the right decisions."""
+"""Training of the policy of `vl_map`: imitation on simulated walks, then on walks of its own (DAgger)."""
 
 import json
 import logging
@@ -28,23 +28,23 @@ SAVE_SECONDS = 60.0
 """Seconds between two saved states."""
 
 DECAY = 0.01
-"""Of weights."""
+"""Weight decay."""
 
 PERFECT = 0.25
-"""Share of walks with perfect eyes; the faults of the others are half to one and a half times the usual ones."""
+"""Share of walks without errors of seeing; the other walks have half to one and a half times the usual error rates."""
 
 
 @dataclass(frozen=True)
 class MapRecipe:
-    """All that training follows from.
+    """All settings of a training.
 
     Attributes:
         languages: in which instructions are read.
         episodes: of each split, the first ones in playing order; 0 for all.
         walks: of each episode, along its paths.
-        rounds: in which the policy walks by itself, at equal distances after `first` of all steps.
-        round_walks: episodes of a round, drawn anew, as a share of all.
-        first: share of the steps before the first round.
+        rounds: number of rounds in which the policy walks by itself, evenly spaced after `first` of all steps.
+        round_walks: share of all episodes that a round plays, drawn anew.
+        first: share of the steps before the first round of its own walks.
         passes: through the decisions of the walks along paths.
         again: passes through all decisions after that, with those of a last round, and a learning rate that starts anew
             at half of the highest; 0 for none of this.
@@ -69,7 +69,7 @@ class MapRecipe:
 
 
 def smoke(recipe: MapRecipe) -> MapRecipe:
-    """Return a recipe that takes seconds and teaches next to nothing."""
+    """Return a recipe for smoke tests, which takes seconds and learns next to nothing."""
     return MapRecipe(recipe.languages, episodes=2, walks=1, rounds=1, passes=2, again=1, batch=8, seed=recipe.seed)
 
 
@@ -77,10 +77,10 @@ class MapTraining:
     """The policy in training, from its saved state if there is one.
 
     Args:
-        recipe: what it follows from.
+        recipe: all settings.
         data: the data folder.
-        output: folder of its walks, its saved state and its log.
-        tell: gets lines of progress.
+        output: folder for walks, saved state and log.
+        tell: receives lines of progress.
 
     Raises:
         ValueError: if the state is of another recipe or other data.
@@ -88,8 +88,8 @@ class MapTraining:
     Attributes:
         trainer: with the network.
         data_hash: of the training split.
-        told: what is learned from, in words.
-        state: the file from which training goes on.
+        told: description of the training data.
+        state: path of the saved state.
     """
 
     def __init__(self, recipe: MapRecipe, data: Path, output: Path, tell: Tell = lambda _: None) -> None:
@@ -145,7 +145,7 @@ class MapTraining:
         self._task.add(self._part(number, partial(self._by_itself, number)))
 
     def _start_again(self) -> None:
-        """Begin a second training of the same network, with a learning rate that starts anew."""
+        """Begin a second training of the same network, with a new learning rate schedule."""
         recipe = self.recipe
         self._first_seconds, self._steps = self.trainer.seconds, self.trainer.done
         plan = Plan(

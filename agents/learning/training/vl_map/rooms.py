@@ -12,16 +12,16 @@ from agents.learning.simulated.rooms import Task, misnamed
 from agents.vl_map.room import CELLS, Placer, given_of, several
 
 PASSES, BATCH, RATE, DECAY = 30, 64, 0.03, 1e-4
-"""Passes through all rooms, rooms of a step, the highest learning rate, decay of weights."""
+"""Passes over all rooms, batch size, highest learning rate, weight decay."""
 
 
 def train_rooms(tasks: Sequence[Task], seed: int, passes: int = PASSES) -> tuple[Placer, float]:
     """Return a trained network, and the seconds of processor time that it took.
 
     Args:
-        tasks: to learn from.
-        seed: of the order, of the reading that is taken, and of misnamed things.
-        passes: through all rooms.
+        tasks: training tasks.
+        seed: for the order, the choice of readings, and misnamed things.
+        passes: number of passes over all rooms.
     """
     began = time.process_time()
     torch.manual_seed(seed)
@@ -43,7 +43,7 @@ def train_rooms(tasks: Sequence[Task], seed: int, passes: int = PASSES) -> tuple
 
 
 def right_cells(network: Placer, tasks: Sequence[Task], reading: int) -> float:
-    """Return the share of tasks whose cell is found, with all things named rightly."""
+    """Return the share of tasks whose cell is found, given correctly named things."""
     with torch.inference_mode():
         values = network(several([given_of(list(task.readings[reading]), task.room) for task in tasks]))
     found = [CELLS[number] for number in values.argmax(1).tolist()]

@@ -1,4 +1,4 @@
-"""What the policy of `vl_map` learns from: decisions with the right choice, kept as arrays, mirrored at random."""
+"""Training task of the policy of `vl_map`: labelled decisions, kept as arrays and mirrored at random."""
 
 import math
 from collections.abc import Sequence
@@ -19,10 +19,10 @@ from agents.vl_map.network import PolicyNetwork, directions_of, shares_of, tenso
 from agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS
 
 PROGRESS = 0.3
-"""Weight of the loss of the row that is being carried out."""
+"""Weight of the auxiliary loss for the row that is being carried out."""
 
 KEPT = {"rows": np.uint8, "match": np.float16}
-"""Types in which arrays are kept where their own is larger than they need."""
+"""Smaller types in which some arrays are kept."""
 
 Arrays = dict[str, npt.NDArray[np.generic]]
 
@@ -38,12 +38,12 @@ def arrays_of(decided: Sequence[Decided]) -> Arrays:
 
 
 def save_arrays(path: Path, arrays: Arrays, about: str, seconds: float) -> None:
-    """Write arrays to a file, which appears complete or not at all.
+    """Write arrays to a file, atomically.
 
     Args:
         path: the file.
         arrays: what is written.
-        about: what they follow from.
+        about: settings from which the arrays follow.
         seconds: of processor time that they took.
     """
     new = path.with_suffix(".new")
@@ -55,7 +55,7 @@ def load_arrays(path: Path, about: str) -> tuple[Arrays, float]:
     """Return the arrays of a file, and the seconds of processor time that they took.
 
     Raises:
-        ValueError: if they follow from something else.
+        ValueError: if they are of other settings.
     """
     with safe_open(path, "np") as file:
         told = file.metadata() or {}
@@ -68,10 +68,10 @@ def load_arrays(path: Path, about: str) -> tuple[Arrays, float]:
 
 
 class ChoosingTask:
-    """To choose as the right decisions do.
+    """Training task: choose as the labels do.
 
     Args:
-        network: that learns.
+        network: to be trained.
         seed: of the order of the decisions, and of mirroring.
         precision: "float32" or "bfloat16".
     """
@@ -83,7 +83,7 @@ class ChoosingTask:
 
     @property
     def count(self) -> int:
-        """Number of decisions to learn from."""
+        """Number of training decisions."""
         return len(self._arrays["label"]) if self._arrays else 0
 
     def add(self, arrays: Arrays) -> None:
@@ -112,7 +112,7 @@ class ChoosingTask:
 
 
 def targets_of(labels: Tensor) -> Tensor:
-    """Return the share of each option that is right, (B, OPTIONS): of waypoints those around the right place.
+    """Return target probabilities of the options, (B, OPTIONS): those of waypoints spread around the right place.
 
     Args:
         labels: (B, 4), as `Label`.

@@ -1,4 +1,4 @@
-"""Training of `vl_map` to the end: the policy, a validation by real rollouts, the weights and their model card."""
+"""Training of `vl_map`: its policy and room network, validation by real rollouts, weights and model card."""
 
 import json
 from collections.abc import Mapping
@@ -39,11 +39,11 @@ LIMITS = """\
 
 @dataclass(frozen=True)
 class Validation:
-    """What is played in the end.
+    """The episodes to play for validation.
 
     Attributes:
         split: its name.
-        episodes: the first ones; 0 for no validation.
+        episodes: number of its first episodes to play; 0 for no validation.
     """
 
     split: str = "val_seen"
@@ -51,7 +51,7 @@ class Validation:
 
 
 def train_map(recipe: MapRecipe, validation: Validation, data: Path, output: Path, tell: Tell) -> Path:
-    """Train, from the saved state if there is one, and return the file of the weights; the model card is beside it.
+    """Train, resuming from a saved state if there is one; return the path of the weights (the card is beside it).
 
     Raises:
         ArraMonError: if the data folder does not have what is needed.
