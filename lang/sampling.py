@@ -70,6 +70,8 @@ def navigation(random: Random) -> Navigation:
         step = _step(random, things)
         if not steps or not _is_unclear_after(step, steps[-1]):
             steps.append(step)
+    if isinstance(steps[-1], Walk) and steps[-1].way == "between":
+        steps.append(Walk("ahead"))  # "After moving between two things, get the ball" may say where the ball is.
     places = things[-1:] if things and random.random() < 0.4 else []
     where = tuple(_where(random, _STREET_RELATIONS, places) for _ in range(random.choice((0, 1, 1, 1, 2))))
     meaning = identified(Navigation(tuple(steps), collectible(random, where)))
