@@ -55,7 +55,7 @@ class LocalPlayer:
         self._limits = Limits(info.steps_per_phase)
         self._images = tuple(name for name in IMAGES if name in settings.sensors)
         self._session: Session | None = None
-        self._seen: State  # The latest state that was observed.
+        self._seen: State  # The latest state that takes an action.
         self._canvas = new_canvas(settings.image_size)
         """What is drawn though it is not wanted, and labels before they are the environment's."""
         self._reward: Reward = NoReward()
@@ -114,14 +114,22 @@ class LocalPlayer:
             ground = self._worlds.ground(self._name, episode)
             self._expert = expert_of(self._settings.expert, episode, scene, ground)
         self._skip(self._session, (self._settings.turn, self._settings.start))
-        return self._observe(self._session, into)
+        self._seen = self._session.state
+        return self.again(into)
 
-    def step(self, action: int, into: Images | None = None) -> Step:
-        """Apply an action.
+    def step(self, action: int) -> Step:
+        """Apply an action from 0 to 3, and return what it led to, with an observation.
 
-        Args:
-            action: 0 to 3.
-            into: arrays to write the images to.
+        Raises:
+            ValueError: if the episode is finished, or the action is out of range.
+        """
+        step = self.advance(action)
+        if step.ending is not None:
+            return step
+        return Step(self.again(), step.steps_left, step.reward, step.phases_ended)
+
+    def advance(self, action: int) -> Step:
+        """Apply an action from 0 to 3, and return what it led to, without an observation.
 
         Raises:
             ValueError: if the episode is finished, or the action is out of range.
@@ -135,8 +143,9 @@ class LocalPlayer:
             self._skip(session)
         if session.state.finished:
             scores = None if self._info.hidden else scores_of(session.scores())
-            return Step(None, reward, over, Ending(session.cause, scores))
-        return Step(self._observe(session, into), reward, over)
+            return Step(None, 0, reward, over, Ending(session.cause, scores))
+        self._seen = session.state
+        return Step(None, session.steps_left(self._seen), reward, over)
 
     def again(self, into: Images | None = None) -> Observation:
         """Return the latest observation again, also after the end of the episode.
@@ -147,7 +156,18 @@ class LocalPlayer:
         Raises:
             UsageError: if no episode has begun.
         """
-        return self._observe(self._played, into)
+        images = self._drawn(self._played, into or {}) if self._images else {}
+        return self._observation(self._played, self._seen, images)
+
+    def draw(self, into: Images) -> None:
+        """Write the images of the latest observation to arrays.
+
+        Raises:
+            UsageError: if no episode has begun.
+        """
+        session = self._played
+        if into:
+            self._drawn(session, into)
 
     def expert_action(self) -> int:
         """Return the expert's action in the present state.
@@ -198,13 +218,6 @@ class LocalPlayer:
                     f"the ground truth of episode {session.episode.episode_id!r} does not end the {state.phase.value} "
                     f"phase of turn {state.turn} from where the agent is; play that phase too"
                 )
-
-    def _observe(self, session: Session, into: Images | None) -> Observation:
-        """Draw the latest state that takes an action, and return its observation."""
-        if not session.state.finished:
-            self._seen = session.state
-        images = self._drawn(session, into or {}) if self._images else {}
-        return self._observation(session, self._seen, images)
 
     def _drawn(self, session: Session, into: Images) -> Images:
         """Return the images of the latest state, in new arrays or in those of `into`."""

@@ -29,6 +29,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"start": "lunch"}, "start is 'lunch', expected 'navigation', 'assembly'"),
     ({"phases": ()}, "phases is empty"),
     ({"phases": ("lunch",)}, "phases is 'lunch'"),
+    ({"phases": ("navigation",), "turn": 2, "start": "assembly"}, "expected 'assembly' among them"),
     ({"steps_per_phase": 0}, "steps_per_phase is 0, expected a number from 1"),
     ({"steps_per_phase": True}, "steps_per_phase is True, expected a number from 1"),
     ({"steps_per_phase": 2.0}, r"steps_per_phase is 2\.0, expected a number from 1"),

@@ -13,7 +13,7 @@ from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv
 
 from arramon_client.environments import BadArgument
-from arramon_client.environments.backend import Images, Step
+from arramon_client.environments.backend import Images
 from arramon_client.environments.vector import ArraMonVectorEnv
 from arramon_client.environments.worker import WorkerDied
 from server.environments.player import LocalPlayer
@@ -90,21 +90,22 @@ def test_disabled_resets_those_of_the_mask(data: Path, processes: int) -> None:
 
 def test_episodes_in_one_place_are_played_one_after_another(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     places: list[str] = []
-    original = LocalPlayer.step
+    original = LocalPlayer.draw
 
-    def step(self: LocalPlayer, action: int, into: Images | None = None) -> Step:
+    def draw(self: LocalPlayer, into: Images) -> None:
         places.append(self.place)
-        return original(self, action, into)
+        original(self, into)
 
-    monkeypatch.setattr(LocalPlayer, "step", step)
-    env = made(data)
+    monkeypatch.setattr(LocalPlayer, "draw", draw)
+    env = made(data, steps_per_phase=4)
     env.reset(options={"episode": "1"})
     orders = []
-    for chosen in ([0, 0, 0], [3, 1, 3], [0, 0, 0], [0, 1, 3], [0, 0, 0]):
+    for chosen in ([0, 0, 0], [3, 1, 3], [0, 0, 0]):
         places.clear()
         env.step(np.array(chosen))
         orders.append(list(places))
-    assert orders == [["1", "1", "1"], ["1", "1", "1"], ["", "", "1"], ["", "", ""], ["", "", "1"]]
+    # The second action of the first and the last one begins their next phase, which is drawn at once.
+    assert orders == [["1", "1", "1"], ["1"], ["", "", "1"]]
     env.close()
 
 

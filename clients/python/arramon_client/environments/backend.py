@@ -111,13 +111,15 @@ class Step:
     """What one action led to.
 
     Attributes:
-        observation: None at the episode's end, as nothing is drawn after it.
+        observation: None at the episode's end, as nothing is drawn after it, and where none was asked for.
+        steps_left: steps left in the phase; 0 at the episode's end.
         reward: as the settings have it.
         phases_ended: phases that ended with the action, as (turn, phase).
         ending: None unless the episode has ended.
     """
 
     observation: Observation | None
+    steps_left: int
     reward: float = 0.0
     phases_ended: tuple[tuple[int, str], ...] = ()
     ending: Ending | None = None
@@ -154,13 +156,11 @@ class Player(Protocol):
             UsageError: if there is no such episode.
         """
 
-    def step(self, action: int, into: Images | None = None) -> Step:
-        """Apply an action from 0 to 3.
+    def step(self, action: int) -> Step:
+        """Apply an action, one of `Action`, and return what it led to, with an observation."""
 
-        Args:
-            action: one of `Action`.
-            into: as for `begin`.
-        """
+    def advance(self, action: int) -> Step:
+        """Apply an action, and return what it led to, without an observation: `again` and `draw` draw it."""
 
     def again(self, into: Images | None = None) -> Observation:
         """Return the latest observation again; its images may be those of the first time.
@@ -168,6 +168,9 @@ class Player(Protocol):
         Args:
             into: as for `begin`.
         """
+
+    def draw(self, into: Images) -> None:
+        """Write the images of the latest observation to arrays, of the shapes and types of `Observation`."""
 
     def expert_action(self) -> int:
         """Return the expert's action in the present state.

@@ -50,10 +50,7 @@ class Layout:
 
     def over(self, block: Any) -> Arrays:
         """Return arrays over a block of memory, which lives as long as one of them does."""
-        return {
-            name: np.frombuffer(block, kind, int(np.prod(shape)), offset).reshape(shape)
-            for name, (shape, kind, offset) in self._fields.items()
-        }
+        return {name: np.ndarray(shape, kind, block, offset) for name, (shape, kind, offset) in self._fields.items()}
 
 
 class Leases:

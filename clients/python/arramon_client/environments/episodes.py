@@ -67,16 +67,30 @@ class Episodes:
         }
         return seen, self._advised(info)
 
-    def step(self, action: Any, into: Images | None = None) -> tuple[Step, dict[str, Any]]:
-        """Apply an action, and return what it led to and its info.
+    def step(self, action: Any) -> tuple[Step, dict[str, Any]]:
+        """Apply an action, and return what it led to, with an observation, and its info.
 
         Raises:
             gymnasium.error.ResetNeeded: if the episode has ended, or none has begun.
             gymnasium.error.InvalidAction: if the action is none of the four.
         """
+        self._check_begun()
+        return self._with_info(self.player.step(checked(action)))
+
+    def advance(self, action: int) -> tuple[Step, dict[str, Any]]:
+        """Apply an action from 0 to 3, and return what it led to, without an observation, and its info.
+
+        Raises:
+            gymnasium.error.ResetNeeded: if the episode has ended, or none has begun.
+        """
+        self._check_begun()
+        return self._with_info(self.player.advance(action))
+
+    def _check_begun(self) -> None:
         if self.is_over:
             raise gymnasium.error.ResetNeeded("the episode has ended; call reset() before step()")
-        step = self.player.step(checked(action), into)
+
+    def _with_info(self, step: Step) -> tuple[Step, dict[str, Any]]:
         info: dict[str, Any] = {}
         if step.phases_ended:
             turn, phase = step.phases_ended[-1]

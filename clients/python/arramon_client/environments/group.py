@@ -54,6 +54,8 @@ class Group:
         self._texts = [""] * count
         self._images = tuple(name for name in IMAGES if name in options.sensors)
         self._order: list[int] = []
+        self._drawn: set[int] = set()
+        """Episodes whose rows of the batch have their images already."""
         self._facts = _no_facts(count, self._opened[0])
 
     @property
@@ -87,7 +89,7 @@ class Group:
             elif self._randoms[here] is None:
                 raise gymnasium.error.ResetNeeded("the first reset() must begin all episodes, without a mask")
             else:
-                self._repeat(here, batch)
+                self._draw(here, batch, told)
         self._write_facts(batch)
         return told
 
@@ -99,25 +101,18 @@ class Group:
         """
         count = len(self._numbers)
         told = Told(rewards=[0.0] * count, terminated=[False] * count)
-        for here in self._in_order():
-            episodes, action, number = self._episodes[here], actions[here], self._numbers[here]
+        self._drawn.clear()
+        # The rules of all, then the frames of all: neither leaves much of the other in the processor's caches.
+        for here, (episodes, action) in enumerate(zip(self._episodes, actions, strict=True)):
             if episodes.is_over and self._autoreset is AutoresetMode.NEXT_STEP and self._randoms[here] is not None:
-                told.infos[number] = self._reset(here, batch, told, None)
-                continue
-            step, info = episodes.step(action, self._slots(batch, number))
-            self._facts["last_action"][here] = action
-            told.rewards[here], told.terminated[here] = step.reward, step.ending is not None
-            if step.observation is not None:
-                self._note(here, step.observation, told)
-            elif self._autoreset is AutoresetMode.SAME_STEP:
-                final = self._translator.observation(episodes.player.again(), action)
-                info = {**self._reset(here, batch, told, None), "final_obs": final, "final_info": info}
+                info = self._reset(here, batch, told, None)
             else:
-                self._repeat(here, batch)
+                info = self._advance(here, batch, action, told)
             if info:
-                told.infos[number] = info
-            if step.phases_ended:
-                self._order = []
+                told.infos[self._numbers[here]] = info
+        for here in self._in_order():
+            if here not in self._drawn:
+                self._draw(here, batch, told)
         self._write_facts(batch)
         return told
 
@@ -150,11 +145,34 @@ class Group:
         assert random is not None
         seen, info = self._episodes[here].begin(random, options, self._slots(batch, self._numbers[here]))
         self._facts["last_action"][here], self._order = NO_ACTION, []
+        self._drawn.add(here)
         self._note(here, seen, told)
         return info
 
-    def _repeat(self, here: int, batch: Arrays) -> None:
-        self._episodes[here].player.again(self._slots(batch, self._numbers[here]))
+    def _advance(self, here: int, batch: Arrays, action: int, told: Told) -> dict[str, Any]:
+        """Apply an action, and return its info; draw only where a phase or an episode begins."""
+        episodes = self._episodes[here]
+        step, info = episodes.advance(action)
+        self._facts["last_action"][here] = action
+        told.rewards[here], told.terminated[here] = step.reward, step.ending is not None
+        if step.ending is None and not step.phases_ended:
+            self._facts["steps_left"][here, 0] = step.steps_left
+        elif step.ending is None:
+            self._order = []
+            self._note(here, episodes.player.again(self._slots(batch, self._numbers[here])), told)
+            self._drawn.add(here)
+        elif self._autoreset is AutoresetMode.SAME_STEP:
+            final = self._translator.observation(episodes.player.again(), action)
+            return {**self._reset(here, batch, told, None), "final_obs": final, "final_info": info}
+        return info
+
+    def _draw(self, here: int, batch: Arrays, told: Told) -> None:
+        """Write the images of the latest observation, and keep its pose, which may be new."""
+        player, slots = self._episodes[here].player, self._slots(batch, self._numbers[here])
+        if "pose" in self._facts:
+            self._note(here, player.again(slots), told)
+        else:
+            player.draw(slots)
 
     def _slots(self, batch: Arrays, number: int) -> Images:
         return {name: batch[name][number] for name in self._images}

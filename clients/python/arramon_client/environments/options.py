@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import cast
 
 from arramon_client.environments.backend import (
+    ASSEMBLY,
     EXPERTS,
     NAVIGATION,
     PHASES,
@@ -105,6 +106,10 @@ def _check(options: Options) -> None:
         raise BadArgument(f"phases is empty, expected some of {_listed(PHASES)}")
     for phase in options.phases:
         _among("phases", phase, PHASES)
+    if (options.turn, options.start) == (2, ASSEMBLY) and ASSEMBLY not in options.phases:
+        raise BadArgument(
+            f"phases is {options.phases}, expected {ASSEMBLY!r} among them, as the episode begins with its last one"
+        )
     if isinstance(options.tokenizer, str):
         _among("tokenizer", options.tokenizer, ("bytes", "words"))
     _check_size(options)

@@ -3,7 +3,7 @@
 import threading
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from queue import SimpleQueue
 
 import numpy as np
@@ -142,7 +142,16 @@ class RemotePlayer:
         self._labels, self._seen = self._relay.labels, item
         return _into(item, into)
 
-    def step(self, action: int, into: Images | None = None) -> Step:
+    def step(self, action: int) -> Step:
+        """Send an action, wait for what follows, and return it with its observation.
+
+        Raises:
+            ArramonClientError: if the host is away for too long.
+        """
+        step = self.advance(action)
+        return step if step.ending is not None else replace(step, observation=self._seen)
+
+    def advance(self, action: int) -> Step:
         """Send an action, and wait for what follows.
 
         Raises:
@@ -157,16 +166,20 @@ class RemotePlayer:
         if isinstance(item, Observation):
             self._seen = item
             over = (here,) if (item.turn, item.phase) != here else ()
-            return Step(_into(item, into), phases_ended=over)
+            return Step(None, item.steps_left, phases_ended=over)
         self._in_episode = False
         scores = self._scores() if self._relay.is_last else None
-        return Step(None, phases_ended=(here,), ending=Ending(item, scores))
+        return Step(None, 0, phases_ended=(here,), ending=Ending(item, scores))
 
     def again(self, into: Images | None = None) -> Observation:
         """Return the latest observation again."""
         if self._seen is None:
             raise UsageError("no episode has begun")
         return _into(self._seen, into)
+
+    def draw(self, into: Images) -> None:
+        """Write the images of the latest observation to arrays."""
+        self.again(into)
 
     def expert_action(self) -> int:
         """Raise UsageError: a host does not tell."""

@@ -137,7 +137,7 @@ class ArraMonVectorEnv(VectorEnv[Dict, npt.NDArray[np.int64], npt.NDArray[Any]])
             raise gymnasium.error.ResetNeeded("no episodes have begun; call reset() before step()")
         if len(actions) != self.num_envs:
             raise gymnasium.error.InvalidAction(f"there are {len(actions)} actions, expected {self.num_envs}")
-        numbers = [checked(action) for action in actions]
+        numbers = [checked(action) for action in (actions.tolist() if _are_numbers(actions) else actions)]
         batch, told = self._all("step", self._cut(numbers))
         terminated = np.array(told.terminated, np.bool_)
         truncated = np.zeros(self.num_envs, np.bool_)
@@ -259,6 +259,10 @@ def make_room_vector(
 ) -> ArraMonVectorEnv:
     """Return the vector environment of tasks in the room alone, for `gymnasium.make_vec`."""
     return ArraMonVectorEnv(num_envs, processes, autoreset_mode, context, render_mode, **room_options(options))
+
+
+def _are_numbers(actions: object) -> bool:
+    return isinstance(actions, np.ndarray) and actions.dtype.kind in "iu"
 
 
 def _autoreset_mode(mode: AutoresetMode | str) -> AutoresetMode:
