@@ -14,7 +14,7 @@ import json
 import math
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -46,6 +46,9 @@ WHITE = {"en": "white", "hi": "सफ़ेद"}
 
 AWAY = {"en": r"(toward|towards|face|facing|direction of|see|spot|notice|for)$", "hi": r"^(की (ओर|तरफ़|दिशा)|दिख|न दिख)"}
 """What tells of a thing that one does not come to: before its noun phrase in English, behind it in Hindi."""
+
+STANDING = frozenset({"parked", "खड़ी", "खड़ा", "खड़े"})
+"""Words that may stand between a noun and its colour, and say nothing else."""
 
 PLACES = ("intersection", "t_junction", "corner", "building_corner", "street", "alley", "square", "street_end")
 SKIPPED = (*PLACES, "wall", "", "building", "you")
@@ -169,7 +172,7 @@ def _describing(code: str) -> frozenset[str]:
     words = {w for ps in grammar.colours.values() for p in ps for s in grammar.spellings(p) for w in s.split()}
     for looks in grammar.looks.values():
         words |= {w for ws in looks.values() for x in ws for s in grammar.spellings(x.wording) for w in s.split()}
-    return frozenset(words - {"a", "with", "on", "it"}) | _determiners(code)
+    return frozenset(words - {"a", "with", "on", "it"}) | _determiners(code) | STANDING
 
 
 def objects(turn: dict[str, Any], section: dict[str, Any]) -> list[Object]:
@@ -223,6 +226,7 @@ def is_told_apart(told: Sequence[Mention], turn: dict[str, Any], things: Sequenc
     """Return whether a text names something by the target that is not by another object that looks like it."""
     target, *others = ((item["type"], item["position"][0], item["position"][2]) for item in turn["street"])
     twins = [(x, z) for kind, x, z in others if kind == target[0]]
+    told = [_in_full(mention, told[:number]) for number, mention in enumerate(told)]
 
     def is_by(mention: Mention, place: tuple[float, float], limit: float) -> bool:
         return any(
@@ -237,6 +241,14 @@ def is_told_apart(told: Sequence[Mention], turn: dict[str, Any], things: Sequenc
         is_by(mention, target[1:], BESIDE) and not any(is_by(mention, twin, BESIDE) for twin in twins)
         for mention in told[-3:]
     )
+
+
+def _in_full(mention: Mention, earlier: Sequence[Mention]) -> Mention:
+    """Return what "the same" or "that" repeats, with the words that it was first told by."""
+    alike = [each for each in earlier if each.kind == mention.kind and (each.colour or each.look)]
+    if mention.marker != "same" or mention.colour or mention.look or not alike:
+        return mention
+    return replace(mention, colour=alike[-1].colour, look=alike[-1].look)
 
 
 def _is_repeated(mention: Mention, earlier: Mention) -> bool:

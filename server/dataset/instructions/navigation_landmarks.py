@@ -38,6 +38,9 @@ GAP_WIDTH = (1.5, 7.0)
 NO_POST = ("building", "zebra_crossing", "shop_sign", "banner", "awning", "speed_sign")
 """Kinds of things that nobody walks between: what lies on the ground or hangs on a wall, and buildings."""
 
+NEVER_SEVERAL = (*KINDS, "building", "banner")
+"""Kinds of which several are not named together."""
+
 AT_THING = 3.0
 """Maximum distance of the walk from a thing that one turns at, in units: nobody turns at what they never come to."""
 
@@ -58,6 +61,9 @@ def landmark_options(route: Route, waypoint: Waypoint) -> Iterator[Option]:
     """Yield possible continuations by the landmarks seen so far."""
     here = waypoint.pose.x, waypoint.pose.z
     seen = [mark for mark in route.marks if route.is_seen(mark, waypoint)]
+    alike: dict[str, list[Landmark]] = {}
+    for mark in seen:
+        alike.setdefault(mark.label.kind, []).append(mark)
     named: list[tuple[Landmark, Thing, float]] = []
     for mark in seen:
         distance = math.dist(here, (mark.x, mark.z))
@@ -73,29 +79,31 @@ def landmark_options(route: Route, waypoint: Waypoint) -> Iterator[Option]:
             continue
         after = replace(waypoint, pose=waypoint.pose.turned(sum(DEGREES[word] for word in words)))
         turns = tuple(Rotate(word) for word in words)
-        name = _named(route, mark, seen, after)
+        name = _named(route, mark, alike[mark.label.kind], after)
         if name is not None:
             if not words:
                 named.append((mark, *name))
             told = _building_options if mark.label.kind == "building" else _options
             yield from told(route, _Subject(mark, name[0], turns, after, name[1]))
-        group = group_of(mark, route.marks, seen, after.pose)
-        if group is not None and mark.label.kind not in (*KINDS, "building", "banner"):
+        if mark.label.kind in NEVER_SEVERAL:
+            continue
+        group = group_of(mark, route.of_kind(mark.label.kind), alike[mark.label.kind], after.pose)
+        if group is not None:
             yield from _group_options(route, group, turns, after)
     yield from _gaps(route, waypoint, named)
 
 
 def _named(route: Route, mark: Landmark, seen: list[Landmark], waypoint: Waypoint) -> tuple[Thing, float] | None:
-    """Return a name for a landmark, and the cost of using it; None if no name is clear."""
+    """Return a name for a landmark, and the cost of using it; None if no name is clear. `seen` are all of its kind."""
     until = route.departures[min(waypoint.number + 12, route.last)]
-    name = name_of(mark, route.marks, waypoint.pose, until, route.random)
+    name = name_of(mark, route.of_kind(mark.label.kind), waypoint.pose, until, route.random)
     kind = mark.label.kind
     cost = COLLECTIBLE_COST if kind in KINDS else BUILDING_COST if kind == "building" else 0.0
     if name is not None:
         return name[0], cost + (0.0 if name[1] else AMBIGUITY_COST)
     if kind == "building":
         return None
-    counted = counted_name(mark, route.marks, seen, waypoint.pose)
+    counted = counted_name(mark, route.of_kind(mark.label.kind), seen, waypoint.pose)
     return None if counted is None else (counted, cost + COUNTED_COST)
 
 

@@ -90,6 +90,9 @@ class Route:
         self.target = next((mark.label for mark in marks if (mark.x, mark.z) == goal), None)
         self.has_twin = sum(mark.label == self.target for mark in marks) > 1
         self.corners = [leg.last for leg in legs_of(path)]
+        self._by_kind: dict[str, list[Landmark]] = {}
+        for mark in marks:
+            self._by_kind.setdefault(mark.label.kind, []).append(mark)
         self.departures = [0] * len(path)
         place = 0
         for number, pose in enumerate(poses):
@@ -101,6 +104,10 @@ class Route:
     def last(self) -> int:
         """Index of the path's last place."""
         return len(self.path) - 1
+
+    def of_kind(self, kind: str) -> Sequence[Landmark]:
+        """Return the landmarks of a kind, in the order of `marks`: no others can be confused by name."""
+        return self._by_kind.get(kind, ())
 
     def first_seen(self, mark: Landmark) -> int:
         """Return the index of the first pose on the way from which a landmark is seen; that after the last if none."""

@@ -11,6 +11,7 @@ from server.dataset.instructions.gate_world import GateWorld
 from server.dataset.instructions.sight import Landmark
 from server.dataset.plans.graph import Arm, Corner, House, Junction, Road, StreetGraph
 from server.sim.geometry import Pose
+from server.sim.labels import Label
 from tests.dataset.instructions.test_gate import (
     ARMS,
     BARREL,
@@ -23,6 +24,7 @@ from tests.dataset.instructions.test_gate import (
     ROADS,
     WORLD,
     mark,
+    way,
 )
 
 TURN = Rotate("right", "at", CROSSING)
@@ -89,6 +91,33 @@ def test_a_thing_that_one_walks_to_is_the_first_of_its_name_that_is_seen() -> No
     assert faults(seen_all(with_marks(blue, far)), *steps) == ()
     unseen = seen_all(with_marks(far))
     assert faults(replace(unseen, marks=(*unseen.marks, replace(near, seen=()))), *steps) == ()
+
+
+def test_a_dumpster_is_taken_for_a_bin() -> None:
+    dumpster, own = mark("dumpster/0", 1.0, -8.0, "green"), mark("bin/5", 1.0, -2.0)
+    steps = (Walk("past", (Thing("bin", identity="bin/5"),)), TURN)
+
+    assert "dumpster/0 may be taken for bin/5" in faults(seen_all(with_marks(dumpster, own)), *steps)
+    tree = replace(dumpster, label=Label("tree"), identity="tree/3")
+    assert "tree/3 may be taken for bin/5" not in faults(seen_all(with_marks(tree, own)), *steps)
+
+
+@pytest.mark.parametrize(
+    ("places", "is_seen"), [((10, 11), True), ((5,), True), ((1, 2), False), ((), False), ((12, 20), True)]
+)
+def test_a_thing_is_seen_shortly_before_one_comes_to_it(places: tuple[int, ...], is_seen: bool) -> None:
+    """The path comes by at its place 13: who sees the thing only from far off sees it across a corner."""
+    world = seen_all(with_marks(mark("tree/3", 2.0, -2.0)))
+    world = replace(world, marks=(*world.marks[:-1], replace(world.marks[-1], seen=places)))
+    found = faults(world, Walk("past", (Thing("tree", identity="tree/3"),)), TURN)
+    assert ("tree/3 cannot be seen on the way to it" not in found) == is_seen, found
+
+
+@pytest.mark.parametrize(("degrees", "is_told"), [(30.0, False), (36.0, False), (45.0, True)])
+def test_a_bend_that_is_more_than_slight_is_told(degrees: float, is_told: bool) -> None:
+    path = way(*[0.0] * 15, *[degrees] * 15)
+    found = faults(GateWorld(path, Pose(0.0, 0.0, 0.0), (), path[-1], None), target=PLAIN)
+    assert any("which is not said" in each for each in found) == is_told, found
 
 
 def test_one_turns_before_or_after_a_thing_where_no_other_street_opens() -> None:
