@@ -41,7 +41,7 @@ STEPS: list[tuple[str, tuple[Step, ...]]] = [
     ("Follow the lane right down to the hydrant.", (Walk("along", (ALLEY,)), Rotate("right"), Walk("to", (HYDRANT,)))),
     (
         "Into the lane. Follow it right down to the hydrant.",
-        (Walk("along", (ALLEY,)), Walk("along", (ALLEY,)), Walk("to", (HYDRANT,))),
+        (Walk("along", (ALLEY,)), Walk("to", (HYDRANT,))),
     ),
     # Corrections, hedges and what is not meant.
     ("Turn left, or rather right, at the hydrant.", (Rotate("right", "at", HYDRANT),)),
