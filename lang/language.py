@@ -36,7 +36,7 @@ class Language:
 
     Args:
         folder: contains `language.toml`, `lexicon.toml`, `relations.toml`, `grammar.toml`, `things.toml` and
-            `phrases.toml`, all described in those of `lang/en`; possibly `chunks.toml`, described in that of `lang/hi`.
+            `phrases.toml`, all described in those of `lang/en`; possibly `chunks.toml`, described in its own comments.
 
     Attributes:
         code: such as "hi"; the name of the folder.

@@ -5,9 +5,8 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from lang.chunks import postpositions, prepositions
 from lang.chunks.chunker import Chunker
-from lang.chunks.postpositions.rooms import RoomReader
-from lang.chunks.postpositions.routes import RouteReader
 from lang.chunks.sequence import ChunkSequence
 from lang.discourse import BARE, Discourse, Item
 from lang.grammar import Grammar, Table
@@ -164,19 +163,21 @@ class Reader:
         parts = written.items()
         is_written = written.is_covered_by(parts)
         if not is_written:
+            keys = self._without_asides(self._keys(text, self._grammar.free_reading))
             meaning = self._read_chunks(keys, phase)
             if meaning is not None:
                 return [], meaning, False
-            keys = self._without_asides(self._keys(text, self._grammar.free_reading))
             parts = TextParser(self, keys, phase).items()
         return [item for _, item in parts], None, is_written
 
     def _read_chunks(self, keys: Sequence[str], phase: str) -> Meaning | None:
         """Return the meaning of a text by its chunks, or None if the language has none or they say too little."""
-        if self.chunker is None:
+        if self.chunker is None or (phase == "assembly" and self.chunker.is_before):
             return None
-        text = ChunkSequence(self.chunker.chunks(keys), self.noun_phrase_reader)
-        reader: type[RouteReader | RoomReader] = RouteReader if phase == "navigation" else RoomReader
+        text = ChunkSequence(self.chunker.chunks(keys), self.noun_phrase_reader, self.chunker.is_before)
+        if phase == "assembly":
+            return postpositions.RoomReader(text=text, grammar=self._grammar).read()
+        reader = prepositions.RouteReader if self.chunker.is_before else postpositions.RouteReader
         return reader(text=text, grammar=self._grammar).read()
 
     def _without_asides(self, keys: tuple[str, ...]) -> tuple[str, ...]:

@@ -70,6 +70,8 @@ def navigation(random: Random) -> Navigation:
         step = _step(random, things)
         if not steps or not _is_unclear_after(step, steps[-1]):
             steps.append(step)
+    if isinstance(steps[-1], Walk) and steps[-1].way == "between":
+        steps.append(Walk("ahead"))  # "After moving between two things, get the ball" may say where the ball is.
     places = things[-1:] if things and random.random() < 0.4 else []
     where = tuple(_where(random, _STREET_RELATIONS, places) for _ in range(random.choice((0, 1, 1, 1, 2))))
     meaning = identified(Navigation(tuple(steps), collectible(random, where)))
@@ -104,11 +106,11 @@ def identified(meaning: Meaning) -> Meaning:
     def identify(thing: Thing) -> Thing:
         earlier = next((each for each in reversed(named) if repeats(thing, each)), None)
         if earlier is not None and earlier.where != thing.where:
-            return identify(replace(thing, which="another"))
+            return identify(replace(thing, which="next"))
         others = any(each.kind == thing.kind and each is not earlier for each in named)
         if others and earlier is not None and earlier.which in ("next", "another"):
             # It would be "that tree" from now on, which is clear only if no other tree is named.
-            return identify(replace(thing, which="another"))
+            return identify(replace(thing, which="next"))
         if earlier is None or thing.identity == _OTHER:
             earlier = replace(thing, identity=str(len(named) + 1))
             named.append(earlier)

@@ -60,10 +60,14 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 
 LONGEST = (
-    "hostile/test_hostile.py", "faults/test_soak.py", "deploy/test_wheels.py", "client/test_first_episodes.py",
-    "hostile/test_endings.py", "conformance/test_servers.py", "dataset/generation/test_command.py",
-    "environments/test_experts.py", "faults/test_clock.py", "faults/test_kill.py", "dataset/plans/test_build.py",
-    "sim/raster/test_camera.py", "web/test_site.py", "conformance/test_checks.py",
+    "faults/test_soak.py", "examples/test_learning.py", "deploy/test_wheels.py", "hostile/test_hostile.py",
+    "dataset/generation/test_command.py", "dataset/plans/test_build.py", "dataset/generation/test_killed.py",
+    "dataset/generation/test_extra.py", "agents/learning/test_train.py", "conformance/test_checks.py",
+    "faults/test_clock.py", "conformance/test_servers.py", "sim/raster/test_camera.py",
+    "client/test_first_episodes.py", "web/test_site.py", "client/test_agent_names.py", "hostile/test_endings.py",
+    "commands/test_demonstrations.py", "demonstrations/test_export.py", "commands/test_cli.py",
+    "agents/learning/training/test_demonstrations.py", "agents/learning/training/test_imitation.py",
+    "environments/test_experts.py", "faults/test_database.py", "faults/test_kill.py",
 )  # fmt: skip
 """The files that take longest, in this order."""
 

@@ -8,11 +8,11 @@ gc.disable()  # until everything is imported
 import agents.random_walk  # noqa: F401
 import arramon_client.cli  # noqa: F401
 import server.cli
-import server.commands.serve
-import server.process.logs  # noqa: F401
+import server.process.logs
 from server.sim.raster.camera import compile_kernels
 from tests import recorded_migrations
 
+server.cli.load(())  # the modules of every command
 compile_kernels()
 recorded_migrations.install()
 recorded_migrations.record()

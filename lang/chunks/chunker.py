@@ -55,6 +55,7 @@ class Chunker:
 
     Attributes:
         vocabulary: all words of the phrases.
+        is_before: whether the words that relate things stand before them, or else behind them.
     """
 
     def __init__(
@@ -67,14 +68,19 @@ class Chunker:
         self._split = split
         self._noun_phrases = noun_phrases
         self._conjunctions = conjunctions
+        self.is_before: bool = data["position"] == "before"
         self._soft = frozenset(data["soft"])
         self._own = frozenset(data["own"])
+        self._suffixes = tuple(data.get("suffixes", ()))
         self._exactly = frozenset(data["exactly"])
         self._also = frozenset(data["also"])
         self._of = tuple(data["relations"]["of"])
         self._sides = [(phrase, side) for side, texts in data["sides"].items() for phrase in self._phrases(texts)]
-        self._nominal = sorted(self._phrases(data["nominal"]), key=len, reverse=True)
-        self._slightly, self._slight_more = frozenset(data["slightly"]), frozenset(data["slight_more"])
+        self._nominal, self._nominal_before, self._slightly, self._slightly_behind = (
+            sorted(self._phrases(data.get(key, [])), key=len, reverse=True)
+            for key in ("nominal", "nominal_before", "slightly", "slightly_behind")
+        )
+        self._slight_more = frozenset(data["slight_more"])
         self._listed: dict[str, list[tuple[Keys, str, str]]] = {}
         for kind, table in (("verb", self._verbs(data)), (RELATION, data["relations"]), (LOOK, data["looks"])):
             for value, texts in table.items():
@@ -83,12 +89,13 @@ class Chunker:
             self._add(kind, "", texts)
         self._written_together = {split(one)[0]: split(apart) for one, apart in data["written_together"]}
         phrases = [phrase for listed in self._listed.values() for phrase, _, _ in listed]
-        words = {word for phrase in (*phrases, *self._nominal, *(side for side, _ in self._sides)) for word in phrase}
-        self.vocabulary = frozenset(words | self._soft | self._own | self._slightly | set(self._written_together))
+        beside = (*self._nominal, *self._nominal_before, *self._slightly, *self._slightly_behind)
+        words = {word for phrase in (*phrases, *beside, *(side for side, _ in self._sides)) for word in phrase}
+        self.vocabulary = frozenset(words | self._soft | self._own | set(self._written_together))
 
     def chunks(self, keys: Sequence[str]) -> list[Chunk]:
         """Return the chunks of a text's words in order; words that are none are left out."""
-        keys = [part for key in keys for part in self._written_together.get(key, (key,))]
+        keys = [part for key in keys for part in self._written_together.get(key, (self._without_suffix(key),))]
         found: list[Chunk] = []
         at = 0
         while at < len(keys):
@@ -98,9 +105,20 @@ class Chunker:
             at = at + 1 if chunk is None else chunk.end
         return found
 
+    def _without_suffix(self, key: str) -> str:
+        return next((key.removesuffix(each) for each in self._suffixes if key.endswith(each)), key)
+
     def _longest(self, keys: Sequence[str], at: int) -> Chunk | None:
-        found = [*self._side(keys, at), *self._words(keys, at), *self._things(keys, at), *self._yours(keys, at)]
-        longest = max(found, key=lambda chunk: chunk.end, default=None)
+        words = list(self._words(keys, at))
+        is_thing = not self.is_before or all(word.kind != RELATION for word in words)
+        found: list[Chunk] = [
+            *self._side(keys, at),
+            *words,
+            *(self._things(keys, at) if is_thing else ()),
+            *self._yours(keys, at),
+        ]
+        found.sort(key=lambda chunk: (chunk.end, self.is_before and _refers_back(chunk)), reverse=True)
+        longest = found[0] if found else None
         if longest is None or longest.kind == THING:
             return longest
         return replace(longest, exactly=not self._exactly.isdisjoint(keys[max(at - 1, 0) : longest.end]))
@@ -109,16 +127,21 @@ class Chunker:
         at = start
         while at < len(keys) and keys[at] in self._own:
             at += 1
-        slight = at < len(keys) and keys[at] in self._slightly
-        at += slight
+        placed = self._size(self._nominal_before, keys, at)
+        slight = self._size(self._slightly, keys, at + placed)
+        at += placed + slight
         while at < len(keys) and ((slight and keys[at] in self._slight_more) or keys[at] in self._own):
             at += 1
-        fitting = [(self._end(phrase, keys, at), side) for phrase, side in self._sides]
-        end, side = max(fitting)
+        end, side = max((self._end(phrase, keys, at), side) for phrase, side in self._sides)
         if end:
-            at = end
-            nominal = next((each for each in self._nominal if tuple(keys[at : at + len(each)]) == each), ())
-            yield Chunk(SIDE, start, at + len(nominal), side, slight=slight, nominal=bool(nominal))
+            nominal = self._size(self._nominal, keys, end)
+            more = self._size(self._slightly_behind, keys, end + nominal)
+            is_nominal = bool(placed or nominal)
+            yield Chunk(SIDE, start, end + nominal + more, side, slight=bool(slight or more), nominal=is_nominal)
+
+    def _size(self, phrases: Sequence[Keys], keys: Sequence[str], at: int) -> int:
+        """Return the number of words of the longest of the phrases that is there, 0 if none is."""
+        return next((len(phrase) for phrase in phrases if tuple(keys[at : at + len(phrase)]) == phrase), 0)
 
     def _words(self, keys: Sequence[str], at: int) -> Iterator[Chunk]:
         for phrase, kind, value in self._listed.get(keys[at], ()):
@@ -136,11 +159,16 @@ class Chunker:
                         yield Chunk("yours", at, at + chunk.end, chunk.value)
 
     def _things(self, keys: Sequence[str], at: int) -> Iterator[Chunk]:
-        joined = [] if keys[at] in self._own else self._noun_phrases.read_joined(keys, at, self._conjunctions)
         named = [(end, (one,)) for end, one in self._noun_phrases.read(keys, at) if not (one.back and not one.kind)]
+        joins = keys[at] not in self._own and not (self.is_before and self._are_joined_wholes(keys, named))
+        joined = self._noun_phrases.read_joined(keys, at, self._conjunctions) if joins else []
         for end, things in (*named, *joined):
             if things[0].kind or self._noun_phrases.is_collectible(things[0]):
                 yield Chunk(THING, at, end, things=things, also=not self._also.isdisjoint(keys[end : end + 2]))
+
+    def _are_joined_wholes(self, keys: Sequence[str], named: Iterable[tuple[int, object]]) -> bool:
+        """Return whether "and" follows a whole name: "the bank and two crossings" share no noun."""
+        return any(keys[end : end + 1] and keys[end] in self._conjunctions for end, _ in named)
 
     def _end(self, phrase: Keys, keys: Sequence[str], at: int) -> int:
         """Return the index after the phrase, whose words may have soft ones between them; 0 if it is not there."""
@@ -174,3 +202,7 @@ class Chunker:
             entries = self._listed.setdefault(phrase[0], [])
             if (phrase, kind, value) not in entries:
                 entries.append((phrase, kind, value))
+
+
+def _refers_back(chunk: Chunk) -> bool:
+    return any(named.back for named in chunk.things)

@@ -14,10 +14,12 @@ class ChunkSequence:
     Attributes:
         chunks: in order.
         noun_phrases: reader of the language's noun phrases, which knows what can be picked up.
+        denies_before: whether "not" stands before what is not meant, or else behind it.
     """
 
     chunks: Sequence[Chunk]
     noun_phrases: NounPhraseReader
+    denies_before: bool = False
 
     def is_collectible(self, number: int) -> bool:
         """Return whether a chunk names one thing that can be picked up."""
@@ -26,10 +28,24 @@ class ChunkSequence:
 
     def is_denied(self, number: int) -> bool:
         """Return whether it is said of a thing that it is not the one to pick up."""
-        for n in range(number + 1, len(self.chunks)):
-            if self.chunks[n].kind in ("stop", "not") or self.is_collectible(n):
+        if self.denies_before and self._is_told_not(range(number - 1, -1, -1), ("stop", "comma", "but")):
+            return True
+        after = range(number + 1, len(self.chunks))
+        if self.denies_before:
+            return self._is_told_not(after, ("stop", "comma", THING)) and not self._is_about_next(number)
+        return self._is_told_not(after, ("stop",))
+
+    def _is_told_not(self, numbers: range, ends: Sequence[str]) -> bool:
+        """Return whether "not" is the first of these chunks that ends what is said of a thing."""
+        for n in numbers:
+            if self.chunks[n].kind in ("not", *ends) or self.is_collectible(n):
                 return self.chunks[n].kind == "not"
         return False
+
+    def _is_about_next(self, number: int) -> bool:
+        """Return whether a "not" behind a thing is said of another one: "the red bowl, not the blue one"."""
+        at = next(n for n in range(number, len(self.chunks)) if self.chunks[n].kind == "not")
+        return self.next_kind(at) == THING
 
     def target(self) -> int | None:
         """Return the number of the chunk that names what is to be picked up: the fullest name that is not denied."""
@@ -52,6 +68,10 @@ class ChunkSequence:
         """Return whether a chunk is one of these words that relate things."""
         chunk = self.chunks[number] if 0 <= number < len(self.chunks) else None
         return chunk is not None and chunk.kind == RELATION and chunk.value in values
+
+    def next_is_relation(self, number: int, *values: str) -> bool:
+        """Return whether the next chunk is one of these words that relate things."""
+        return self.is_relation(number + 1, *values)
 
     def next_kind(self, number: int) -> str:
         """Return the kind of the next chunk, "" at the end."""

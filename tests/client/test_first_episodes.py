@@ -118,8 +118,9 @@ def test_missing_requested_split_is_reported_not_generated(data: Path, tmp_path:
 def test_the_first_command_generates_episodes_and_plays_them(
     data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """With one episode instead of twelve, each of which takes seconds."""
+    """With one episode instead of twelve, each of which takes seconds, and few steps."""
     monkeypatch.setattr(first_episodes, "SCALE", 1 / SPLITS[first_episodes.SPLIT].size)
+    monkeypatch.setenv("ARRAMON_STEPS", "20")
     asked = ["--agent", "agents.stop", "--lang", "hi", "--data", str(data), "--output", str(tmp_path / "results")]
     assert cli.main(asked) == 0
     said = capfd.readouterr()

@@ -54,6 +54,15 @@ def author(tmp_path_factory: pytest.TempPathFactory, wheels: list[Path]) -> Envi
     return Environment(tmp_path_factory.mktemp("author"), [wheel for wheel in wheels if "server" not in wheel.name])
 
 
+@pytest.fixture(scope="module")
+def sample(host: Environment, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A data folder with the sample, imported by the host's command."""
+    folder = tmp_path_factory.mktemp("sample")
+    done = host.run(f"arramon-server import-release {SAMPLE}/sample.json {SAMPLE}/sample_hindi.json", folder)
+    assert done.returncode == 0, done.stderr
+    return folder / "arramon-data"
+
+
 def test_wheels_contain_exactly_the_package_files(wheels: list[Path]) -> None:
     assert [wheel.name.partition("-")[0] for wheel in wheels] == ["arramon_client", "arramon_proto", "arramon_server"]
     held: set[str] = set()
@@ -72,13 +81,13 @@ def test_wheels_contain_exactly_the_package_files(wheels: list[Path]) -> None:
 
 
 def test_agent_plays_with_only_the_client_wheel_installed(
-    author: Environment, host: Environment, tmp_path: Path
+    author: Environment, host: Environment, sample: Path, tmp_path: Path
 ) -> None:
     assert author.ours == {"arramon-client", "arramon-proto"}
     for missing in ("server", "agents", "pybullet", "sqlalchemy"):
         assert f"No module named '{missing}'" in author.run(f"python -c 'import {missing}'", tmp_path).stderr
     (tmp_path / "mine.py").write_text(AGENT)
-    imported(host, tmp_path)
+    shutil.copytree(sample, tmp_path / "arramon-data")
     with serving(host, tmp_path) as (address, _):
         play = f"arramon-client --agent mine --lang hi --split sample --server {address} --episodes 1 --output results"
         played = author.run(play, tmp_path)
@@ -87,7 +96,7 @@ def test_agent_plays_with_only_the_client_wheel_installed(
 
 
 def test_agent_image_has_what_its_default_agent_needs(
-    host: Environment, wheels: list[Path], tmp_path: Path, tmp_path_factory: pytest.TempPathFactory
+    host: Environment, wheels: list[Path], sample: Path, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     """Its packages are those that the Dockerfile names beside the client's, and the folders that it copies."""
     text = (ROOT / "Dockerfile").read_text()
@@ -104,10 +113,12 @@ def test_agent_image_has_what_its_default_agent_needs(
     compose = (ROOT / "deploy" / "compose.yaml").read_text()
     options = [re.findall(rf"\$\{{ARRAMON_{name}:-([\w.]+)\}}", compose)[0] for name in ("AGENT", "LANG")]
     assert f"arramon-client --agent {options[0]} --lang {options[1]} " in (ROOT / "README.md").read_text()
-    imported(host, tmp_path)
+    shutil.copytree(sample, tmp_path / "arramon-data")
     with serving(host, tmp_path) as (address, _):
         play = f"arramon-client --agent {options[0]} --lang {options[1]} --split sample --server {address} --episodes 1"
-        played = image.run(f"{play} --output results", tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "compiled"))
+        played = image.run(
+            f"{play} --output results", tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "compiled"), OMP_NUM_THREADS="1"
+        )
     assert played.returncode == 0, played.stderr
     assert finished(tmp_path / "results") == 1
 
@@ -117,9 +128,9 @@ def test_environments_without_gymnasium_say_what_they_need(author: Environment, 
     assert "the environments need Gymnasium: pip install 'arramon-client[environments]'" in imported.stderr
 
 
-def test_server_wheel_plays_embedded_and_serves_pages(host: Environment, tmp_path: Path) -> None:
+def test_server_wheel_plays_embedded_and_serves_pages(host: Environment, sample: Path, tmp_path: Path) -> None:
     assert host.ours == {"arramon-client", "arramon-proto", "arramon-server"}
-    imported(host, tmp_path)
+    shutil.copytree(sample, tmp_path / "arramon-data")
     play = (
         "arramon-client --agent agents.follower --lang hi --split sample --episodes 1 --image-size 128 --output results"
     )
@@ -153,12 +164,6 @@ def test_server_wheel_includes_street_plans_and_languages(host: Environment, tmp
     check = "arramon-server check-instruction --lang hi --phase navigation 'बाएँ मुड़ें और बेंच तक जाएँ।'"
     checked = host.run(check, tmp_path)
     assert checked.returncode == 0, checked.stderr
-
-
-def imported(host: Environment, folder: Path) -> None:
-    """Imports the sample into the folder's `arramon-data`."""
-    done = host.run(f"arramon-server import-release {SAMPLE}/sample.json {SAMPLE}/sample_hindi.json", folder)
-    assert done.returncode == 0, done.stderr
 
 
 @contextmanager

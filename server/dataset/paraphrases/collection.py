@@ -72,7 +72,7 @@ class Written:
         text: what was read.
         batch: from 1; its texts were drawn at random, and their meanings written before the reader read them.
         doubtful: phases of whose text two careful readers would say different things.
-        meaning: as `Paraphrase.meaning`.
+        meaning: as `Paraphrase.meaning`, but without "room" where the navigation alone was written down.
     """
 
     text: Paraphrase

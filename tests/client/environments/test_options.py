@@ -36,6 +36,8 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"turn": True}, "turn is True, expected 1, 2"),
     ({"image_size": True}, "image_size is True, expected a number of pixels"),
     ({"tokenizer": "bert"}, "tokenizer is 'bert', expected 'bytes', 'words'"),
+    ({"tokenizer": 5}, "tokenizer is 5, expected 'bytes', 'words', or an object with name, size, length, encode"),
+    ({"access": "token"}, "access is 'token', expected an Access"),
     ({"render_mode": "ascii"}, "render_mode is 'ascii'"),
     ({"language": "en"}, "there is no argument 'language'; there are lang, split"),
     ({"server": "localhost:1", "data": None, "reward": "sparse"}, "reward is 'sparse', but on a host there is none"),

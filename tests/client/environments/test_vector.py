@@ -175,7 +175,7 @@ def test_bad_input_in_any_process(data: Path, processes: int) -> None:
     with pytest.raises(gymnasium.error.ResetNeeded):
         env.step(np.zeros(COUNT, int))
     env.reset(seed=0)  # It goes on.
-    for wrong in (np.zeros(2, int), np.array([0, 0, 4]), np.array([0.0, 1.0, 1.0])):
+    for wrong in (np.zeros(2, int), np.array([0, 0, 4]), np.array([0.0, 1.0, 1.0]), np.zeros((3, 1), int), np.array(0)):
         with pytest.raises(gymnasium.error.InvalidAction):
             env.step(wrong)
     with pytest.raises(BadArgument, match="there are 2 seeds, expected 3"):
@@ -193,6 +193,8 @@ def test_bad_input_in_any_process(data: Path, processes: int) -> None:
     ("given", "message"),
     [
         ({"num_envs": 0}, "num_envs is 0"),
+        ({"num_envs": 1.5}, r"num_envs is 1\.5, expected at least 1"),
+        ({"num_envs": 2, "context": "thread"}, "context is 'thread', expected None, 'fork'"),
         ({"num_envs": 2, "processes": 3}, "processes is 3, expected 1 to num_envs, which is 2"),
         ({"num_envs": 2, "autoreset_mode": "Never"}, "autoreset_mode is 'Never', expected 'NextStep', 'SameStep'"),
         ({"num_envs": 2, "render_mode": "human"}, "render_mode is 'human', expected None or 'rgb_array'"),

@@ -7,7 +7,13 @@ from typing import Any
 import pytest
 
 from lang.meaning import Assembly, Face, Navigation, Rotate, Thing, Walk, Where
-from server.dataset.paraphrases.agreement import accounts_agree, assembly_agrees, navigation_agrees
+from server.dataset.paraphrases.agreement import (
+    accounts_agree,
+    assembly_agrees,
+    navigation_agrees,
+    route_said,
+    routes_agree,
+)
 from server.dataset.paraphrases.collection import HALVES, Paraphrase, development_meanings, paraphrases, second_meanings
 
 READ = Navigation(
@@ -146,7 +152,9 @@ def test_later_meanings_are_of_other_texts_of_the_development_half(language: str
     assert len({each.text.key for each in written}) == len(written)
     for each in written:
         assert (each.text.half, each.text.meaning) == (HALVES[0], None)
-        assert accounts_agree(each.meaning, each.meaning) == (True, True)
+        assert routes_agree(route_said(each.meaning), route_said(each.meaning))
+        if "room" in each.meaning:
+            assert accounts_agree(each.meaning, each.meaning) == (True, True)
 
 
 def test_no_text_agrees_with_another_one() -> None:

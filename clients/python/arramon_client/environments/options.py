@@ -81,11 +81,14 @@ def make_options(**given: object) -> Options:
     for name in given:
         if name not in known:
             raise BadArgument(f"there is no argument {name!r}; there are {_listed(known)}")
-    for name in ("sensors", "phases"):
-        value = given.get(name)
-        if isinstance(value, str) or not isinstance(value, Sequence | None):
-            raise BadArgument(f'{name} is {value!r}, expected a tuple of names, e.g. ("rgb",)')
-        if value is not None:
+    for name in ("sensors", "phases", "access"):
+        if given.get(name, ...) is None:
+            del given[name]
+    for name, example in (("sensors", '("rgb",)'), ("phases", '("assembly",)')):
+        value = given.get(name, ())
+        if isinstance(value, str) or not isinstance(value, Sequence):
+            raise BadArgument(f"{name} is {value!r}, expected a tuple of names, e.g. {example}")
+        if name in given:
             given[name] = tuple(value)
     if given.get("data") is not None:
         given["data"] = Path(str(given["data"]))
@@ -110,8 +113,7 @@ def _check(options: Options) -> None:
         raise BadArgument(
             f"phases is {options.phases}, expected {ASSEMBLY!r} among them, as the episode begins with its last one"
         )
-    if isinstance(options.tokenizer, str):
-        _among("tokenizer", options.tokenizer, ("bytes", "words"))
+    _check_objects(options)
     _check_size(options)
     steps = options.steps_per_phase
     if steps is not None and (not isinstance(steps, int) or isinstance(steps, bool) or steps < 1):
@@ -128,6 +130,17 @@ def _check(options: Options) -> None:
                 raise BadArgument(
                     f"{name} is {value!r}, but on a host there is none: play in this process (server=None)"
                 )
+
+
+def _check_objects(options: Options) -> None:
+    tokenizer = options.tokenizer
+    if isinstance(tokenizer, str):
+        _among("tokenizer", tokenizer, ("bytes", "words"))
+    elif not all(hasattr(tokenizer, name) for name in ("name", "size", "length", "encode")):
+        expected = "'bytes', 'words', or an object with name, size, length, encode"
+        raise BadArgument(f"tokenizer is {tokenizer!r}, expected {expected}")
+    if not isinstance(options.access, Access):
+        raise BadArgument(f"access is {options.access!r}, expected an Access, e.g. Access(token=...)")
 
 
 def _check_size(options: Options) -> None:

@@ -58,10 +58,10 @@ class ArraMonVectorEnv(VectorEnv[Dict, npt.NDArray[np.int64], npt.NDArray[Any]])
         render_mode: str | None = None,
         **options: object,
     ) -> None:
-        if num_envs < 1:
-            raise BadArgument(f"num_envs is {num_envs}, expected at least 1")
-        if not 1 <= processes <= num_envs:
-            raise BadArgument(f"processes is {processes}, expected 1 to num_envs, which is {num_envs}")
+        if not _is_number(num_envs) or num_envs < 1:
+            raise BadArgument(f"num_envs is {num_envs!r}, expected at least 1")
+        if not _is_number(processes) or not 1 <= processes <= num_envs:
+            raise BadArgument(f"processes is {processes!r}, expected 1 to num_envs, which is {num_envs}")
         if render_mode not in (None, "rgb_array"):
             raise BadArgument(f"render_mode is {render_mode!r}, expected None or 'rgb_array'")
         self._autoreset = _autoreset_mode(autoreset_mode)
@@ -135,6 +135,8 @@ class ArraMonVectorEnv(VectorEnv[Dict, npt.NDArray[np.int64], npt.NDArray[Any]])
         """
         if not self._has_begun:
             raise gymnasium.error.ResetNeeded("no episodes have begun; call reset() before step()")
+        if np.ndim(actions) == 0:
+            raise gymnasium.error.InvalidAction(f"the actions are {actions!r}, expected {self.num_envs} in an array")
         if len(actions) != self.num_envs:
             raise gymnasium.error.InvalidAction(f"there are {len(actions)} actions, expected {self.num_envs}")
         numbers = [checked(action) for action in (actions.tolist() if _are_numbers(actions) else actions)]
@@ -259,6 +261,10 @@ def make_room_vector(
 ) -> ArraMonVectorEnv:
     """Return the vector environment of tasks in the room alone, for `gymnasium.make_vec`."""
     return ArraMonVectorEnv(num_envs, processes, autoreset_mode, context, render_mode, **room_options(options))
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 
 def _are_numbers(actions: object) -> bool:

@@ -11,6 +11,7 @@ import gymnasium
 from gymnasium.vector import AutoresetMode
 
 from arramon_client.environments.batches import Layout
+from arramon_client.environments.errors import BadArgument
 from arramon_client.environments.group import Group
 from arramon_client.environments.options import Options
 from arramon_client.errors import ArramonClientError
@@ -139,5 +140,12 @@ def _play(
 
 
 def context_of(name: str | None) -> BaseContext:
-    """Return the context that starts processes: "fork", "spawn", "forkserver", or None for the system's default."""
+    """Return the context that starts processes: "fork", "spawn", "forkserver", or None for the system's default.
+
+    Raises:
+        BadArgument: if there is no such context.
+    """
+    there = multiprocessing.get_all_start_methods()
+    if name is not None and name not in there:
+        raise BadArgument(f"context is {name!r}, expected None, {', '.join(map(repr, there))}")
     return multiprocessing.get_context(name)

@@ -1,0 +1,221 @@
+"""Phrases of a text that is read by chunks: things with the word that relates them and their sides; turns; the rest."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from lang.chunks.chunker import SIDE, Chunk
+from lang.meaning import Thing
+
+THINGS, TARGET, OTHER, VERB, STOP, THEN = "things", "target", "other", "verb", "stop", "then"
+
+SIDES = ("left", "right")
+
+ATS = {
+    "at": "at", "by": "at", "near": "at", "on": "at", "around": "at", "until": "at", "before": "before",
+    "in_front_of": "before", "after": "after", "behind": "after",
+}  # fmt: skip
+"""Words that relate to a thing the place of a turn, and where it is made."""
+
+ATTACHED = tuple(value for value in ATS if value != "until")
+"""Those that may follow the turn."""
+
+PLACES = (*(value for value in ATTACHED if value != "around"), "under", "left_of", "right_of")
+"""Words that say where another thing is."""
+
+_STRESSED = ("after", "before", "behind", "in_front_of", "near")
+"""Words that "right" may stress."""
+
+_LEADING = ("to", "towards", "along", "up", "into", "over", "through", "between")
+"""Words by which one goes on, not is somewhere."""
+
+_MOVING = ("turn", "bear", "walk", "keep")
+"""Verbs that make a side a turn."""
+
+_STRAIGHT = ("there", "straight", "ahead")
+
+
+@dataclass(slots=True)
+class Named:
+    """A thing, with its side if that is said; `joined` is what stands before it in its list."""
+
+    thing: Thing
+    side: str = ""
+    joined: str = ""
+
+
+@dataclass(slots=True)
+class Phrase:
+    """A part of a text.
+
+    Attributes:
+        kind: THINGS, SIDE, TARGET, OTHER (what is not to be picked up), VERB, STOP, THEN, or a key of `words` in
+            `chunks.toml`.
+        value: what relates the things, "" if nothing does; the kind of a verb; the side.
+        joined: what stands before it: "", "comma", "and", or "then" for what ends a clause.
+        named: the things.
+        chunk: its first one.
+        is_pronoun: whether a pronoun names the things.
+    """
+
+    kind: str
+    value: str
+    joined: str
+    chunk: Chunk
+    named: list[Named] = field(default_factory=list)
+    is_pronoun: bool = False
+
+    @property
+    def last(self) -> Thing:
+        """The last of the things."""
+        return self.named[-1].thing
+
+
+@dataclass(frozen=True, slots=True)
+class Phrases:
+    """The phrases of a text in order, and what is around each of them.
+
+    Attributes:
+        listed: all of them.
+        target: number of the one that names what is to be picked up.
+    """
+
+    listed: Sequence[Phrase]
+    target: int
+
+    def before(self, number: int) -> Phrase | None:
+        """Return the phrase before one, or None."""
+        return self.listed[number - 1] if number else None
+
+    def is_after_verb(self, number: int, *values: str) -> bool:
+        """Return whether one of these verbs is right before a phrase."""
+        before = self.before(number)
+        return before is not None and before.kind == VERB and before.value in values
+
+    def is_next(self, number: int, *kinds: str) -> bool:
+        """Return whether the next phrase is one of these kinds, and nothing divides the two."""
+        after = self.listed[number + 1] if number + 1 < len(self.listed) else None
+        return after is not None and after.kind in kinds and not after.joined
+
+    def is_behind_thing(self, number: int) -> bool:
+        """Return whether a phrase stands right behind a thing."""
+        before = self.before(number)
+        return before is not None and before.kind == THINGS and bool(before.named) and not self.listed[number].joined
+
+    def ends_clause(self, number: int) -> bool:
+        """Return whether nothing that belongs to a phrase follows it."""
+        after = self.listed[number + 1]
+        return bool(after.joined) or after.kind in (STOP, THEN)
+
+    def verb_of_side(self, number: int) -> str:
+        """Return the verb that a side belongs to, "" if none does."""
+        for phrase in reversed(self.listed[:number]):
+            if phrase.kind == VERB:
+                return phrase.value
+            if phrase.kind not in (*_STRAIGHT, "back"):
+                return ""
+        return ""
+
+    def is_turn(self, number: int) -> bool:
+        """Return whether a side is a turn."""
+        phrase = self.listed[number]
+        if phrase.kind != SIDE or phrase.value not in SIDES or phrase.chunk.nominal:
+            return False
+        return not (self.is_side_of_target(number) or self._is_stress(number))
+
+    def turn_after(self, number: int, *, is_close: bool = False) -> int | None:
+        """Return the number of the turn that is made at a phrase's things, if one follows.
+
+        Args:
+            number: of the phrase.
+            is_close: whether only one that follows without a comma counts.
+        """
+        for at in range(number + 1, self.target):
+            phrase = self.listed[at]
+            if phrase.joined == "and" or (phrase.joined and (is_close or self.is_behind_thing(number))):
+                return None
+            if phrase.kind == SIDE:
+                return at if self.is_turn(at) else None
+            is_verb = phrase.kind == VERB and phrase.value in (*_MOVING, "see", "be")
+            if phrase.kind not in _STRAIGHT and not is_verb:
+                return None
+        return None
+
+    def place_of_turn(self, number: int) -> int | None:
+        """Return the number of the phrase behind a turn that says where it is made, if there is one."""
+        after = number + 1
+        if self.leads_into_alley(after):
+            after += 1  # "Left into the lane by the bank."
+        for at in range(after, min(after + 2, self.target)):
+            phrase = self.listed[at]
+            if phrase.kind == THINGS:
+                is_ground = phrase.named[0].thing.kind in ("street", "alley") and phrase.value == "on"
+                is_place = phrase.value in ATTACHED and not phrase.named[0].side and not is_ground
+                return at if is_place and self._is_of_turn(at) else None
+            if phrase.kind not in _STRAIGHT:
+                return None
+        return None
+
+    def leads_into_alley(self, number: int) -> bool:
+        """Return whether a phrase says into which alley a turn leads, and the next one where that is."""
+        if number + 1 >= self.target:
+            return False
+        phrase = self.listed[number]
+        is_into = phrase.kind == THINGS and phrase.value in ("into", "on") and not phrase.joined
+        return is_into and phrase.last.kind == "alley" and self.is_next(number, THINGS)
+
+    def side_behind(self, number: int) -> int | None:
+        """Return the number of a turn that is said right behind a phrase: "round the house to the left"."""
+        is_side = number + 1 < self.target and self.is_next(number, SIDE)
+        return number + 1 if is_side and self.listed[number + 1].value in SIDES else None
+
+    def is_side_of_target(self, number: int) -> bool:
+        """Return whether a side says where the object to pick up is."""
+        chunk, verb = self.listed[number].chunk, self.verb_of_side(number)
+        if verb in _MOVING or verb == "look":
+            return verb == "look"
+        is_free = all(
+            each.kind in _STRAIGHT
+            or (each.kind == VERB and each.value in ("be", "see"))
+            or (each.kind == THINGS and each.value in ATTACHED)
+            for each in self.listed[number + 1 : self.target]
+        )
+        return is_free and (chunk.slight or chunk.end - chunk.start > 1)
+
+    def leads_to_target(self, number: int) -> bool:
+        """Return whether nothing but places is said between a phrase and the object to pick up."""
+        for at in range(number + 1, self.target):
+            phrase = self.listed[at]
+            is_place = phrase.kind == THINGS and phrase.value not in _LEADING
+            is_said = phrase.kind == VERB and phrase.value in ("be", "see", "look", "end")
+            is_side = phrase.kind == SIDE and self.is_side_of_target(at)
+            if not (is_place or is_said or is_side or phrase.kind in (*_STRAIGHT, "not", "but", OTHER)):
+                return False
+        return True
+
+    def _is_of_turn(self, number: int) -> bool:
+        """Return whether a place belongs to the turn before it, from which a comma may divide it."""
+        phrase = self.listed[number]
+        is_last = self.listed[number + 1].kind in (STOP, THEN) and len(phrase.named) == 1
+        is_close = phrase.value in ("before", "around", "in_front_of") or (is_last and phrase.value in ("by", "at"))
+        if phrase.joined and not (phrase.joined == "comma" and is_close):
+            return False
+        return self.turn_after(number, is_close=True) is None
+
+    def _is_stress(self, number: int) -> bool:
+        """Return whether "right" only stresses what follows: "Right after the crossing there is a mug"."""
+        phrase, after = self.listed[number], self.listed[number + 1 : self.target]
+        if phrase.chunk.slight or phrase.value != "right" or self.verb_of_side(number) in _MOVING or not after:
+            return False
+        if self.is_next(number, "ahead"):
+            return True
+        if not self.is_next(number, THINGS):
+            return False
+        before = self.before(number)
+        is_apart = before is None or before.kind == STOP or phrase.joined == "comma"
+        is_shown = any(each.kind == VERB and each.value in ("be", "see") for each in after)
+        stressed = _STRESSED if is_apart else PLACES if phrase.joined == "and" else ()
+        if is_shown and after[0].value in stressed:
+            return self.leads_to_target(number)
+        turn = self.turn_after(number + 1) if is_apart and after[0].value in _STRESSED else None
+        # "Right after the bin, turn left."
+        return turn is not None and any(each.kind == VERB for each in self.listed[number:turn])

@@ -1,0 +1,107 @@
+"""Steps of a route, as phrases add them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+from lang.chunks.prepositions.phrases import Named, Phrase
+from lang.discourse import CROSSED
+from lang.meaning import Rotate, Step, Thing, Walk
+
+POINTS = ("intersection", "t_junction", "zebra_crossing", "corner", "street_end")
+"""Kinds of places that one comes to."""
+
+_WAYS = {"to": "to", "until": "until", "towards": "towards", "along": "along", "up": "along", "into": "along"}
+"""How one walks to or along things that these words relate; past others."""
+
+_REACHED = ("at", "near", "on", "before", "in_front_of")
+"""Words that relate to a thing a place that one walks to."""
+
+
+@dataclass(slots=True)
+class Route:
+    """The steps so far.
+
+    Attributes:
+        steps: in order.
+        last: what was passed or reached last.
+        last_at: where one is at it, as in `Rotate.at`.
+    """
+
+    steps: list[Step] = field(default_factory=list)
+    last: Thing | None = None
+    last_at: str = "at"
+
+    def walk(self, phrase: Phrase) -> None:
+        """Walk by the things of a phrase, as the word that relates them says."""
+        value, named = phrase.value, phrase.named
+        if value == "between" and len(named) > 1:
+            self.steps.append(Walk("between", (named[0].thing, named[1].thing)))
+            value, named = "past", named[2:]
+        for each in named:
+            self._walk_to(value, each)
+            if value != "with" or not each.side:
+                self.last, self.last_at = each.thing, "before" if value == "before" else "at"
+
+    def pass_all(self, named: Sequence[Named]) -> None:
+        """Walk past things."""
+        for each in named:
+            self._walk_to("past", each)
+            self.last, self.last_at = each.thing, "at"
+
+    def ahead(self) -> None:
+        """Walk on, if nothing has been said of it."""
+        if not self.steps or isinstance(self.steps[-1], Rotate):
+            self.steps.append(Walk("ahead"))
+
+    def rotate(self, direction: str, at: str = "", thing: Thing | None = None) -> None:
+        """Turn, at a thing or into a street."""
+        if thing is not None and thing.kind in ("street", "alley"):
+            self.steps += [Rotate(direction), Walk("along", (thing,))]
+        else:
+            self.steps.append(Rotate(direction, at if thing is not None else "", thing))
+
+    def rotate_there(self, direction: str) -> None:
+        """Turn at what was passed or reached last."""
+        last = self.steps[-1] if self.steps else None
+        if isinstance(last, Walk) and last.way in ("to", "until") and last.things == (self.last,):
+            if self.last_at == "at":
+                self.rotate(direction)
+                return
+            self.steps.pop()  # "Not quite to the crossing. Left there."
+        self.rotate(direction, self.last_at, self.last)
+
+    def rotate_around(self) -> None:
+        """Turn around, if that has not just been said."""
+        if self.steps[-1:] != [Rotate("around")]:
+            self.steps.append(Rotate("around"))
+
+    def put_beside(self, side: str) -> None:
+        """Say on which side the thing of the last walk is."""
+        last = self.steps[-1] if self.steps else None
+        if isinstance(last, Walk) and last.things and not last.side:
+            self.steps[-1] = replace(last, way="past" if last.way in ("to", "until") else last.way, side=side)
+
+    def _walk_to(self, value: str, named: Named) -> None:
+        kind, thing = named.thing.kind, named.thing
+        way = _WAYS.get(value, "to" if value in _REACHED else "past")
+        if kind == "street":
+            thing = replace(thing, which="")
+        if kind in ("street", "alley") and value not in ("over", "out_of") and way != "towards":
+            way = "along"
+        elif way == "along" and (kind in POINTS or value != "along"):
+            way = "to" if kind in POINTS and value != "along" else "past"
+        side = "" if kind in CROSSED and value != "until" else named.side
+        if value == "keep" and self._is_last(thing):
+            self.put_beside(side)
+            return
+        if side and way in ("to", "until"):
+            way = "past" if way == "to" else "beside"
+        if way == "along" and kind == "alley" and Walk("along", (thing,)) in self.steps[-3:]:
+            return  # "Into the lane between the houses. Follow it."
+        last = self.steps[-1] if self.steps else None
+        is_meanwhile = value == "with" and bool(side) and isinstance(last, Walk) and last.way in ("to", "until")
+        self.steps.insert(len(self.steps) - is_meanwhile, Walk(way, (thing,), side))
+
+    def _is_last(self, thing: Thing) -> bool:
+        last = self.steps[-1] if self.steps else None
+        return isinstance(last, Walk) and last.things == (thing,)

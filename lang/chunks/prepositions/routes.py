@@ -1,0 +1,192 @@
+"""Navigation instructions read by phrases: what is passed and reached, turns, and where the object to pick up is."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+from lang.chunks.chunker import SIDE
+from lang.chunks.prepositions.phraser import SHOWN, Phraser
+from lang.chunks.prepositions.phrases import ATS, OTHER, PLACES, SIDES, STOP, TARGET, THEN, THINGS, VERB, Phrases
+from lang.chunks.prepositions.route import POINTS, Route
+from lang.chunks.prepositions.target import relations, relations_after
+from lang.chunks.sequence import ChunkSequence
+from lang.discourse import Discourse
+from lang.grammar import Grammar
+from lang.meaning import Face, Navigation, Thing, Walk, Where
+
+_DESCRIBING = ("with", "of", "at", "by", "near", "on", "in_front_of", "under")
+"""Words by which a thing is told apart, right behind it: "the house with the awning"."""
+
+
+@dataclass(slots=True, kw_only=True)
+class RouteReader:
+    """Reads one text's chunks.
+
+    Attributes:
+        text: its chunks.
+        grammar: of the language.
+    """
+
+    text: ChunkSequence
+    grammar: Grammar
+    _route: Route = field(default_factory=Route)
+    _where: list[Where] = field(default_factory=list)
+    _is_there: bool = False
+    """Whether "there" has been said of what was passed or reached last."""
+
+    def read(self) -> Navigation | None:
+        """Return the meaning, or None if nothing to pick up is named."""
+        chosen = self.text.target()
+        if chosen is None:
+            return None
+        listed = Phraser(text=self.text, discourse=Discourse(self.grammar), target=chosen).read()
+        phrases = Phrases(listed, next(n for n, phrase in enumerate(listed) if phrase.kind == TARGET))
+        number = 0
+        while number < phrases.target:
+            number = self._take(phrases, number)
+        target = listed[phrases.target].last
+        if not target.look or not target.colour:
+            later = self.text.described_later(chosen)
+            target = replace(target, look=target.look or later.look, colour=target.colour or later.colour)
+        where = dict.fromkeys((*self._where, *relations_after(phrases)))
+        return Navigation(tuple(self._route.steps), replace(target, where=tuple(where)))
+
+    def _take(self, phrases: Phrases, number: int) -> int:
+        """Take a phrase before the object to pick up is named; return the number of the next one."""
+        phrase = phrases.listed[number]
+        if phrase.kind == THINGS:
+            self._is_there = False
+            return self._take_things(phrases, number)
+        if phrase.kind == SIDE:
+            return self._take_side(phrases, number)
+        if phrase.kind in ("back", "round"):
+            return self._turn_around(phrases, number)
+        if phrase.kind in ("not", OTHER):
+            return _after_clause(phrases, number)
+        if phrase.kind in ("straight", "ahead"):
+            self._route.ahead()
+        elif phrase.kind == VERB and phrase.value == "cross" and phrases.ends_clause(number):
+            self._route.steps.append(Walk("past", (Thing("street"),)))
+        self._is_there = phrase.kind == "there" or (self._is_there and phrase.kind != STOP)
+        return number + 1
+
+    # Things.
+
+    def _take_things(self, phrases: Phrases, number: int) -> int:
+        phrase = phrases.listed[number]
+        turn = self._turn_at(phrases, number)
+        if turn is not None:
+            self._route.pass_all(phrase.named[:-1])
+            self._route.rotate(_direction(phrases, turn), ATS.get(phrase.value, "at"), phrase.last)
+            return turn + 1
+        if phrase.value == "away" or self._describes(phrases, number):
+            return number + 1
+        if phrase.value in PLACES and phrases.leads_to_target(number):
+            self._where += relations(phrase)
+        elif _is_street_beside(phrases, number):
+            self._route.rotate(phrase.named[-1].side, "at", phrase.last)
+        elif _is_faced(phrases, number):
+            self._route.steps.append(Face(phrase.named[0].thing))
+        else:
+            if phrase.value in ("left_of", "right_of") and phrases.is_after_verb(number, "turn"):
+                self._route.rotate(phrase.value.removesuffix("_of"))
+            self._route.walk(phrase)
+        return number + 1
+
+    def _turn_at(self, phrases: Phrases, number: int) -> int | None:
+        """Return the number of the turn that is made at a phrase's things, if there is one."""
+        phrase = phrases.listed[number]
+        is_rounded = phrase.value == "around" or (not phrase.value and phrases.is_after_verb(number, "turn"))
+        behind = phrases.side_behind(number) if is_rounded else None
+        if behind is not None:
+            return behind
+        turn = phrases.turn_after(number)
+        if turn is None or phrase.value not in ATS or phrase.named[-1].side:
+            return None
+        has_own_place = phrases.listed[turn].joined and phrases.place_of_turn(turn) is not None
+        return None if has_own_place else turn  # "At the end, right around the kiosk."
+
+    def _describes(self, phrases: Phrases, number: int) -> bool:
+        """Return whether things only tell the one before them apart: "the white house with the banner"."""
+        phrase, before = phrases.listed[number], phrases.before(number)
+        if before is None or not phrases.is_behind_thing(number) or phrase.value not in _DESCRIBING:
+            return False
+        if phrase.value == "with":
+            is_shown = before.last.kind == "building" and phrase.named[0].thing.kind in SHOWN
+            if is_shown and phrase.named[0].side:
+                self._route.put_beside(phrase.named[0].side)
+            if is_shown:
+                self._route.pass_all(phrase.named[1:])
+            return is_shown
+        if phrase.last.kind == "street_end":
+            return False
+        return before.value in ("to", "towards", "until") or phrase.value == "of" or before.last.kind not in POINTS
+
+    # Turns.
+
+    def _take_side(self, phrases: Phrases, number: int) -> int:
+        if phrases.listed[number].value not in SIDES:
+            self._route.rotate_around()
+            return number + 1
+        if not phrases.is_turn(number):
+            return number + 1
+        if number + 1 < phrases.target and phrases.is_next(number, "round", "back"):
+            self._route.rotate_around()  # "Right about."
+            return number + 2
+        direction, place = _direction(phrases, number), phrases.place_of_turn(number)
+        is_there_next = phrases.is_next(number, "there")
+        if place is not None:
+            phrase = phrases.listed[place]
+            self._route.rotate(direction, ATS[phrase.value], phrase.named[0].thing)
+            if phrases.leads_into_alley(number + 1):
+                self._route.walk(phrases.listed[number + 1])
+            self._route.pass_all(phrase.named[1:])
+            number = place
+        elif self._is_there or is_there_next:
+            self._route.rotate_there(direction)
+            number += is_there_next
+        else:
+            self._route.rotate(direction)
+        self._is_there = False
+        return number + 1
+
+    def _turn_around(self, phrases: Phrases, number: int) -> int:
+        """Take "back" or "round" for a turn around if nothing else says how one turns; return the next number."""
+        verb, before = phrases.verb_of_side(number), phrases.before(number)
+        if phrases.listed[number].kind == "back":
+            is_free = not self._route.steps and (before is None or before.kind not in (SIDE, "round"))
+            is_turn = verb == "turn" or is_free
+        else:
+            is_turn = verb in ("turn", "look", "walk")
+        if not is_turn:
+            return number + 1
+        self._route.rotate_around()
+        while phrases.is_next(number, "round", "back"):
+            number += 1
+        return number + 2 if phrases.is_next(number, SIDE) else number + 1
+
+
+def _direction(phrases: Phrases, number: int) -> str:
+    phrase = phrases.listed[number]
+    is_slight = phrase.chunk.slight or phrases.verb_of_side(number) == "bear"
+    return f"slightly {phrase.value}" if is_slight else phrase.value
+
+
+def _is_street_beside(phrases: Phrases, number: int) -> bool:
+    """Return whether one is to take a street that is on a side."""
+    phrase = phrases.listed[number]
+    is_taken = phrases.is_after_verb(number, "turn") and phrase.last.kind in ("street", "alley")
+    return is_taken and bool(phrase.named[-1].side)
+
+
+def _is_faced(phrases: Phrases, number: int) -> bool:
+    """Return whether one is to turn to a thing: "face the bank", "turn towards the bank"."""
+    value = phrases.listed[number].value
+    is_turned = value == "towards" and phrases.is_after_verb(number, "turn", "look")
+    return is_turned or (not value and phrases.is_after_verb(number, "look"))
+
+
+def _after_clause(phrases: Phrases, number: int) -> int:
+    """Return the number of the phrase after what is said of something else."""
+    following: Iterator[int] = iter(range(number + 1, phrases.target))
+    ends = (n for n in following if phrases.listed[n].kind in (STOP, THEN) or phrases.listed[n].joined == "comma")
+    return next(ends, phrases.target)
