@@ -159,7 +159,7 @@ def test_without_the_pretrained_encoder_the_command_is_named(
 def test_what_is_wrong_is_told(data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         train.main(["--agent", "vl_map_of_mine"])
-    assert "there is no recipe 'vl_map_of_mine'; there are vl, " in capsys.readouterr().err
+    assert "there is no recipe 'vl_map_of_mine'; there are reader, vl, " in capsys.readouterr().err
     folders = ["--data", str(data), "--cache", str(tmp_path), "--output", str(tmp_path)]
     assert train.main(["--agent", "vl", "--smoke", "--encoder", "pooled", "--lang", "fr", *folders]) == 1
     assert "has no language 'fr'; it has en, hi" in capsys.readouterr().err
