@@ -8,7 +8,8 @@ weights in each folder of `--weights`, one for each seed (without it, with the s
 folder of runs already, of N episodes or more with the same weights, are not played again: after an interruption the
 command goes on; name another folder for other data. With `--play-only` the page stays as it is: two commands with
 different agents can play side by side. "PTC alone" is the placement after perfect navigation, played in process by the
-same rules. Of the hidden split, which some agents play, the server tells means and intervals alone.
+same rules. Of the hidden split, which some agents play with the weights of the first folder, the server tells means and
+intervals alone.
 """
 
 import argparse
@@ -111,7 +112,7 @@ def main() -> None:
     ]
     hidden = [
         play_hidden(given, player, language)
-        for player in _players(given.hidden_agents, given.weights)
+        for player in _players(given.hidden_agents, given.weights[:1])
         for language in LANGUAGES
     ]
     if given.play_only:
