@@ -19,6 +19,9 @@ STEPS = ("turn", "face", "walk")
 GROUND = ("street", "alley", "square")
 """Kinds of things that objects lie on."""
 
+POINTS = ("intersection", "t_junction", "zebra_crossing", "corner", "street_end")
+"""Kinds of places that one comes to."""
+
 _COLLECTIBLES = ("ball", "hourglass", "mug", "tv", "book", "bowl", "bucket")
 
 CROSSED = ("zebra_crossing", "intersection", "street", "square")

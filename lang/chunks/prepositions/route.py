@@ -4,11 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from lang.chunks.prepositions.phrases import Named, Phrase
-from lang.discourse import CROSSED
+from lang.discourse import CROSSED, POINTS
 from lang.meaning import Rotate, Step, Thing, Walk
-
-POINTS = ("intersection", "t_junction", "zebra_crossing", "corner", "street_end")
-"""Kinds of places that one comes to."""
 
 _WAYS = {"to": "to", "until": "until", "towards": "towards", "along": "along", "up": "along", "into": "along"}
 """How one walks to or along things that these words relate; past others."""

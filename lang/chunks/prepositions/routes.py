@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from lang.chunks.chunker import SIDE
 from lang.chunks.prepositions.phraser import SHOWN, Phraser
 from lang.chunks.prepositions.phrases import ATS, OTHER, PLACES, SIDES, STOP, TARGET, THEN, THINGS, VERB, Phrases
-from lang.chunks.prepositions.route import POINTS, Route
+from lang.chunks.prepositions.route import Route
 from lang.chunks.prepositions.target import relations, relations_after
 from lang.chunks.sequence import ChunkSequence
 from lang.discourse import Discourse

@@ -6,6 +6,10 @@ from dataclasses import dataclass
 from lang.meaning import Thing
 from server.dataset.instructions.gate_world import GateWorld, Place
 
+HINDSIGHT = 5
+"""Places of the path before one is told of a thing, or comes to a bend, from which what is meant may have been
+recognised."""
+
 AT, BY = 4.5, 7.0
 """Maximum distances of the path from what one turns at or walks to, and from what one passes, in units."""
 

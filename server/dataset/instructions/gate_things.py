@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from lang.meaning import PLACES, Thing, Where
 from lang.street import COUNTED_ASIDE
-from server.dataset.instructions.gate_progress import AT, BY, Progress
+from server.dataset.instructions.gate_progress import AT, BY, HINDSIGHT, Progress
 from server.dataset.instructions.gate_streets import ORDINALS
 from server.dataset.instructions.gate_world import GateWorld
 from server.dataset.instructions.sight import Landmark
@@ -28,9 +28,9 @@ COLOURED = ("awning",)
 AHEAD = 70.0
 """Maximum angle from the path of several things that one has before oneself, in degrees."""
 
-HINDSIGHT, FORESIGHT = 5, 3
-"""Places of the path before the last step's end from which a thing may have been recognised; and after it, if one is
-told of it without coming nearer."""
+FORESIGHT = 3
+"""Places of the path after the last step's end from which a thing may be recognised, if one is told of it without
+coming nearer."""
 
 LATELY = 9
 """Places of the path before one comes to a thing from which it is seen: not only far off, and behind a corner then."""

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from lang.meaning import PLACES, Rotate, Thing
 from lang.street import DEGREES
-from server.dataset.instructions.gate_progress import AT, Progress, middle, nearest
+from server.dataset.instructions.gate_progress import AT, HINDSIGHT, Progress, middle, nearest
 from server.dataset.instructions.gate_streets import (
     faults_of_heading,
     faults_of_street,
@@ -32,9 +32,6 @@ TOLD_BEND, AT_GOAL = 37.0, 5.0
 
 BACK = 10
 """Places of the path from where one is back to a bend that no later step can tell of."""
-
-HINDSIGHT = 5
-"""Places of the path before a bend from which the target may have been seen."""
 
 FACED = 40.0
 """Maximum angle between the way on and what one turns to face, in degrees."""
