@@ -29,7 +29,7 @@ from server.sim.labels import Label
 AMBIGUITY_COST = 2.0
 """Cost of naming a landmark that could be confused with one not visible from the path."""
 
-COLLECTIBLE_COST, BUILDING_COST, COUNTED_COST, GROUP_COST = 0.5, 1.5, -1.0, -50.0
+COLLECTIBLE_COST, BUILDING_COST, COUNTED_COST, GROUP_COST = 1.0, 0.7, -5.0, -5.5
 """Additional costs of what an option names: an object that is not the target, a building, an ordinal, several."""
 
 GAP_WIDTH = (1.5, 7.0)
@@ -219,6 +219,7 @@ def _groups(route: Route, waypoint: Waypoint) -> Iterator[Option]:
 def _group_options(route: Route, group: Group, turns: tuple[Step, ...], waypoint: Waypoint) -> Iterator[Option]:
     """Yield walks past several things and to them, and turns at them."""
     pose, marks = waypoint.pose, group.marks
+    liking = GROUP_COST if route.is_by_several else 0.0
     if any(math.dist((mark.x, mark.z), route.goal) < 0.1 for mark in marks):
         return
     last = max(marks, key=lambda mark: pose.local(mark.x, mark.z)[1])
@@ -227,15 +228,15 @@ def _group_options(route: Route, group: Group, turns: tuple[Step, ...], waypoint
         rights = [pose.local(mark.x, mark.z)[0] for mark in marks]
         side = "right" if min(rights) > ASIDE else "left" if max(rights) < -ASIDE else ""
         told = side if route.random.random() < 0.4 else ""
-        yield from route.option(waypoint, turns, Walk("past", (group.name,), told), end, GROUP_COST)
+        yield from route.option(waypoint, turns, Walk("past", (group.name,), told), end, liking)
     x, z = sum(mark.x for mark in marks) / len(marks), sum(mark.z for mark in marks) / len(marks)
     straight = Pose(pose.x, pose.z, bearing((pose.x, pose.z), (x, z)))
     distance = math.dist((pose.x, pose.z), (x, z))
     for way, near in NEAR.items():
         if distance - near > 2.0:
             end = straight.ahead(distance - near)
-            yield from route.option(waypoint, turns, Walk(way, (group.name,)), end, GROUP_COST + 0.6)
-    subject = _Subject(last, group.name, turns, waypoint, GROUP_COST)
+            yield from route.option(waypoint, turns, Walk(way, (group.name,)), end, liking + 0.6)
+    subject = _Subject(last, group.name, turns, waypoint, liking)
     for word in TURNS_BY_SEVERAL:
         beside = (x, z) if word == "at" else (last.x, last.z)
         yield from _turns(route, subject, word, pose_after_passing(pose, *beside, ALONG[word]))

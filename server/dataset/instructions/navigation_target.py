@@ -19,7 +19,7 @@ NEAR = 3.0
 BUILDING_SHARE = 0.25
 """Probability that a building may tell a target's place."""
 
-COLLECTIBLE_LIKING = 1.0
+COLLECTIBLE_LIKING = 0.5
 """How many units nearer than other landmarks another collectible seems."""
 
 UNSUITED = ("intersection", "junction", "corner")
