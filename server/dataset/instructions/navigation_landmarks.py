@@ -29,7 +29,7 @@ from server.sim.labels import Label
 AMBIGUITY_COST = 2.0
 """Cost of naming a landmark that could be confused with one not visible from the path."""
 
-COLLECTIBLE_COST, BUILDING_COST, COUNTED_COST, GROUP_COST = 1.0, 0.7, -5.0, -5.5
+COLLECTIBLE_COST, BUILDING_COST, COUNTED_COST, GROUP_COST = 1.3, 0.8, -5.0, -6.0
 """Additional costs of what an option names: an object that is not the target, a building, an ordinal, several."""
 
 GAP_WIDTH = (1.5, 7.0)
