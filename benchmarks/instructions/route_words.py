@@ -3,8 +3,8 @@
 Prints the share of instructions that name a building, a crossing, a corner, a street, another or the next thing,
 several things, and so on, in a generated data set, in English and Hindi, and, if the environment variable
 ARRAMON_RELEASE names its folder, in the official release's val-seen file. What is counted is the same in all columns:
-a pile of bags or tyres is one thing, a shop sign is no shop, and "Next, turn left" names nothing. "Until" is a clause in
-Hindi too (जब तक ... न, ... आने तक); बेंच तक चलें, which says "walk to" as well as "until you reach", is not counted.
+a pile of bags or tyres is one thing, a shop sign is no shop, and "Next, turn left" names nothing. "Until" is a clause
+in Hindi too (जब तक ... न, ... आने तक); बेंच तक चलें, which says "walk to" as well as "until you reach", is not counted.
 Two mentions of collectibles may be of one: of the target, most of all.
 """
 

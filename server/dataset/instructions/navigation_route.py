@@ -28,7 +28,7 @@ SNAP = 40.0
 STRAIGHT = 15.0
 """Maximum angle from the course, and from the path, of what one walks straight to, in degrees."""
 
-SEVERAL_SHARE = 0.75
+SEVERAL_SHARE = 0.9
 """Probability that a way is told by things that stand together ("the cones"), where it can be."""
 
 MAX_STEP_LENGTH = 30
