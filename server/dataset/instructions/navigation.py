@@ -49,6 +49,9 @@ UNTIL_SEEN = 0.4
 ALONG_STREET = 0.18
 """Probability that a walk down a street is told before what comes on it."""
 
+MORE_SHARE = 0.1
+"""Probability that something on the way is told though the target could be seen, where it is far."""
+
 FACE_FIRST = 0.6
 """Probability that the first turn is told by what one then faces, where that is clear."""
 
@@ -176,7 +179,7 @@ class _Planner:
 
     def _may_say_more(self, waypoint: Waypoint) -> bool:
         far = math.dist((waypoint.pose.x, waypoint.pose.z), self._route.goal)
-        return far > 9.0 and self._random.random() < 0.2
+        return far > 9.0 and self._random.random() < MORE_SHARE
 
     def _final_steps(self, waypoint: Waypoint) -> tuple[Step, ...] | None:
         """Return the remaining steps if the target comes into view, else None."""
