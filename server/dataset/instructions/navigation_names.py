@@ -6,9 +6,18 @@ from random import Random
 
 from lang.meaning import PLACES, Navigation, Thing
 from lang.reference import map_mentions, mentions
+from server.dataset.instructions.navigation_choice import NEVER_BARE
+from server.sim.catalogue import KINDS
 
 NEXT_SHARE = 0.5
 """Probability that another thing of a kind farther on is called the next one, rather than another."""
+
+
+COUNTED_ON_SHARE = 0.6
+"""Probability that another thing of a kind farther on is called the next one, though its colour would tell it apart."""
+
+NOT_COUNTED_ON = (*KINDS, *NEVER_BARE, "building")
+"""Kinds of which that is not said: there are too many of them in sight."""
 
 
 class Indistinct(ValueError):
@@ -40,6 +49,10 @@ def distinguish(meaning: Navigation, full_names: Mapping[str, Thing], random: Ra
         if thing.kind in many and thing.identity in full_names and thing.identity != target:
             full = full_names[thing.identity]
             thing = replace(thing, colour=full.colour, look=full.look)
+            earlier = [other for other in named.values() if other.kind == thing.kind]
+            if count < steps and _may_be_next(thing, earlier) and random.random() < COUNTED_ON_SHARE:
+                named[thing.identity] = thing = replace(thing, colour="", look="", which="next")
+                return thing
         named[thing.identity] = told = _told_apart(thing, named, random, is_step=count < steps)
         return told
 
@@ -57,6 +70,12 @@ def _kinds_of_several(meaning: Navigation) -> frozenset[str]:
     for thing in mentions(meaning):
         seen.setdefault(thing.kind, set()).add(thing.identity)
     return frozenset(kind for kind, identities in seen.items() if len(identities) > 1)
+
+
+def _may_be_next(thing: Thing, earlier: list[Thing]) -> bool:
+    """Return whether a thing may be called the next one of its kind after others."""
+    is_one = not thing.which and not thing.number and thing.kind not in NOT_COUNTED_ON
+    return is_one and bool(earlier) and not any(other.which or other.number for other in earlier)
 
 
 def _told_apart(thing: Thing, named: Mapping[str, Thing], random: Random, *, is_step: bool) -> Thing:

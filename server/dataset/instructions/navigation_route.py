@@ -139,7 +139,7 @@ class Route:
         gain = min(number - waypoint.number, 14)
         onward = self.onward_heading(number)
         wrong = 0.0 if onward is None else max(abs(turn_between(end.heading, onward)) - 15.0, 0.0) / 25.0
-        total = cost + 0.8 * off + 0.5 * strayed - 0.3 * gain + 1.2 * len(turns) + wrong + 1.5 * self.random.random()
+        total = cost + 0.8 * off + 0.5 * strayed - 0.4 * gain + 1.2 * len(turns) + wrong + 1.5 * self.random.random()
         about = next((thing.identity for thing in things_of(step)), "")
         pose = self._on_path(end, number, step)
         yield Option(total, (*turns, step), Waypoint(pose, number, isinstance(step, Rotate), about))
