@@ -49,8 +49,8 @@ def distinguish(meaning: Navigation, full_names: Mapping[str, Thing], random: Ra
         if thing.kind in many and thing.identity in full_names and thing.identity != target:
             full = full_names[thing.identity]
             thing = replace(thing, colour=full.colour, look=full.look)
-            earlier = [other for other in named.values() if other.kind == thing.kind]
-            if count < steps and _may_be_next(thing, earlier) and random.random() < COUNTED_ON_SHARE:
+            before = [other for other in named.values() if other.kind == thing.kind]
+            if count < steps and _may_be_next(thing, before) and random.random() < COUNTED_ON_SHARE:
                 named[thing.identity] = thing = replace(thing, colour="", look="", which="next")
                 return thing
         named[thing.identity] = told = _told_apart(thing, named, random, is_step=count < steps)
