@@ -32,7 +32,8 @@ def distinguish(meaning: Navigation, full_names: Mapping[str, Thing], random: Ra
         full_names: by identity, a name with all that can be seen of a landmark.
         random: draws the words.
     """
-    many = _kinds_of_several(meaning)
+    counts = _counts(meaning)
+    many = frozenset(kind for kind, number in counts.items() if number > 1)
     target = meaning.target.identity
     named: dict[str, Thing] = {}
     steps = sum(1 for _ in mentions(replace(meaning, target=Thing(""))))
@@ -50,7 +51,8 @@ def distinguish(meaning: Navigation, full_names: Mapping[str, Thing], random: Ra
             full = full_names[thing.identity]
             thing = replace(thing, colour=full.colour, look=full.look)
             before = [other for other in named.values() if other.kind == thing.kind]
-            if count < steps and _may_be_next(thing, before) and random.random() < COUNTED_ON_SHARE:
+            is_next = count < steps and counts[thing.kind] == 2 and _may_be_next(thing, before)
+            if is_next and random.random() < COUNTED_ON_SHARE:
                 named[thing.identity] = thing = replace(thing, colour="", look="", which="next")
                 return thing
         named[thing.identity] = told = _told_apart(thing, named, random, is_step=count < steps)
@@ -64,18 +66,18 @@ def distinguish(meaning: Navigation, full_names: Mapping[str, Thing], random: Ra
     return told
 
 
-def _kinds_of_several(meaning: Navigation) -> frozenset[str]:
-    """Return the kinds of which an instruction mentions more than one thing."""
+def _counts(meaning: Navigation) -> dict[str, int]:
+    """Return how many things of each kind an instruction mentions."""
     seen: dict[str, set[str]] = {}
     for thing in mentions(meaning):
         seen.setdefault(thing.kind, set()).add(thing.identity)
-    return frozenset(kind for kind, identities in seen.items() if len(identities) > 1)
+    return {kind: len(identities) for kind, identities in seen.items()}
 
 
 def _may_be_next(thing: Thing, earlier: list[Thing]) -> bool:
-    """Return whether a thing may be called the next one of its kind after others."""
+    """Return whether a thing may be called the next one of its kind after another."""
     is_one = not thing.which and not thing.number and thing.kind not in NOT_COUNTED_ON
-    return is_one and bool(earlier) and not any(other.which or other.number for other in earlier)
+    return is_one and len(earlier) == 1 and not earlier[0].which and not earlier[0].number
 
 
 def _told_apart(thing: Thing, named: Mapping[str, Thing], random: Random, *, is_step: bool) -> Thing:
