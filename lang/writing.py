@@ -16,7 +16,7 @@ from lang.voice import Voice, draw_voice
 ATTEMPTS = 30
 """Maximum number of drafts until enough pass the checks."""
 
-DRAFTS = {"navigation": (1, 2, 2, 4), "assembly": (1, 1, 1, 2)}
+DRAFTS = {"navigation": (2, 2, 3, 4), "assembly": (1, 1, 1, 2)}
 """Numbers of good drafts of which the shortest is returned, one drawn for each text: most people are brief."""
 
 FEWEST_WORDS = 6

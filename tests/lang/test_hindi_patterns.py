@@ -19,7 +19,7 @@ def readings(body: Sequence) -> list[list[str | Slot]]:
 def test_nouns_before_a_postposition_are_marked_oblique() -> None:
     """Of all patterns: a thing before a postposition has the mark for it, and no other one has."""
     grammar = load("hi").grammar
-    postpositions = {"के", "की", "को", "से", "पर", "तक", "में", "और"}
+    postpositions = {"का", "के", "की", "को", "से", "पर", "तक", "में", "और"}
     checked = 0
     for group in (grammar.steps, grammar.where, grammar.target, grammar.assembly, grammar.also_read):
         for pattern in (pattern for patterns in group.values() for pattern in patterns):
