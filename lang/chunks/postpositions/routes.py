@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 
 from lang.chunks.chunker import RELATION, SIDE, THING
 from lang.chunks.postpositions.sides import BOUNDARIES, MOVING, STANDING, SidedRoute
-from lang.chunks.postpositions.steps import GROUND, PASSED, POINTS, Named, Place
-from lang.discourse import Discourse
+from lang.chunks.postpositions.steps import PASSED, Named, Place
+from lang.discourse import GROUND, POINTS, Discourse
 from lang.grammar import Grammar
 from lang.meaning import Face, Navigation, Rotate, Thing, Walk, Where
 from lang.noun_phrases import NounPhrase

@@ -3,13 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from lang.discourse import GROUND, POINTS
 from lang.meaning import Rotate, Step, Thing, Walk, Where
-
-GROUND = ("street", "alley", "square")
-"""Kinds of places that one walks on."""
-
-POINTS = ("intersection", "t_junction", "corner", "zebra_crossing", "street_end")
-"""Kinds of places on the way that are told apart by what is at them: "the crossing by the bank" passes the bank too."""
 
 _FACADES = ("building", "awning", "shop_sign", "wall")
 """Kinds of things that something stands in front of, where of others it is said to be beyond them."""

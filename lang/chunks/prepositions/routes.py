@@ -9,7 +9,7 @@ from lang.chunks.prepositions.phrases import ATS, OTHER, PLACES, SIDES, STOP, TA
 from lang.chunks.prepositions.route import Route
 from lang.chunks.prepositions.target import relations, relations_after
 from lang.chunks.sequence import ChunkSequence
-from lang.discourse import Discourse
+from lang.discourse import POINTS, Discourse
 from lang.grammar import Grammar
 from lang.meaning import Face, Navigation, Thing, Walk, Where
 
