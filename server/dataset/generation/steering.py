@@ -1,8 +1,8 @@
 """How people walk a way: beside the straight line here and there, with single turns of 30 degrees off it and back.
 
-A ground truth of few turns becomes one that a person could have walked. Where it leads straight on, the walker sometimes
-steps to one side and goes on beside the line, within `ASIDE` of it. The way as a whole, its corners and its end stay the
-same.
+A ground truth of few turns becomes one that a person could have walked. Where it leads straight on, the walker
+sometimes steps to one side and goes on beside the line, within `ASIDE` of it. The way as a whole, its corners and its
+end stay the same.
 """
 
 import math
@@ -18,7 +18,7 @@ from server.dataset.generation.motion import HEADINGS, NEED, REACH_ASIDE, REACH_
 from server.sim.geometry import STEP, TURN, Pose
 from server.sim.rules import Action
 
-OFF, BACK = 0.25, 0.4
+OFF, BACK = 0.45, 0.5
 """Probabilities of a sidestep off the way and of one back to it, before each forward move that has room for one."""
 
 LENGTHS = (1, 2), (40, 60)
@@ -27,10 +27,11 @@ LENGTHS = (1, 2), (40, 60)
 ASIDE = 1.0
 """Maximum distance to either side of the straight way, in units."""
 
-LEAST_AFTER = 2
-"""Forward moves between a turn of the way and a sidestep, and between two sidesteps."""
+LEAST_AFTER = 3
+"""Forward moves between a turn of the way and a sidestep, and between two sidesteps: with fewer, one to the left after
+one to the right is a bend that has to be told."""
 
-ROOM = 2.5
+ROOM = 2.0
 """Straight way that is left after a sidestep, in units."""
 
 COMFORT = 700
