@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 
 from server.dataset.generation.ground import Ground
 from server.dataset.generation.motion import NEED, REACH_TO, Field, Walker
+from server.dataset.generation.steering import steered
 from server.dataset.release.extras import Points, distance_to_path, draw_distracters, in_pick_up_box, is_apart
 from server.sim.assets.collectibles import height_of
 from server.sim.catalogue import ObjectType
@@ -27,8 +28,8 @@ MIN_CLEARANCE = 0.5
 """Minimum distance of starts, targets and distracters from everything solid, in units."""
 
 LENGTHS = (
-    (4, 5, 2), (5, 10, 8), (10, 15, 11), (15, 20, 12), (20, 25, 13), (25, 30, 13), (30, 35, 12), (35, 40, 10),
-    (40, 50, 12), (50, 60, 6), (60, 80, 1),
+    (4, 5, 2), (5, 10, 5), (10, 15, 7), (15, 20, 8), (20, 25, 10), (25, 30, 12), (30, 35, 12), (35, 40, 13),
+    (40, 50, 17), (50, 60, 10), (60, 80, 4),
 )  # fmt: skip
 """Distribution of the number of points of a path: (from, below, percent). Longer than the original's, as more of the
 long ones are rejected for lack of an instruction that leads there."""
@@ -68,6 +69,10 @@ IN_VIEW = 60.0
 WINDING = 2
 """Number of places drawn for a target, of which the one nearest to the start by air is taken: the way there turns most,
 as do the original's."""
+
+FIRST_TURNS_KEPT = (15, 50, 100, 100, 100, 100, 100)
+"""Percentage of ways kept by the number of turns before the first step: with the starts' headings alone, fewer people
+than in the original would have to turn before they walk."""
 
 MAX_ACTIONS = STEPS_PER_PHASE - 10
 """Maximum number of actions of a ground truth: more would leave an agent no margin for mistakes."""
@@ -143,7 +148,10 @@ class Streets:
         if place is None:
             return None
         actions = self._walker.actions(start, place, self._walker.field(*place))
-        if not actions or len(actions) > MAX_ACTIONS:
+        if not actions or random.randrange(100) >= FIRST_TURNS_KEPT[_turns_first(actions)]:
+            return None
+        actions = steered(self.ground, start, actions, place, random)
+        if len(actions) > MAX_ACTIONS:
             return None
         path, end = follow_actions(start, actions)
         if len(path) < LENGTHS[0][0]:
@@ -251,6 +259,12 @@ def lattice(ground: Ground, section: Section) -> Points:
         [ground.clear_at(x, z) >= max(MIN_CLEARANCE, NEED / 1000.0) for x, z in places.tolist()], dtype=bool
     )
     return places[clear & (ground.solids.distance(places) >= MIN_CLEARANCE)]
+
+
+def _turns_first(actions: Sequence[Action]) -> int:
+    """Return the number of actions before the first step, at most that of a turn around."""
+    first = actions.index(Action.FORWARD) if Action.FORWARD in actions else len(actions)
+    return min(first, len(FIRST_TURNS_KEPT) - 1)
 
 
 def draw_length(random: Random) -> int:

@@ -24,6 +24,10 @@ TURN_REACH = 4
 SLIGHT_WIDE = (12.0, 50.0)
 """Least and greatest wide bend that is called a slight turn, in degrees."""
 
+GOES_ON, BACK_WITHIN = 5, 15.0
+"""Places of the path before and after a slight turn in which it must not go in the other direction of the turn, or come
+within so many degrees of it: what turns back so soon is only a step aside."""
+
 TOLD_NEAR = 8
 """Places of the path between a wide bend and what is said of a turn, if that is another one."""
 
@@ -85,12 +89,25 @@ def _turn_at(world: GateWorld, progress: Progress, index: int, degrees: float, f
 
 def _is_slight(world: GateWorld, progress: Progress, index: int, degrees: float) -> bool:
     """Return whether the way as a whole turns slightly at a place; so does one that cannot be measured there."""
+    if _is_step_aside(world, index, degrees):
+        return False
     if any(0 < abs(index - each) <= TOLD_NEAR for each in progress.told):
         return True
     measured = (world.wide_bends[at] for at in world.places_around(index, PEAK))
     wide = [math.copysign(1.0, degrees) * each for each in measured if each is not None]
     own = world.wide_bends[index]
     return own is None or (math.copysign(1.0, degrees) * own >= SLIGHT_WIDE[0] and max(wide) <= SLIGHT_WIDE[1])
+
+
+def _is_step_aside(world: GateWorld, index: int, degrees: float) -> bool:
+    """Return whether a slight turn is only the beginning or the end of a step to one side."""
+    sign = math.copysign(1.0, degrees)
+    came, goes = world.heading_of_move(index - PEAK), world.heading_of_move(index + 1)
+    after = (world.heading_of_move(at) for at in range(index + 2, min(index + 1 + GOES_ON, len(world.path) - 1)))
+    before = (world.heading_of_move(at) for at in range(max(index - 1 - GOES_ON, 0), index - PEAK))
+    return any(sign * turn_between(came, each) < BACK_WITHIN for each in after) or any(
+        sign * turn_between(each, goes) < BACK_WITHIN for each in before
+    )
 
 
 def faults_of_bends(world: GateWorld, progress: Progress, *, is_end: bool) -> Iterator[str]:

@@ -106,6 +106,17 @@ class GateWorld:
         after = min(index + STRIDE, len(self.path) - 1)
         return _bearing(self.path[index], self.path[after] if after > index else self.goal)
 
+    def heading_of_move(self, index: int) -> float:
+        """Return the direction of the path from one of its places to the next, in degrees; before the first, its start.
+
+        Args:
+            index: of the place; one beyond the last that leads on counts as that.
+        """
+        if index < 0:
+            return self.start.heading
+        at = min(index, len(self.path) - 2)
+        return self.start.heading if at < 0 else _bearing(self.path[at], self.path[at + 1])
+
     @cached_property
     def bends(self) -> dict[int, float]:
         """Where the path turns, and by how many degrees, positive clockwise: at the sharpest place of each bend."""

@@ -12,7 +12,7 @@ from server.dataset.randomness import seeded
 from server.episodes.episode import Turn
 from server.sim.geometry import Pose
 
-DRAWS = 4
+DRAWS = 2
 """Meanings drawn for one plan until the gate finds no fault with one."""
 
 

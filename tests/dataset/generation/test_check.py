@@ -50,7 +50,7 @@ def test_another_object_like_the_target_lies_off_the_way_and_nearer(site: Site) 
                 apart = math.hypot(twin.position.x - target.position.x, twin.position.z - target.position.z)
                 assert apart >= TWINS_APART
                 assert distance_to_path(place, np.array(turn.path))[0] >= TWIN_PATH
-    assert 8 <= found <= 30
+    assert 8 <= found <= 36  # Of 40 turns three in four may have one.
 
 
 def of_turn(draft: Draft, number: int, **changes: object) -> Draft:

@@ -281,6 +281,8 @@ AHEAD = [0.0] * 15
         ([*AHEAD, *[30.0] * 15], "slightly right", ""),
         ([*AHEAD, *[40.0] * 4, *[0.0] * 15], "slightly right", "not turn slightly"),
         ([*AHEAD, 30.0, 30.0, 30.0, *[60.0] * 15], "slightly right", "not turn slightly"),
+        ([*AHEAD, *[30.0] * 3, *[0.0] * 15], "slightly right", "not turn slightly"),
+        ([*AHEAD[:12], *[-30.0] * 3, *[0.0] * 18], "slightly right", "not turn slightly"),
     ],
 )
 def test_small_turns_are_taken_together(headings: list[float], told_as: str | None, fault: str) -> None:
@@ -291,6 +293,13 @@ def test_small_turns_are_taken_together(headings: list[float], told_as: str | No
     found = [each for each in faults if "in all" in each or "turn slightly" in each]
     assert len(found) == bool(fault), faults
     assert all(fault in each for each in found)
+
+
+def test_a_way_back_around_a_thing_at_the_start_is_no_slight_turn() -> None:
+    path = way(75.0, 75.0, 165.0, 165.0, 75.0, *[105.0] * 20)
+    world = GateWorld(path, Pose(0.0, 0.0, 285.0), (), path[-1], None)
+    faults = faults_of_navigation(told(Rotate("left"), Rotate("slightly left"), target=PLAIN), world)
+    assert any("not turn slightly left" in fault or "turn slightly at" in fault for fault in faults)
 
 
 def test_an_awning_is_told_by_its_colour_and_what_is_faced_is_walked_to() -> None:
