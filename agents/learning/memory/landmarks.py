@@ -38,9 +38,6 @@ FULL, MOST = 150.0, 4.0
 
 _NAMED = np.array([kind not in SURFACES for kind in KINDS])
 
-CROSSING_SAMPLES = 15
-"""Minimum number of samples of a zebra crossing."""
-
 _SIZES = np.array([len(KINDS), len(COLOURS), *(places.stop - places.start for places in look_slices().values())])
 """Sizes of the groups of mutually exclusive names: kinds, colours, and each group of looks."""
 
@@ -129,13 +126,8 @@ class SeenLandmarks(Landmarks):
         self._places: list[_Place] = []
 
     def add(self, sightings: Iterable[Sighting]) -> None:
-        """Add a frame's buildings and crossings, if seen clearly: the places of others would be wrong."""
-        super().add(
-            sighting
-            for sighting in sightings
-            if sighting.label in self._flat
-            and (sighting.pixels >= CROSSING_SAMPLES or self._labels[sighting.label].kind != "zebra_crossing")
-        )
+        """Add a frame's buildings and crossings; things are added by `add_things`."""
+        super().add(sighting for sighting in sightings if sighting.label in self._flat)
 
     def add_things(self, things: Iterable[NamedThing], pose: tuple[float, float, float]) -> None:
         """Add a frame's things.

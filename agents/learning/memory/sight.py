@@ -40,11 +40,16 @@ _UNCLEAR = _FIRST_FACADE + len(_FACADES)
 _FIRST_WALL = _UNCLEAR + 1
 _FIRST_THING = _FIRST_WALL + len(_WALLS)
 _KIND = {kind: number for number, kind in enumerate(KINDS)}
+_CROSSING, _ROAD = FLAT.index("zebra_crossing"), FLAT.index("road")
 _FLAT_KINDS = [_KIND[kind] for kind in FLAT]
 
 
 UPRIGHT = 0.03
 """Height above the ground, in units, from which a pixel cannot show the road."""
+
+BRIGHT = 214
+"""Least value of all three colours, of 255, of a pixel of a zebra crossing: of what lies on the ground only its stripes
+are as bright. A block that shows a part of a far crossing shows more of the road."""
 
 AT_EYE = slice(9, 17)
 """Rows of blocks at eye height."""
@@ -79,13 +84,15 @@ def see(eyes: Eyes, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) 
         some = rgb[first : first + BATCH], depth[first : first + BATCH]
         kinds, _, looks = (part.numpy() for part in eyes.blocks(*some))
         for number, things in enumerate(eyes.things(*some)):
-            sights.append(Sight(_labels(kinds[number], looks[number], some[1][number], things), things))
+            frame = some[0][number], some[1][number]
+            sights.append(Sight(_labels(kinds[number], looks[number], *frame, things), things))
     return sights
 
 
 def _labels(
     kinds: npt.NDArray[np.float32],
     looks: npt.NDArray[np.float32],
+    rgb: npt.NDArray[np.uint8],
     depth: npt.NDArray[np.float32],
     things: Sequence[NamedThing],
 ) -> npt.NDArray[np.uint16]:
@@ -96,6 +103,7 @@ def _labels(
     height = EYE_HEIGHT - rays(len(depth))[:, None] * depth
     is_upright = (depth > 0.0) & (height > UPRIGHT)
     labels = np.where(is_upright, _pixels(upright, side), _pixels(flat, side)).astype(np.uint16)
+    labels[(labels == _CROSSING) & (rgb.min(2) < BRIGHT)] = _ROAD
     for named in things:
         kind = int(named.kinds.argmax())
         if kind >= len(SURFACES):
@@ -112,12 +120,13 @@ def _rooms(looks: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
 def _houses(kinds: npt.NDArray[np.float32], looks: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
     """Return the label of each block's buildings, (28, 28): one facade a column, from its blocks at eye height.
 
-    Where it is unclear the label is a building without facade: solid, but never what an instruction refers to.
+    Where it is unclear the label is a building without facade: solid, but never what an instruction refers to. No
+    block decides for itself whether it shows a building: at the horizon it shows the ground before a far one as well.
     """
     chances = kinds[_KIND["building"]][AT_EYE] * looks[_SLICES["facade"]][:, AT_EYE]
     mean = chances.sum(1) / np.maximum(chances.sum((0, 1)), 1e-6)  # (facades, columns)
-    is_clear = (mean.max(0) > CLEAR) & (kinds[_KIND["building"]] > 0.5)
-    return np.where(is_clear, _FIRST_FACADE + mean.argmax(0), _UNCLEAR)
+    houses = np.where(mean.max(0) > CLEAR, _FIRST_FACADE + mean.argmax(0), _UNCLEAR)
+    return np.broadcast_to(houses, kinds.shape[1:])
 
 
 def _pixels(blocks: npt.NDArray[np.int64], side: int) -> npt.NDArray[np.int64]:

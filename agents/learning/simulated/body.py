@@ -59,19 +59,20 @@ class Faults:
         facade: share of buildings whose facade is wrong.
         unclear: share of views of walls without a clear facade, for each unit of distance.
         place, displaced: error of a thing's place, as a share of its distance; share of views with a gross error.
-        crossing: share of the distance to which perfect eyes see zebra crossings by which others see them less far.
+        crossing: share of the distance to which perfect eyes see zebra crossings by which others see them less far,
+            and error of their places, in units.
     """
 
     missed: float = 0.22
-    kind: float = 0.06
-    colour: float = 0.03
-    pattern: float = 0.03
-    shape: float = 0.4
+    kind: float = 0.03
+    colour: float = 0.015
+    pattern: float = 0.01
+    shape: float = 0.3
     facade: float = 0.03
-    unclear: float = 0.07
+    unclear: float = 0.012
     place: float = 0.025
     displaced: float = 0.04
-    crossing: float = 0.4
+    crossing: float = 0.3
 
     def scaled(self, share: float) -> "Faults":
         """Return these error rates times a factor."""
@@ -191,7 +192,7 @@ class SimulatedBody(Body):
             shown &= self._world.are_in_sight(*place, places)
             for number in np.flatnonzero(shown).tolist():
                 x, z = _to_own(right[number : number + 1], ahead[number : number + 1], own)[0].tolist()
-                x, z = (np.array([x, z]) + self._random.normal(0.0, 2.0 * self._faults.crossing, 2)).tolist()
+                x, z = (np.array([x, z]) + self._random.normal(0.0, self._faults.crossing, 2)).tolist()
                 far = float(np.hypot(right[number], ahead[number]))
                 found.append(Sighting(_CROSSING, x, z, far, CROSSING_SAMPLES))
         return found

@@ -1,0 +1,58 @@
+"""The label image of a frame, from the encoder's blocks."""
+
+from typing import cast
+
+import numpy as np
+import numpy.typing as npt
+import torch
+
+from agents.learning.eyes.lens import EYE_HEIGHT, rays
+from agents.learning.eyes.vocabulary import COLOURS, KINDS, LOOKS
+from agents.learning.memory.sight import LABELS, see
+from agents.learning.vision.eyes import Eyes
+
+SIZE, BLOCKS = 224, 28
+STRIPE, KERB = 239, 192
+"""Least of the three colours of a stripe of a zebra crossing, and of the brightest stone beside the road."""
+
+
+class _Blocks:
+    """An encoder that finds no things, and in all blocks the same probabilities."""
+
+    def __init__(self, kinds: dict[str, float], looks: dict[tuple[str, str], float]) -> None:
+        self._found = [_spread(kinds.get(kind, 0.0) for kind in KINDS), _spread(0.0 for _ in COLOURS)]
+        self._found.append(_spread(looks.get(look, 0.0) for look in LOOKS))
+
+    def blocks(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[torch.Tensor]:
+        return self._found
+
+    def things(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[list[object]]:
+        return [[] for _ in rgb]
+
+
+def _spread(values: object) -> torch.Tensor:
+    return torch.tensor(list(cast("list[float]", values)))[None, :, None, None].expand(1, -1, BLOCKS, BLOCKS)
+
+
+def _labels(eyes: _Blocks, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[list[str]]:
+    (sight,) = see(cast(Eyes, eyes), rgb[None], depth[None])
+    return [[LABELS[number].look or LABELS[number].kind for number in row] for row in sight.labels.tolist()]
+
+
+def test_only_bright_pixels_on_the_ground_are_of_a_zebra_crossing() -> None:
+    down = rays(SIZE)[:, None]
+    depth = np.where(down > 0.0, EYE_HEIGHT / np.maximum(down, 1e-3), 0.0).astype(np.float32)
+    depth = np.broadcast_to(depth, (SIZE, SIZE))
+    rgb = np.full((SIZE, SIZE, 3), KERB, np.uint8)
+    rgb[:, 100:110] = STRIPE
+    labels = _labels(_Blocks({"zebra_crossing": 0.9, "road": 0.1}, {}), rgb, depth)
+    assert labels[200][98:112] == ["road"] * 2 + ["zebra_crossing"] * 10 + ["road"] * 2
+
+
+def test_a_facade_is_known_where_its_blocks_at_eye_height_agree() -> None:
+    rgb, depth = np.zeros((SIZE, SIZE, 3), np.uint8), np.full((SIZE, SIZE), 0.5, np.float32)
+    for share, expected in ((0.9, "brick"), (0.5, "building")):
+        # At the horizon a block shows more of the ground than of a far building.
+        looks = {("facade", "brick"): share, ("facade", "glass"): 1.0 - share}
+        eyes = _Blocks({"building": 0.4, "road": 0.6}, looks)
+        assert _labels(eyes, rgb, depth)[112][60] == expected
