@@ -2,6 +2,7 @@
 
 import unicodedata
 from collections.abc import Iterable, Iterator
+from functools import cache
 from itertools import product
 from typing import Any
 
@@ -213,7 +214,8 @@ PARKED = "खड़ी "
 """Said of a car before its colour, or not at all."""
 
 
-def voices() -> list[Voice]:
+@cache
+def voices() -> tuple[Voice, ...]:
     """Voices that together use every wording that is written."""
 
     def nth(options: Iterable[Any], number: int) -> Any:
@@ -221,7 +223,7 @@ def voices() -> list[Voice]:
         return written[number % len(written)]
 
     grammar = load("hi").grammar
-    return [
+    return tuple(
         Voice(
             {"register": "neutral"},
             {kind: nth(options, number) for kind, options in grammar.nouns.items()},
@@ -238,7 +240,7 @@ def voices() -> list[Voice]:
             },
         )
         for number in range(VOICES)
-    ]
+    )
 
 
 VOICES = 8
