@@ -60,7 +60,7 @@ def data_of(demonstrations: Sequence[Demonstration]) -> str:
     rooms = {each.episode_id for each in demonstrations if each.episode_id.startswith("room-")}
     episodes = {each.episode_id for each in demonstrations} - rooms
     steps = sum(len(each.actions) for each in demonstrations)
-    return f"{len(episodes)} episodes of `train` and {len(rooms)} drawn rooms, {steps:,} steps of the expert"
+    return f"{len(episodes)} episodes for training and {len(rooms)} drawn rooms, {steps:,} steps of the expert"
 
 
 def digest_of(demonstrations: Sequence[Demonstration]) -> str:
