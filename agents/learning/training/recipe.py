@@ -25,7 +25,7 @@ class Recipe:
         aligned: languages of these texts; they may be others than those in which actions are learned.
         episodes: of training, the first ones of the split; 0 for all.
         rooms: number of generated tasks in the room alone, besides.
-        variants: of each demonstration, besides itself: written anew, with other things, and half of the walks mirrored.
+        variants: of each demonstration, besides itself: written anew, with other things; half of the walks mirrored.
         passes: through the navigation demonstrations.
         batch, room_batch: navigation and assembly demonstrations in a batch.
         precision: of matrix products; weights and sums are float32. With "bfloat16" an update of `vl` takes
@@ -125,9 +125,18 @@ class Place:
 RECIPES = {
     each.agent: each
     for each in (
-        Recipe("vl", passes=25, precision="bfloat16"),
-        Recipe("vision_only", reads=False, pick_up=4.0, temperature=0.5),
-        Recipe("language_only", sees=False, pick_up=4.0),
+        Recipe("vl", passes=25, variants=4, average=0.99, precision="bfloat16"),
+        Recipe(
+            "vision_only",
+            reads=False,
+            variants=4,
+            passes=8,
+            share=1.0,
+            pick_up=4.0,
+            average=0.99,
+            temperature=0.25,
+        ),
+        Recipe("language_only", sees=False, variants=4, average=0.99, pick_up=4.0),
         Recipe("vl_sentencepiece", tokenizer="sentencepiece", passes=10, precision="bfloat16"),
         Recipe(
             "vl_multilingual",

@@ -41,7 +41,7 @@ class _Change:
 
 
 class Variants:
-    """Variants of demonstrations. A variant follows from the seed and its number, and is written when it is first drawn.
+    """Variants of demonstrations. A variant follows from the seed and its number; it is written when first drawn.
 
     Args:
         demonstrations: as they are.
@@ -64,6 +64,7 @@ class Variants:
         self._exchanges = channel_names is None or tuple(channel_names) == CHANNEL_NAMES
         self._seed = seed
         self._changes: dict[tuple[int, int], _Change] = {}
+        self._meanings: dict[int, Meaning] = {}
 
     def draw(self, row: int, chance: Random) -> Demonstration:
         """Return a demonstration by its number, as it is or in one of its variants, chosen uniformly."""
@@ -76,7 +77,7 @@ class Variants:
         if number == 0:
             return shown
         if (row, number) not in self._changes:
-            self._changes[row, number] = self._change(shown, number)
+            self._changes[row, number] = self._change(row, number)
         change = self._changes[row, number]
         features, actions = shown.features, shown.actions
         if change.exchange is not None and features.shape[-1]:
@@ -85,20 +86,27 @@ class Variants:
             features, actions = features[:, :, ::-1], _OTHER_ACTION[actions]
         return replace(shown, texts=change.texts or shown.texts, actions=actions, features=features)
 
-    def _change(self, shown: Demonstration, number: int) -> _Change:
+    def _change(self, row: int, number: int) -> _Change:
+        shown = self._demonstrations[row]
         random = Random(f"{self._seed}/{shown.phase}/{shown.episode_id}/{shown.turn}/{number}")  # noqa: S311
         exchange = Exchange.draw(random) if self._exchanges else None
         mirrors = shown.phase == NAVIGATION and random.random() < MIRRORED
         texts: dict[str, str] = {}
         if self._languages:
-            language, text = next(iter(shown.texts.items()))
-            meaning: Meaning = lang.load(language).read(text, shown.phase)
-            meaning = exchange.meaning(meaning) if exchange is not None else meaning
+            meaning = self._meaning(row) if exchange is None else exchange.meaning(self._meaning(row))
             if mirrors:
                 assert isinstance(meaning, Navigation)
                 meaning = mirrored(meaning)
             texts = {each: lang.load(each).write(meaning, random) for each in self._languages if each in shown.texts}
         return _Change(exchange, mirrors, texts)
+
+    def _meaning(self, row: int) -> Meaning:
+        """Return what a demonstration's instruction says: the same in all languages, so it is read in the first."""
+        if row not in self._meanings:
+            shown = self._demonstrations[row]
+            language, text = next(iter(shown.texts.items()))
+            self._meanings[row] = lang.load(language).read(text, shown.phase)
+        return self._meanings[row]
 
 
 def mirrored(meaning: Navigation) -> Navigation:
