@@ -4,10 +4,9 @@ import hashlib
 import time
 from collections.abc import Callable, Sequence
 
-from agents.learning.simulated.courses import EXTRA
+from agents.learning.simulated.courses import training_splits
 from agents.learning.training.demonstrations import ROOMS, Demonstration, Source, collect, data_hash_of, unseen
 from agents.learning.training.recipe import Place, Recipe
-from server.episodes.splits import folders_of
 
 Tell = Callable[[str], None]
 
@@ -20,8 +19,10 @@ def sources_of(recipe: Recipe, place: Place) -> list[Source]:
 
     Of both splits the recipe takes as many episodes.
     """
-    splits = ["train", *(folder.name for folder in folders_of(place.data) if folder.name == EXTRA)]
-    sources = [Source(place.data, split, recipe.texts, recipe.encoder, recipe.episodes) for split in splits]
+    sources = [
+        Source(place.data, split, recipe.texts, recipe.encoder, recipe.episodes)
+        for split in training_splits(place.data)
+    ]
     if recipe.rooms:
         sources.append(Source(place.data, ROOMS, recipe.texts, recipe.encoder, recipe.rooms))
     return sources
