@@ -78,7 +78,7 @@ class Imitation:
             demonstrations,
             recipe.texts if recipe.reads else (),
             recipe.variants,
-            encoder.channel_names if encoder else None,
+            self.policy.encoder.channel_names if self.policy.encoder else None,
             recipe.seed,
         )
         self.step, self.losses = 0, list[float]()
