@@ -63,7 +63,8 @@ def main(arguments: list[str] | None = None) -> int:
 def _train(recipe: Recipe, place: Place, *, ship: bool) -> None:
     import torch
 
-    from agents.learning.training.imitation import Imitation, demonstrations_of, train_data_hash
+    from agents.learning.training.imitation import Imitation
+    from agents.learning.training.sources import demonstrations_of, train_data_hash
 
     torch.set_num_threads(1)  # Two processes of one thread do more than one of two.
     if place.device == "auto":

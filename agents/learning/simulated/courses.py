@@ -100,6 +100,11 @@ def _rows(meaning: object) -> list[Row]:
         return []
 
 
+def training_splits(data: Path) -> list[str]:
+    """Return the names of the splits to learn from: `train`, and EXTRA if the data folder has it."""
+    return ["train", *(folder.name for folder in folders_of(data) if folder.name == EXTRA)]
+
+
 def training_episodes(data: Path, languages: Sequence[str], episodes: int) -> list[tuple[Split, list[Episode]]]:
     """Return the training splits, `train` and EXTRA, each with the episodes that have all languages.
 
@@ -112,8 +117,7 @@ def training_episodes(data: Path, languages: Sequence[str], episodes: int) -> li
         ValueError: if there is no such split, or it does not have a language.
     """
     try:
-        there = {folder.name for folder in folders_of(data)}
-        splits = [read_split(folder_of(data, name)) for name in ("train", *sorted({EXTRA} & there))]
+        splits = [read_split(folder_of(data, name)) for name in training_splits(data)]
     except ArraMonError as error:
         raise ValueError(str(error)) from error
     found = []

@@ -1,9 +1,8 @@
 """Imitation learning by teacher forcing: updates, checkpoints, validation by rollouts, choice of the best weights."""
 
-import hashlib
 import random
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,12 +18,12 @@ from agents.learning.text.tokenizers import PRETRAINED, train_tokenizer
 from agents.learning.training.alignment import alignment_loss, other_texts
 from agents.learning.training.batches import as_tokens, draw_text, epoch, loss_of, make_batch
 from agents.learning.training.card import card
-from agents.learning.training.demonstrations import ROOMS, Demonstration, Source, collect, data_hash_of, unseen
+from agents.learning.training.demonstrations import Demonstration
 from agents.learning.training.recipe import Place, Recipe
 from agents.learning.training.rollouts import Plan, mean, play
+from agents.learning.training.sources import Tell, data_of, digest_of
+from agents.learning.training.variants import Variants
 from agents.learning.vision.encoder import open_encoder
-
-Tell = Callable[[str], None]
 
 JUDGED = {"navigation": "nDTW", "assembly": "PTC"}
 """Metric of each phase for choosing the best weights; the ground truth plays the other phase in validation."""
@@ -74,6 +73,14 @@ class Imitation:
                 assert isinstance(module.reader, PretrainedReader)
                 module.reader.standardise(*moments)
         self.optimizer = torch.optim.Adam(self.policy.model.parameters(), recipe.learning_rate)
+        self.averaged = {name: value.clone() for name, value in self.policy.model.state_dict().items()}
+        self._variants = Variants(
+            demonstrations,
+            recipe.texts if recipe.reads else (),
+            recipe.variants,
+            self.policy.encoder.channel_names if self.policy.encoder else None,
+            recipe.seed,
+        )
         self.step, self.losses = 0, list[float]()
         self.best: dict[str, float] = {}
         self._cpu, self._cpu_before = time.process_time(), 0.0
@@ -126,13 +133,14 @@ class Imitation:
     def update(self) -> dict[str, float]:
         """Do one update on a batch of each phase, and return their losses."""
         recipe, model = self.recipe, self.policy.model.train()
+        torch.manual_seed(recipe.seed * 1_000_003 + self.step)  # Of dropout: the same when training goes on.
         losses, apart = {}, {}
         for phase, count in self._counts.items():
             if not count:
                 continue
             rows = self._order(phase, self.step // count)[self.step % count]
             chance = random.Random(f"{recipe.seed}/{phase}/{self.step}")  # noqa: S311 - not for secrets
-            chosen = [self.demonstrations[row] for row in rows]
+            chosen = [self._variants.draw(row, chance) for row in rows]
             texts = [draw_text(each, recipe.languages, chance) for each in chosen]
             batch = make_batch(chosen, texts, self.policy.tokenizer, recipe.share, f"{recipe.seed}/{self.step}")
             batch, module = batch.to(self.place.device), model.of(phase)
@@ -152,14 +160,15 @@ class Imitation:
         torch.nn.utils.clip_grad_norm_(model.parameters(), recipe.clip)
         self.optimizer.step()
         self.step += 1
+        self._average()
         self.losses.append(total.item())
         return {name: loss.item() for name, loss in (losses | apart).items()}
 
     def validate(self) -> dict[str, float]:
         """Play the validation episodes, keep the weights of each phase with a new best score, and return the scores."""
-        recipe, model = self.recipe, self.policy.model.eval()
+        recipe, model = self.recipe, self._averaged_model()
         if not recipe.validate_episodes:
-            save_policy(self.policy, self.weights)
+            save_policy(replace(self.policy, model=model), self.weights)
             return {}
         size = self.policy.encoder.image_size if self.policy.encoder else 8
         plan = Plan(self.place.data, recipe.validate, recipe.languages, recipe.validate_episodes, size)
@@ -179,14 +188,12 @@ class Imitation:
     def save(self) -> None:
         """Write a checkpoint."""
         tensors = {f"model.{name}": value.cpu() for name, value in self.policy.model.state_dict().items()}
+        tensors |= {f"average.{name}": value.cpu() for name, value in self.averaged.items()}
         parameters = dict(self.policy.model.named_parameters())
         for name, parameter in parameters.items():
             for key, value in self.optimizer.state[parameter].items():
                 tensors[f"adam.{key}.{name}"] = value.cpu()
-        tensors["random"] = torch.get_rng_state()
         tensors["losses"] = torch.tensor(self.losses, dtype=torch.float64)
-        if torch.cuda.is_available():
-            tensors["random.cuda"] = torch.cuda.get_rng_state()
         header = {
             "recipe": self.recipe.as_json(),
             "step": self.step,
@@ -210,15 +217,14 @@ class Imitation:
             raise OtherRecipe(f"{self.checkpoint} is of other demonstrations: name another --output, or remove it")
         model = self.policy.model
         model.load_state_dict({name[6:]: value for name, value in tensors.items() if name.startswith("model.")})
+        for name, value in self.averaged.items():
+            value.copy_(tensors[f"average.{name}"])
         for name, parameter in model.named_parameters():
             self.optimizer.state[parameter] = {
                 key: tensors[f"adam.{key}.{name}"].to("cpu" if key == "step" else parameter.device)
                 for key in ("step", "exp_avg", "exp_avg_sq")
                 if f"adam.{key}.{name}" in tensors
             }
-        torch.set_rng_state(tensors["random"])
-        if "random.cuda" in tensors and torch.cuda.is_available():
-            torch.cuda.set_rng_state(tensors["random.cuda"])
         self.step, self.losses, self.best = header["step"], tensors["losses"].tolist(), header["best"]
         self._cpu, self._cpu_before = time.process_time(), header["cpu_seconds"]
 
@@ -249,57 +255,23 @@ class Imitation:
     def _best_model(self) -> Model:
         """Return the model with the best weights of each phase so far."""
         model = Model(self.policy.model.config)
-        source = self.policy.model
         if self.weights.exists() and self.best:
             tensors, _ = read_tensors(self.weights)
             model.load_state_dict({name[6:]: value for name, value in tensors.items() if name.startswith("model.")})
         else:
-            model.load_state_dict(source.state_dict())
+            model.load_state_dict(self.averaged)
         return model.eval()
 
+    def _average(self) -> None:
+        """Move the averaged weights towards the present ones; at first faster, as they begin at random."""
+        kept = min(self.recipe.average, self.step / (self.step + 10.0))
+        for name, value in self.policy.model.state_dict().items():
+            if value.is_floating_point():
+                self.averaged[name].lerp_(value, 1.0 - kept)
+            else:
+                self.averaged[name].copy_(value)
 
-def data_of(demonstrations: Sequence[Demonstration]) -> str:
-    """Return how many episodes, rooms and steps there are, in words."""
-    rooms = {each.episode_id for each in demonstrations if each.episode_id.startswith("room-")}
-    episodes = {each.episode_id for each in demonstrations} - rooms
-    steps = sum(len(each.actions) for each in demonstrations)
-    return f"{len(episodes)} episodes of `train` and {len(rooms)} drawn rooms, {steps:,} steps of the expert"
-
-
-def digest_of(demonstrations: Sequence[Demonstration]) -> str:
-    """Return a digest of the demonstrations: episodes, texts and actions, without images."""
-    digest = hashlib.sha256()
-    for each in demonstrations:
-        digest.update(repr((each.episode_id, each.turn, each.phase, each.texts)).encode() + each.actions.tobytes())
-    return digest.hexdigest()
-
-
-def train_data_hash(recipe: Recipe, place: Place) -> str:
-    """Return the hash of the training split.
-
-    Raises:
-        UsageError: if the data folder does not have it, or not the recipe's first language.
-    """
-    return data_hash_of(Source(place.data, "train", recipe.languages, "", recipe.episodes))
-
-
-def demonstrations_of(recipe: Recipe, place: Place, tell: Tell = lambda _: None) -> list[Demonstration]:
-    """Return the demonstrations of a recipe, rendering those that are not cached.
-
-    All agents share one cache of image features. For an agent without images the features are left out.
-
-    Raises:
-        UsageError: if the data folder does not have what the recipe names.
-    """
-    sources = [Source(place.data, "train", recipe.texts, recipe.encoder, recipe.episodes)]
-    if recipe.rooms:
-        sources.append(Source(place.data, ROOMS, recipe.texts, recipe.encoder, recipe.rooms))
-    found: list[Demonstration] = []
-    for source in sources:
-        before = told = time.monotonic()
-        for part in collect(source, place.cache, place.processes):
-            found += part if recipe.sees else [unseen(each) for each in part]
-            if time.monotonic() - told > 20:
-                told = time.monotonic()
-                tell(f"{source.split}: {len(found)} demonstrations after {told - before:.0f} seconds")
-    return found
+    def _averaged_model(self) -> Model:
+        model = Model(self.policy.model.config).to(self.place.device)
+        model.load_state_dict(self.averaged)
+        return model.eval()

@@ -25,6 +25,7 @@ class Recipe:
         aligned: languages of these texts; they may be others than those in which actions are learned.
         episodes: of training, the first ones of the split; 0 for all.
         rooms: number of generated tasks in the room alone, besides.
+        variants: of each demonstration, besides itself: written anew, with other things; half of the walks mirrored.
         passes: through the navigation demonstrations.
         batch, room_batch: navigation and assembly demonstrations in a batch.
         precision: of matrix products; weights and sums are float32. With "bfloat16" an update of `vl` takes
@@ -35,6 +36,8 @@ class Recipe:
             all steps at which its action changes are in it.
         pick_up: weight of the pick-up among the right actions in the streets; the others have 1. One that takes nothing
             costs a step, one that is missed the turn.
+        average: share of the averaged weights that an update keeps; validated and shipped are these. 0 for those of the
+            last update. The average changes no update.
         temperature: of the actions at play and in validation, see `agents.learning.agent.LearnedAgent`.
         seed: of weights, order and dropout.
         validate: split on which the best weights are chosen.
@@ -53,6 +56,7 @@ class Recipe:
     aligned: tuple[str, ...] = ("en", "hi")
     episodes: int = 0
     rooms: int = 2000
+    variants: int = 0
     passes: int = 15
     batch: int = 16
     room_batch: int = 32
@@ -61,6 +65,7 @@ class Recipe:
     clip: float = 5.0
     share: float = 0.3
     pick_up: float = 1.0
+    average: float = 0.0
     temperature: float = 0.0
     seed: int = 1
     validate: str = "val_seen"
@@ -120,9 +125,18 @@ class Place:
 RECIPES = {
     each.agent: each
     for each in (
-        Recipe("vl", passes=25, precision="bfloat16"),
-        Recipe("vision_only", reads=False, pick_up=4.0, temperature=0.5),
-        Recipe("language_only", sees=False, pick_up=4.0),
+        Recipe("vl", passes=25, variants=4, average=0.99, precision="bfloat16"),
+        Recipe(
+            "vision_only",
+            reads=False,
+            variants=4,
+            passes=8,
+            share=1.0,
+            pick_up=4.0,
+            average=0.99,
+            temperature=0.25,
+        ),
+        Recipe("language_only", sees=False, variants=4, average=0.99, pick_up=4.0),
         Recipe("vl_sentencepiece", tokenizer="sentencepiece", passes=10, precision="bfloat16"),
         Recipe(
             "vl_multilingual",

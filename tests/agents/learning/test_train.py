@@ -1,18 +1,29 @@
 """The command that trains: a smoke test for each trained agent, from episodes to a run with its weights."""
 
+from dataclasses import replace
 from pathlib import Path
+from random import Random
 
 import pytest
 import torch
 
+import lang
 from agents import train
 from agents.learning.checkpoint import load_policy
 from agents.learning.pretrained import encoders
+from agents.learning.reader.reader import load as load_reader
+from agents.learning.reader.weights import read_reader
 from agents.learning.training.recipe import RECIPES
 from agents.learning.training.rollouts import Plan, play
 from agents.vl_grounded.weights import read_weights
 from agents.vl_map.weights import read_policy
 from arramon_client import load_agent
+from lang.meaning import Assembly, Navigation, Rotate, Thing, Where
+from server.episodes.episode import Instructions
+from server.episodes.splits import write_split
+from tests import tiny
+
+MUG = Thing("mug", "red", "striped")
 
 
 @pytest.mark.parametrize("agent", RECIPES)
@@ -76,6 +87,27 @@ def test_smoke_of_the_map_agent(data: Path, tmp_path: Path) -> None:
             for ours, others in zip(first, again, strict=True)
             for one, two in zip(ours.parameters(), others.parameters(), strict=True)
         )
+
+
+def test_smoke_of_the_reader(tmp_path: Path) -> None:
+    """Its training goes on from its saved state with the same outcome; it reads the texts of both phases."""
+    walk, place = Navigation((Rotate("left"),), MUG), Assembly((), Thing("mug"), (Where("left_of", (MUG,)),))
+    said = {code: tuple(lang.load(code).write(each, Random(1)) for each in (walk, place)) for code in ("en", "hi")}
+    instructions = {code: (Instructions(*texts), Instructions(*texts)) for code, texts in said.items()}
+    episodes = [replace(tiny.episode(str(number)), instructions=instructions) for number in range(3)]
+    write_split(tmp_path, "train", hidden=False, source="tests", episodes=episodes, sections=[tiny.SECTION])
+    command = ["--agent", "reader", "--smoke", "--data", str(tmp_path), "--output", str(tmp_path / "out")]
+    assert train.main(command) == 0
+    weights = tmp_path / "out" / "reader.safetensors"
+    first, _ = read_reader(weights)
+    weights.unlink()
+    assert train.main(command) == 0
+    again, _ = read_reader(weights)
+    assert all(torch.equal(*both) for both in zip(first.parameters(), again.parameters(), strict=True))
+    reader = load_reader(weights)
+    for navigation, assembly in said.values():
+        assert isinstance(reader.read(navigation, "navigation"), Navigation)
+        assert isinstance(reader.read(assembly, "assembly"), Assembly)
 
 
 @pytest.mark.parametrize(

@@ -14,11 +14,11 @@ from agents.learning.reader.weights import read_reader
 from agents.learning.training.batches import epoch
 from agents.learning.training.card import command_with, page
 from agents.learning.training.demonstrations import ROOMS, Demonstration, Source, collect, data_hash_of
-from agents.learning.training.imitation import digest_of
 from agents.learning.training.recipe import Place
 from agents.learning.training.rollouts import Plan as Rollouts
 from agents.learning.training.rollouts import mean, play
 from agents.learning.training.run import train
+from agents.learning.training.sources import digest_of
 from agents.learning.training.trainer import Plan, Trainer
 from agents.learning.training.vl_grounded.exchange import Version, versions
 from agents.learning.training.vl_grounded.room_views import RoomView, collect_views

@@ -101,3 +101,27 @@ def test_it_learns_in_less_precision(tmp_path: Path) -> None:
 def test_an_unknown_precision_is_named() -> None:
     with pytest.raises(ValueError, match="there is no precision 'float16'; there are float32, bfloat16"):
         replace(recipe(), precision="float16")
+
+
+def test_averaged_weights_are_kept_and_change_no_update(tmp_path: Path) -> None:
+    shown = demonstrations()
+    plain = Imitation(recipe(), place(tmp_path / "plain"), shown)
+    plain.run()
+    averaged = Imitation(replace(recipe(), average=0.8), place(tmp_path / "averaged", checkpoint_steps=2), shown)
+    name, passed = "modules_by_phase.navigation.output.weight", []
+    begun = averaged.policy.model.state_dict()[name].clone()
+    for _ in range(4):
+        averaged.update()
+        passed.append(averaged.policy.model.state_dict()[name].clone())
+    averaged.save()
+    expected = begun
+    for number, weight in enumerate(passed, start=1):
+        kept = min(0.8, number / (number + 10.0))
+        expected = kept * expected + (1.0 - kept) * weight
+    torch.testing.assert_close(averaged.averaged[name], expected)
+    resumed = Imitation(replace(recipe(), average=0.8), place(tmp_path / "averaged", checkpoint_steps=2), shown)
+    resumed.run()
+    assert resumed.losses == plain.losses
+    shipped = load_policy(resumed.weights).model.state_dict()
+    assert torch.equal(shipped[name], resumed.averaged[name])
+    assert not torch.equal(shipped[name], resumed.policy.model.state_dict()[name])

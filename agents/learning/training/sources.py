@@ -1,0 +1,72 @@
+"""What a recipe learns from: the demonstrations of its sources, and what model cards and checkpoints say of them."""
+
+import hashlib
+import time
+from collections.abc import Callable, Sequence
+
+from agents.learning.simulated.courses import training_splits
+from agents.learning.training.demonstrations import ROOMS, Demonstration, Source, collect, data_hash_of, unseen
+from agents.learning.training.recipe import Place, Recipe
+
+Tell = Callable[[str], None]
+
+TELL_SECONDS = 20.0
+"""Least time between two lines of progress."""
+
+
+def sources_of(recipe: Recipe, place: Place) -> list[Source]:
+    """Return the sources of a recipe's demonstrations: `train`, `train_extra` if the data folder has it, drawn rooms.
+
+    Of both splits the recipe takes as many episodes.
+    """
+    sources = [
+        Source(place.data, split, recipe.texts, recipe.encoder, recipe.episodes)
+        for split in training_splits(place.data)
+    ]
+    if recipe.rooms:
+        sources.append(Source(place.data, ROOMS, recipe.texts, recipe.encoder, recipe.rooms))
+    return sources
+
+
+def demonstrations_of(recipe: Recipe, place: Place, tell: Tell = lambda _: None) -> list[Demonstration]:
+    """Return the demonstrations of a recipe, rendering those that are not cached.
+
+    All agents share one cache of image features. For an agent without images the features are left out.
+
+    Raises:
+        UsageError: if the data folder does not have what the recipe names.
+    """
+    found: list[Demonstration] = []
+    for source in sources_of(recipe, place):
+        before = told = time.monotonic()
+        for part in collect(source, place.cache, place.processes):
+            found += part if recipe.sees else [unseen(each) for each in part]
+            if time.monotonic() - told > TELL_SECONDS:
+                told = time.monotonic()
+                tell(f"{source.split}: {len(found)} demonstrations after {told - before:.0f} seconds")
+    return found
+
+
+def train_data_hash(recipe: Recipe, place: Place) -> str:
+    """Return the hash of the training split.
+
+    Raises:
+        UsageError: if the data folder does not have it, or not the recipe's first language.
+    """
+    return data_hash_of(Source(place.data, "train", recipe.languages, "", recipe.episodes))
+
+
+def data_of(demonstrations: Sequence[Demonstration]) -> str:
+    """Return how many episodes, rooms and steps there are, in words."""
+    rooms = {each.episode_id for each in demonstrations if each.episode_id.startswith("room-")}
+    episodes = {each.episode_id for each in demonstrations} - rooms
+    steps = sum(len(each.actions) for each in demonstrations)
+    return f"{len(episodes)} episodes for training and {len(rooms)} drawn rooms, {steps:,} steps of the expert"
+
+
+def digest_of(demonstrations: Sequence[Demonstration]) -> str:
+    """Return a digest of the demonstrations: episodes, texts and actions, without images."""
+    digest = hashlib.sha256()
+    for each in demonstrations:
+        digest.update(repr((each.episode_id, each.turn, each.phase, each.texts)).encode() + each.actions.tobytes())
+    return digest.hexdigest()

@@ -1,0 +1,23 @@
+"""What a recipe learns from."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from agents.learning.training.demonstrations import ROOMS
+from agents.learning.training.sources import demonstrations_of, sources_of
+from tests import tiny
+from tests.agents.learning.made import place, recipe
+
+
+def test_streets_drawn_for_training_are_learned_from_if_they_are_there(tmp_path: Path) -> None:
+    tiny.write(tmp_path, "train")
+    tiny.write(tmp_path, "val_seen")
+    given, where = recipe(), place(tmp_path, tmp_path)
+    assert [source.split for source in sources_of(given, where)] == ["train", ROOMS]
+    tiny.write(tmp_path, "train_extra", training=True)
+    assert [source.split for source in sources_of(given, where)] == ["train", "train_extra", ROOMS]
+    few = replace(given, rooms=0, episodes=2, sees=False)
+    assert [source.episodes for source in sources_of(few, where)] == [2, 2]
+    found = demonstrations_of(few, where)
+    assert len(found) == 2 * 2 * 4  # Splits, episodes, and in each two turns of two phases.
+    assert found[0].features.shape[-1] == 0
