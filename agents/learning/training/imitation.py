@@ -12,17 +12,14 @@ from tensorboardX import SummaryWriter
 
 from agents.learning.agent import LearnedAgent
 from agents.learning.checkpoint import SUFFIX, Policy, read_tensors, save_policy, write_tensors
-from agents.learning.paper import PHASES, Config, Model
-from agents.learning.pretrained.states import open_states
-from agents.learning.text.readers import PretrainedReader, own_pieces
-from agents.learning.text.tokenizers import PRETRAINED, train_tokenizer
+from agents.learning.paper import PHASES, Model
 from agents.learning.training.alignment import alignment_loss, other_texts
 from agents.learning.training.batches import as_tokens, draw_text, epoch, loss_of, make_batch
 from agents.learning.training.card import card
 from agents.learning.training.demonstrations import ROOMS, Demonstration, Source, collect, data_hash_of, unseen
 from agents.learning.training.recipe import Place, Recipe
 from agents.learning.training.rollouts import Plan, mean, play
-from agents.learning.vision.encoder import open_encoder
+from agents.learning.training.start import initial_policy
 
 Tell = Callable[[str], None]
 
@@ -54,25 +51,8 @@ class Imitation:
         torch.manual_seed(recipe.seed)
         self.recipe, self.place, self.tell = recipe, place, tell
         self.demonstrations = demonstrations
-        encoder = open_encoder(recipe.encoder) if recipe.sees else None
         texts = [text for each in demonstrations for text in each.read_in(recipe.texts)]
-        tokenizer = train_tokenizer(recipe.tokenizer, texts)
-        config = Config(
-            vocabulary=tokenizer.size,
-            channels=encoder.channels if encoder else 0,
-            sees=recipe.sees,
-            reads=recipe.reads,
-            positions=True,
-            reader=recipe.reader,
-        )
-        self.policy = Policy(Model(config).to(place.device), tokenizer, encoder, {"recipe": recipe.as_json()})
-        if recipe.reads and recipe.reader.startswith(PRETRAINED):
-            states = open_states(recipe.reader.removeprefix(PRETRAINED))
-            pieces = (own_pieces(tokenizer.encode(text)) for text in texts)
-            moments = states.prepare(pieces, place.cache, tell, recipe.precision)
-            for module in map(self.policy.model.of, PHASES):
-                assert isinstance(module.reader, PretrainedReader)
-                module.reader.standardise(*moments)
+        self.policy = initial_policy(recipe, texts, place, tell)
         self.optimizer = torch.optim.Adam(self.policy.model.parameters(), recipe.learning_rate)
         self.step, self.losses = 0, list[float]()
         self.best: dict[str, float] = {}
@@ -229,7 +209,7 @@ class Imitation:
         """Write the best weights with their metadata and model card, and return them."""
         best = replace(self.policy, model=self._best_model())
         best.about |= {
-            "data": data_of(self.demonstrations),
+            "data": data_of(self.demonstrations, self.recipe.split),
             "updates": self.step,
             "cpu_seconds": round(self._cpu_seconds()),
             "validation": dict(self.best),
@@ -258,12 +238,12 @@ class Imitation:
         return model.eval()
 
 
-def data_of(demonstrations: Sequence[Demonstration]) -> str:
+def data_of(demonstrations: Sequence[Demonstration], split: str) -> str:
     """Return how many episodes, rooms and steps there are, in words."""
     rooms = {each.episode_id for each in demonstrations if each.episode_id.startswith("room-")}
     episodes = {each.episode_id for each in demonstrations} - rooms
     steps = sum(len(each.actions) for each in demonstrations)
-    return f"{len(episodes)} episodes of `train` and {len(rooms)} drawn rooms, {steps:,} steps of the expert"
+    return f"{len(episodes)} episodes of `{split}` and {len(rooms)} drawn rooms, {steps:,} steps of the expert"
 
 
 def digest_of(demonstrations: Sequence[Demonstration]) -> str:
@@ -280,7 +260,7 @@ def train_data_hash(recipe: Recipe, place: Place) -> str:
     Raises:
         UsageError: if the data folder does not have it, or not the recipe's first language.
     """
-    return data_hash_of(Source(place.data, "train", recipe.languages, "", recipe.episodes))
+    return data_hash_of(Source(place.data, recipe.split, recipe.languages, "", 0))
 
 
 def demonstrations_of(recipe: Recipe, place: Place, tell: Tell = lambda _: None) -> list[Demonstration]:
@@ -291,7 +271,9 @@ def demonstrations_of(recipe: Recipe, place: Place, tell: Tell = lambda _: None)
     Raises:
         UsageError: if the data folder does not have what the recipe names.
     """
-    sources = [Source(place.data, "train", recipe.texts, recipe.encoder, recipe.episodes)]
+    sources = [
+        Source(place.data, recipe.split, recipe.texts, recipe.encoder, recipe.episodes, every=recipe.every),
+    ]
     if recipe.rooms:
         sources.append(Source(place.data, ROOMS, recipe.texts, recipe.encoder, recipe.rooms))
     found: list[Demonstration] = []
