@@ -62,9 +62,12 @@ def card(policy: Policy, recipe: Recipe) -> str:
     }
     if recipe.init:
         rows["begins with"] = f"`{recipe.init}`"
-    is_generated = not recipe.init and recipe.split == Recipe.split
-    told = GENERATED if is_generated else FINE_TUNED.format(split=recipe.split)
-    return page(recipe.agent, rows, f"{told}\n{LIMITS}")
+    return page(recipe.agent, rows, f"{learned_from(recipe.split, recipe.init)}\n{LIMITS}")
+
+
+def learned_from(split: str, init: str) -> str:
+    """Return the line of a card's limits on the texts that were learned from."""
+    return GENERATED if not init and split == Recipe.split else FINE_TUNED.format(split=split)
 
 
 def page(name: str, rows: Mapping[str, object], limits: str) -> str:

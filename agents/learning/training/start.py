@@ -2,11 +2,10 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import torch
 
-from agents.learning.checkpoint import SUFFIX, Policy, find_weights, load_policy
+from agents.learning.checkpoint import Policy, find_initial, load_policy
 from agents.learning.paper import PHASES, Config, Model
 from agents.learning.pretrained.states import open_states
 from agents.learning.text.readers import PretrainedReader, own_pieces
@@ -48,8 +47,7 @@ def widened(recipe: Recipe, encoder: VisualEncoder | None, texts: Sequence[str])
     Raises:
         ValueError: if the weights are of another model, or cannot be read.
     """
-    given = Path(recipe.init)
-    path = find_weights(str(given / f"{recipe.agent}{SUFFIX}") if given.is_dir() else recipe.init)
+    path = find_initial(recipe.init, recipe.agent)
     known = load_policy(path)
     own, wanted = known.model.config, _config(recipe, encoder, known.tokenizer.size)
     eyes, wanted_eyes = (None if each is None else each.name for each in (known.encoder, encoder))

@@ -40,6 +40,11 @@ def test_fine_tuning_on_half_of_another_split(data: Path, tmp_path: Path) -> Non
     assert policy.about["data"].startswith("1 episodes of `val_seen`")
     assert policy.tokenizer.size >= began.tokenizer.size
     assert [path.stem for path in (tmp_path / "cache").glob("val_seen-*/*.zst")] == ["1"]
+    plain = ["--versions", "0", "--room-versions", "0"]  # What people write is not written anew.
+    assert train.main(["--agent", "vl_grounded", "--smoke", *half, *plain, *folders]) == 0
+    grounded = read_weights(tmp_path / "out" / "vl_grounded.safetensors")
+    assert grounded.about["data"].startswith("1 episodes of `val_seen`")
+    assert grounded.network.vocabulary >= read_weights(WEIGHTS / "vl_grounded.safetensors").network.vocabulary
 
 
 def test_smoke_of_the_grounded_agent(data: Path, tmp_path: Path) -> None:
