@@ -66,7 +66,7 @@ def test_the_command(folders: list[str], tmp_path: Path, monkeypatch: pytest.Mon
         "--room-seconds",
         "0.01",
         "--rows",
-        "base,no-rooms",
+        "base,no-rooms,no-sight",
         "--map-rows",
         "no-looks",
     ]
