@@ -2,7 +2,10 @@
 
 Prints the share of instructions that name a building, a crossing, a corner, a street, another or the next thing,
 several things, and so on, in a generated data set, in English and Hindi, and, if the environment variable
-ARRAMON_RELEASE names its folder, in the official release's val-seen file. In English a pile of bags is several things.
+ARRAMON_RELEASE names its folder, in the official release's val-seen file. What is counted is the same in all columns:
+a pile of bags or tyres is one thing, a shop sign is no shop, and "Next, turn left" names nothing. "Until" is a clause
+in Hindi too (जब तक ... न, ... आने तक); बेंच तक चलें, which says "walk to" as well as "until you reach", is not counted.
+Two mentions of collectibles may be of one: of the target, most of all.
 """
 
 import argparse
@@ -15,21 +18,22 @@ from pathlib import Path
 
 _THINGS = (
     "cones|benches|barrels|drums|bins|cans|signs|posts|lights|lamps|banners|flags|posters|trees|booths|barriers|"
-    "barricades|dumpsters|buildings|mailboxes|hydrants|bags|tires|tyres|boxes|cars|kiosks|crossings|planters|awnings"
+    "barricades|dumpsters|buildings|mailboxes|hydrants|boxes|cars|kiosks|crossings|planters|awnings|tapestries|vehicles"
 )
 _OBJECTS = "ball|hourglass|mug|cup|tv|television|book|bowl|bucket"
 
 SHARES = {
-    "building, house, store": r"\b(buildings?|houses?|stores?|shops?)\b",
+    "building, house, store": r"\b(buildings?|houses?|(stores?|shops?)(?! (sign|awning|board|banner)))\b",
     "intersection, junction": r"\b(intersections?|t-intersections?|junctions?|t-junctions?|crossroads?"
     r"|(?<!zebra )(?<!pedestrian )crossings?)\b",
     "corner": r"\bcorners?\b",
     "street, road, alley": r"\b(streets?|roads?|alleys?|alleyways?|lanes?|path|pathway)\b"
-    r"(?! (light|lamp|sign|cone|block|barrier|bench|post|corner)s?)",
-    "second, next, another": r"\b(second|third|next(?! to)|another|other)\b",
+    r"(?! (light|lamp|sign|cone|block|barrier|barricade|kiosk|stall|bench|post|corner)s?)",
+    "second, next, another": r"\b(second|third|another|other|(the|your|very|take|at) next(?! to))\b",
     "until": r"\b(until|till|untill|til)\b",
     "several of a kind": rf"\b({_THINGS})\b",
-    "two collectibles": rf"\b({_OBJECTS})s?\b.*\b(?!\1\b)({_OBJECTS})s?\b",
+    "two collectibles mentioned": rf"\b({_OBJECTS})s?\b.*\b({_OBJECTS})s?\b",
+    "collectibles of two kinds": rf"\b({_OBJECTS})s?\b.*\b(?!\1\b)({_OBJECTS})s?\b",
     "counted paces": r"\b\w+ (paces|steps|feet)\b",
 }
 """Regular expressions over a text's words, in small letters, without marks."""
@@ -42,10 +46,11 @@ HINDI = {
     "corner": "नुक्कड़|मोड़ (पर|से|के)|कोने (पर|से|के)",
     "street, road, alley": "सड़क|गली|रोड(?! ब्लॉक)",
     "second, next, another": "दूसर|तीसर|अगल|एक और",
-    "until": "जब तक|(आने|दिखने|छूटने) तक",
+    "until": "जब तक|(आने|दिखने|छूटने|मिलने|पहुँचने) तक",
     "several of a kind": "(दोनों|कई) |(?<!टायर)(?<!थैलिय)(?<!खिड़किय)(?<!बिंदिय)(?<!धारिय)(?<!मेहराब)(?<!ईंट)"
     "(?<!दोन)ों (के|से|की|तक) ",
-    "two collectibles": f"({_HINDI_OBJECTS}).*(?!\\1)({_HINDI_OBJECTS})",
+    "two collectibles mentioned": f"({_HINDI_OBJECTS}).*({_HINDI_OBJECTS})",
+    "collectibles of two kinds": f"({_HINDI_OBJECTS}).*(?!\\1)({_HINDI_OBJECTS})",
     "counted paces": "क़दम",
 }
 """The same over Hindi texts without marks; nouns of several things are recognised by their oblique plural."""

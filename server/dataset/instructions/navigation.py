@@ -11,7 +11,9 @@ from random import Random
 from typing import Protocol
 
 from lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
+from lang.reference import mentions
 from server.dataset.instructions.navigation_choice import fits, full_name
+from server.dataset.instructions.navigation_landmarks import PLACES as OPEN_PLACES
 from server.dataset.instructions.navigation_landmarks import landmark_options
 from server.dataset.instructions.navigation_legs import Place, bearing, max_deviation, turn_between
 from server.dataset.instructions.navigation_names import distinguish
@@ -41,11 +43,14 @@ MAX_STEPS = 9
 TRIED = 24
 """Places along the path from which continuations are tried before planning fails."""
 
-UNTIL_SEEN = 0.28
+UNTIL_SEEN = 0.4
 """Probability that a walk straight to the target is told by it: "walk until you see the mug"."""
 
-ALONG_STREET = 0.12
+ALONG_STREET = 0.18
 """Probability that a walk down a street is told before what comes on it."""
+
+MORE_SHARE = 0.1
+"""Probability that something on the way is told though the target could be seen, where it is far."""
 
 FACE_FIRST = 0.6
 """Probability that the first turn is told by what one then faces, where that is clear."""
@@ -102,7 +107,7 @@ def plan_navigation(
     steps = _Planner(route, thing).steps(judge or Lenient())
     if steps is None:
         return None
-    full_names = {mark.identity: full_name(mark) for mark in marks if mark.identity}
+    full_names = {mark.identity: full_name(mark) for mark in marks if mark.label.kind not in OPEN_PLACES}
     return distinguish(Navigation(steps, thing), full_names, random)
 
 
@@ -134,7 +139,7 @@ class _Planner:
             if option.steps[-1] == Walk("ahead") == next(reversed(steps), None):
                 continue
             for told in self._tellings(waypoint, option, is_first=not steps):
-                after = judge.after(told)
+                after = None if self._mixes((*steps, *told)) else judge.after(told)
                 if after is not None:
                     whole = self._from(option.waypoint, (*steps, *told), after)
                     if whole is not None:
@@ -143,6 +148,16 @@ class _Planner:
         if last is not None:
             return (*steps, *last)
         return steps if steps and waypoint.number >= self._route.last and judge.may_end(self._target) else None
+
+    def _mixes(self, steps: tuple[Step, ...]) -> bool:
+        """Return whether several things are named together, and one of their kind, or others, apart from them."""
+        named: dict[str, set[str]] = {}
+        several = set()
+        for thing in mentions(Navigation(steps, self._target)):
+            named.setdefault(thing.kind, set()).add(thing.identity)
+            if thing.number:
+                several.add(thing.kind)
+        return any(len(named[kind]) > 1 for kind in several)
 
     def _may_end(self, judge: Judge, last: tuple[Step, ...]) -> bool:
         after = judge.after(last)
@@ -164,7 +179,7 @@ class _Planner:
 
     def _may_say_more(self, waypoint: Waypoint) -> bool:
         far = math.dist((waypoint.pose.x, waypoint.pose.z), self._route.goal)
-        return far > 9.0 and self._random.random() < 0.2
+        return far > 9.0 and self._random.random() < MORE_SHARE
 
     def _final_steps(self, waypoint: Waypoint) -> tuple[Step, ...] | None:
         """Return the remaining steps if the target comes into view, else None."""

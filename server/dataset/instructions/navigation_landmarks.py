@@ -8,7 +8,7 @@ from itertools import combinations
 from lang.meaning import Rotate, Step, Thing, Walk
 from lang.street import ALONG, DEGREES, NEAR, PAST
 from server.dataset.instructions.navigation_choice import counted_name, name_of
-from server.dataset.instructions.navigation_groups import Group, group_of
+from server.dataset.instructions.navigation_groups import NEVER_SEVERAL, Group, group_of
 from server.dataset.instructions.navigation_legs import bearing, turn_between
 from server.dataset.instructions.navigation_places import MAX_BEND
 from server.dataset.instructions.navigation_route import (
@@ -29,7 +29,7 @@ from server.sim.labels import Label
 AMBIGUITY_COST = 2.0
 """Cost of naming a landmark that could be confused with one not visible from the path."""
 
-COLLECTIBLE_COST, BUILDING_COST, COUNTED_COST, GROUP_COST = 0.5, 1.5, -1.0, -4.0
+COLLECTIBLE_COST, BUILDING_COST, COUNTED_COST, GROUP_COST = 1.3, 0.8, -5.0, -6.0
 """Additional costs of what an option names: an object that is not the target, a building, an ordinal, several."""
 
 GAP_WIDTH = (1.5, 7.0)
@@ -38,8 +38,11 @@ GAP_WIDTH = (1.5, 7.0)
 NO_POST = ("building", "zebra_crossing", "shop_sign", "banner", "awning", "speed_sign")
 """Kinds of things that nobody walks between: what lies on the ground or hangs on a wall, and buildings."""
 
-NEVER_SEVERAL = (*KINDS, "building", "banner")
-"""Kinds of which several are not named together."""
+SOON = 6
+"""Places of the path after a waypoint from which several things may be recognised that are walked to or past."""
+
+TURNS_BY_SEVERAL = ("at", "after")
+"""Where one turns by several things; before which of them would not be clear."""
 
 AT_THING = 3.0
 """Maximum distance of the walk from a thing that one turns at, in units: nobody turns at what they never come to."""
@@ -85,12 +88,8 @@ def landmark_options(route: Route, waypoint: Waypoint) -> Iterator[Option]:
                 named.append((mark, *name))
             told = _building_options if mark.label.kind == "building" else _options
             yield from told(route, _Subject(mark, name[0], turns, after, name[1]))
-        if mark.label.kind in NEVER_SEVERAL:
-            continue
-        group = group_of(mark, route.of_kind(mark.label.kind), alike[mark.label.kind], after.pose)
-        if group is not None:
-            yield from _group_options(route, group, turns, after)
     yield from _gaps(route, waypoint, named)
+    yield from _groups(route, waypoint)
 
 
 def _named(route: Route, mark: Landmark, seen: list[Landmark], waypoint: Waypoint) -> tuple[Thing, float] | None:
@@ -196,9 +195,31 @@ def _building_options(route: Route, subject: _Subject) -> Iterator[Option]:
         yield from subject.option(route, Walk("towards", (name,)), end, 0.0)
 
 
+def _groups(route: Route, waypoint: Waypoint) -> Iterator[Option]:
+    """Yield continuations by several things that stand together, seen by now or soon."""
+    soon = replace(waypoint, number=min(waypoint.number + SOON, route.last))
+    until = route.departures[min(waypoint.number + 12, route.last)]
+    seen = [mark for mark in route.marks if mark.label.kind not in NEVER_SEVERAL and route.is_seen(mark, soon)]
+    for mark in seen:
+        here = waypoint.pose.x, waypoint.pose.z
+        off = turn_between(waypoint.pose.heading, bearing(here, (mark.x, mark.z)))
+        words = turn_towards(off)
+        if words is None or (words and (waypoint.turned or not route.is_seen(mark, waypoint))):
+            continue
+        if (words == ("around",) and waypoint.number > 0) or not turns_on(route, waypoint, words):
+            continue
+        if not 2.0 <= math.dist(here, (mark.x, mark.z)) <= MAX_STEP_LENGTH:
+            continue
+        after = replace(waypoint, pose=waypoint.pose.turned(sum(DEGREES[word] for word in words)))
+        group = group_of(mark, route.of_kind(mark.label.kind), seen, after.pose, until)
+        if group is not None and not (waypoint.turned and waypoint.about == group.name.identity):
+            yield from _group_options(route, group, tuple(Rotate(word) for word in words), after)
+
+
 def _group_options(route: Route, group: Group, turns: tuple[Step, ...], waypoint: Waypoint) -> Iterator[Option]:
     """Yield walks past several things and to them, and turns at them."""
     pose, marks = waypoint.pose, group.marks
+    liking = GROUP_COST if route.is_by_several else 0.0
     if any(math.dist((mark.x, mark.z), route.goal) < 0.1 for mark in marks):
         return
     last = max(marks, key=lambda mark: pose.local(mark.x, mark.z)[1])
@@ -207,14 +228,18 @@ def _group_options(route: Route, group: Group, turns: tuple[Step, ...], waypoint
         rights = [pose.local(mark.x, mark.z)[0] for mark in marks]
         side = "right" if min(rights) > ASIDE else "left" if max(rights) < -ASIDE else ""
         told = side if route.random.random() < 0.4 else ""
-        yield from route.option(waypoint, turns, Walk("past", (group.name,), told), end, GROUP_COST)
+        yield from route.option(waypoint, turns, Walk("past", (group.name,), told), end, liking)
     x, z = sum(mark.x for mark in marks) / len(marks), sum(mark.z for mark in marks) / len(marks)
     straight = Pose(pose.x, pose.z, bearing((pose.x, pose.z), (x, z)))
     distance = math.dist((pose.x, pose.z), (x, z))
     for way, near in NEAR.items():
         if distance - near > 2.0:
             end = straight.ahead(distance - near)
-            yield from route.option(waypoint, turns, Walk(way, (group.name,)), end, GROUP_COST + 0.6)
+            yield from route.option(waypoint, turns, Walk(way, (group.name,)), end, liking + 0.6)
+    subject = _Subject(last, group.name, turns, waypoint, liking)
+    for word in TURNS_BY_SEVERAL:
+        beside = (x, z) if word == "at" else (last.x, last.z)
+        yield from _turns(route, subject, word, pose_after_passing(pose, *beside, ALONG[word]))
 
 
 def _gaps(route: Route, waypoint: Waypoint, named: list[tuple[Landmark, Thing, float]]) -> Iterator[Option]:

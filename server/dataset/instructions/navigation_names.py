@@ -6,9 +6,18 @@ from random import Random
 
 from lang.meaning import PLACES, Navigation, Thing
 from lang.reference import map_mentions, mentions
+from server.dataset.instructions.navigation_choice import NEVER_BARE
+from server.sim.catalogue import KINDS
 
 NEXT_SHARE = 0.5
 """Probability that another thing of a kind farther on is called the next one, rather than another."""
+
+
+COUNTED_ON_SHARE = 0.6
+"""Probability that another thing of a kind farther on is called the next one, though its colour would tell it apart."""
+
+NOT_COUNTED_ON = (*KINDS, *NEVER_BARE, "building")
+"""Kinds of which that is not said: there are too many of them in sight."""
 
 
 class Indistinct(ValueError):
@@ -23,7 +32,8 @@ def distinguish(meaning: Navigation, full_names: Mapping[str, Thing], random: Ra
         full_names: by identity, a name with all that can be seen of a landmark.
         random: draws the words.
     """
-    many = _kinds_of_several(meaning)
+    counts = _counts(meaning)
+    many = frozenset(kind for kind, number in counts.items() if number > 1)
     target = meaning.target.identity
     named: dict[str, Thing] = {}
     steps = sum(1 for _ in mentions(replace(meaning, target=Thing(""))))
@@ -40,6 +50,11 @@ def distinguish(meaning: Navigation, full_names: Mapping[str, Thing], random: Ra
         if thing.kind in many and thing.identity in full_names and thing.identity != target:
             full = full_names[thing.identity]
             thing = replace(thing, colour=full.colour, look=full.look)
+            before = [other for other in named.values() if other.kind == thing.kind]
+            is_next = count < steps and counts[thing.kind] == 2 and _may_be_next(thing, before)
+            if is_next and random.random() < COUNTED_ON_SHARE:
+                named[thing.identity] = thing = replace(thing, colour="", look="", which="next")
+                return thing
         named[thing.identity] = told = _told_apart(thing, named, random, is_step=count < steps)
         return told
 
@@ -51,12 +66,18 @@ def distinguish(meaning: Navigation, full_names: Mapping[str, Thing], random: Ra
     return told
 
 
-def _kinds_of_several(meaning: Navigation) -> frozenset[str]:
-    """Return the kinds of which an instruction mentions more than one thing."""
+def _counts(meaning: Navigation) -> dict[str, int]:
+    """Return how many things of each kind an instruction mentions."""
     seen: dict[str, set[str]] = {}
     for thing in mentions(meaning):
         seen.setdefault(thing.kind, set()).add(thing.identity)
-    return frozenset(kind for kind, identities in seen.items() if len(identities) > 1)
+    return {kind: len(identities) for kind, identities in seen.items()}
+
+
+def _may_be_next(thing: Thing, earlier: list[Thing]) -> bool:
+    """Return whether a thing may be called the next one of its kind after another."""
+    is_one = not thing.which and not thing.number and thing.kind not in NOT_COUNTED_ON
+    return is_one and len(earlier) == 1 and not earlier[0].which and not earlier[0].number
 
 
 def _told_apart(thing: Thing, named: Mapping[str, Thing], random: Random, *, is_step: bool) -> Thing:

@@ -16,9 +16,9 @@ MAX_BEND = 25.0
 """If the path's next steps differ by more degrees from its later direction, the path has not turned yet."""
 
 NAMES: dict[str, tuple[tuple[str, int], ...]] = {
-    "crossing": (("intersection", 9), ("corner", 1), ("street", 1)),
-    "t_junction": (("t_junction", 6), ("street_end", 2), ("corner", 1)),
-    "side street": (("street", 5), ("corner", 3), ("intersection", 2)),
+    "crossing": (("intersection", 18), ("corner", 1), ("street", 1)),
+    "t_junction": (("t_junction", 6), ("intersection", 4), ("street_end", 1), ("corner", 1)),
+    "side street": (("intersection", 10), ("street", 6), ("corner", 1)),
     "alley": (("alley", 3), ("corner", 1)),
     "bend": (("corner", 4), ("street_end", 1)),
     "fork": (("intersection", 4), ("corner", 1), ("street", 1)),
@@ -27,16 +27,25 @@ NAMES: dict[str, tuple[tuple[str, int], ...]] = {
 }
 """Kinds of things that a place may be called, with weights, by what it looks like to the walker."""
 
+CROSSED = ("crossing", "left_turn", "right_turn", "fork")
+"""Kinds of junctions, as they look to the walker, that are walked across: people call them intersections."""
+
 ORDINALS = ("", "second", "third")
 
-NAMES_DRAWN = 2
+NAMES_DRAWN = 3
 """Names drawn for one place: where a judge refuses one, another may be right."""
 
-PLACE_COST = -4.0
+PLACE_COST = -6.0
 """Additional cost of a turn at a place: people tell the way by streets and corners first."""
 
-WALK_COST = 0.4
+COUNTED_COST = -5.0
+"""Additional cost of a street that is counted to, "the second street on the left"."""
+
+WALK_COST = -1.0
 """Additional cost of a walk to a place, or across it."""
+
+SIDE_STREET_COST = 3.0
+"""The same where a street only opens on one side."""
 
 NEAR_CORNER = 4.5
 """Maximum distance of a building's corner from where one turns at it, in units."""
@@ -99,7 +108,7 @@ def _turn_into(
         return
     names = (_name(route, openings, number, place, pose) for _ in range(NAMES_DRAWN))
     for thing in dict.fromkeys(name for name in names if name is not None):
-        cost = inexact / 20.0 + PLACE_COST - (0.6 if number else 0.0)
+        cost = inexact / 20.0 + PLACE_COST + (COUNTED_COST if number else 0.0)
         yield from route.option(waypoint, turns, Rotate(mark.label.look, "at", thing), end.turned(degrees), cost)
 
 
@@ -210,10 +219,12 @@ def _walks(
         return
     pose = waypoint.pose
     kind = junction.kind_from(pose.heading)
-    if kind in ("crossing", "t_junction"):
-        name = "intersection" if kind == "crossing" else route.random.choice(("t_junction", "street_end"))
+    is_crossed = kind in CROSSED and len(junction.arms) >= 3
+    cost = PLACE_COST + (WALK_COST if kind in ("crossing", "t_junction") else SIDE_STREET_COST)
+    if is_crossed or kind == "t_junction":
+        name = "intersection" if is_crossed else route.random.choice(("t_junction", "t_junction", "street_end"))
         step = Walk("to", (Thing(name, identity=junction.identity),))
-        yield from route.option(waypoint, turns, step, pose.ahead(along), PLACE_COST + WALK_COST)
-    if kind == "crossing":
+        yield from route.option(waypoint, turns, step, pose.ahead(along), cost)
+    if is_crossed:
         step = Walk("past", (Thing("intersection", identity=junction.identity),))
-        yield from route.option(waypoint, turns, step, pose.ahead(along + ACROSS), PLACE_COST + WALK_COST)
+        yield from route.option(waypoint, turns, step, pose.ahead(along + ACROSS), cost)

@@ -28,6 +28,9 @@ SNAP = 40.0
 STRAIGHT = 15.0
 """Maximum angle from the course, and from the path, of what one walks straight to, in degrees."""
 
+SEVERAL_SHARE = 0.9
+"""Probability that a way is told by things that stand together ("the cones"), where it can be."""
+
 MAX_STEP_LENGTH = 30
 """Maximum distance that one step leads, in units."""
 
@@ -72,6 +75,7 @@ class Route:
     Attributes:
         target: the target's label; None if it is not among the landmarks.
         has_twin: whether another object looks like the target.
+        is_by_several: whether the way is told by things that stand together, where it can be.
     """
 
     def __init__(
@@ -89,6 +93,7 @@ class Route:
         self._first = {id(mark): next((n for n in mark.seen if n >= 0), len(poses)) for mark in marks}
         self.target = next((mark.label for mark in marks if (mark.x, mark.z) == goal), None)
         self.has_twin = sum(mark.label == self.target for mark in marks) > 1
+        self.is_by_several = random.random() < SEVERAL_SHARE
         self.corners = [leg.last for leg in legs_of(path)]
         self._by_kind: dict[str, list[Landmark]] = {}
         for mark in marks:
@@ -134,7 +139,7 @@ class Route:
         gain = min(number - waypoint.number, 14)
         onward = self.onward_heading(number)
         wrong = 0.0 if onward is None else max(abs(turn_between(end.heading, onward)) - 15.0, 0.0) / 25.0
-        total = cost + 0.8 * off + 0.5 * strayed - 0.3 * gain + 1.2 * len(turns) + wrong + 1.5 * self.random.random()
+        total = cost + 0.8 * off + 0.5 * strayed - 0.4 * gain + 1.2 * len(turns) + wrong + 1.5 * self.random.random()
         about = next((thing.identity for thing in things_of(step)), "")
         pose = self._on_path(end, number, step)
         yield Option(total, (*turns, step), Waypoint(pose, number, isinstance(step, Rotate), about))

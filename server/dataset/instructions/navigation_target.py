@@ -6,6 +6,7 @@ from random import Random
 
 from lang.meaning import Thing, Where
 from server.dataset.instructions.navigation_choice import full_name
+from server.dataset.instructions.navigation_groups import groups_around
 from server.dataset.instructions.sight import Landmark
 from server.sim.catalogue import KINDS
 from server.sim.geometry import Pose
@@ -18,7 +19,7 @@ NEAR = 3.0
 BUILDING_SHARE = 0.25
 """Probability that a building may tell a target's place."""
 
-COLLECTIBLE_LIKING = 1.0
+COLLECTIBLE_LIKING = 0.5
 """How many units nearer than other landmarks another collectible seems."""
 
 UNSUITED = ("intersection", "junction", "corner")
@@ -30,6 +31,9 @@ UNPLACED = 0.15
 APART = 8.0
 """Distance from another object that looks like the target within which nothing may be called as what tells the target's
 place, in units."""
+
+GROUP_SHARE = 0.8
+"""Probability that things that stand together by the target are named together."""
 
 FULL = 0.85
 """Probability that the name is complete though fewer words suffice."""
@@ -70,7 +74,7 @@ def describe(
             break
     identity = next((mark.identity for mark in marks if mark.label == own and (mark.x, mark.z) == at), "target")
     twins = [mark for mark in every if mark.label == own and (mark.x, mark.z) != at]
-    where = _where(target, marks, poses, random, [mark for mark in every if _is_by_any(mark, twins)] if twins else None)
+    where = _where(target, every, poses, random, [mark for mark in every if _is_by_any(mark, twins)] if twins else None)
     return None if twins and not where else Thing(kind, colour, pattern, where=where, identity=identity)
 
 
@@ -81,7 +85,7 @@ def _is_by_any(mark: Landmark, twins: Sequence[Landmark]) -> bool:
 
 def _where(
     target: Collectible,
-    marks: Sequence[Landmark],
+    every: Sequence[Landmark],
     poses: Sequence[Pose],
     random: Random,
     elsewhere: Sequence[Landmark] | None,
@@ -98,6 +102,7 @@ def _where(
     is_alone = elsewhere is None
     unsuited = UNSUITED if random.random() < BUILDING_SHARE and is_alone else (*UNSUITED, "building")
     near = []
+    marks = [mark for mark in every if mark.seen]
     for mark in marks:
         right, ahead = came.local(mark.x, mark.z)
         distance = math.hypot(right, ahead)
@@ -122,4 +127,7 @@ def _where(
             relation = "left_of" if right > 0.0 else "right_of"
         elif abs(ahead) > 1.5 * abs(right):
             relation = "in_front_of" if ahead > 0.0 else "behind"
+    group = next(groups_around(mark, every, marks, len(poses)), None)
+    if group is not None and is_alone and random.random() < GROUP_SHARE:
+        return (Where("near", (group.name,)),)
     return (Where(relation, (name,)),)

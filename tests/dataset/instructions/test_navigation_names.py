@@ -28,8 +28,21 @@ def test_one_thing_keeps_its_name() -> None:
     assert named(RED, replace(RED, colour="")) == [RED, RED]
 
 
-def test_two_of_a_kind_are_told_apart_by_colour() -> None:
-    assert named(replace(RED, colour=""), replace(YELLOW, colour="")) == [RED, YELLOW]
+def test_two_of_a_kind_are_told_apart_by_colour_or_as_the_next() -> None:
+    meaning = Navigation((Walk("past", (replace(RED, colour=""),)), Walk("past", (replace(YELLOW, colour=""),))), MUG)
+    told = [distinguish(meaning, FULL, seeded("names", draw)) for draw in range(20)]
+    names = {tuple(mentions(each))[:2] for each in told if each is not None}
+    assert names == {(RED, YELLOW), (RED, Thing("barrel", which="next"))}
+
+
+def test_three_of_a_kind_are_told_apart_by_colour() -> None:
+    green = Thing("barrel", "green", identity="g")
+    full = {**FULL, "g": green}
+    meaning = Navigation(tuple(Walk("past", (each,)) for each in (RED, YELLOW, green)), MUG)
+    for draw in range(20):
+        told = distinguish(meaning, full, seeded("names", draw))
+        assert told is not None
+        assert tuple(mentions(told))[:3] == (RED, YELLOW, green)
 
 
 def test_two_that_look_alike_are_told_apart_by_a_word() -> None:
@@ -80,8 +93,9 @@ def test_ordinals(own: Landmark, marks: tuple[Landmark, ...], seen: tuple[Landma
         ((FIRST, SECOND, mark("4", 0.0, 7.0)), "several"),
         ((FIRST,), None),
         ((FIRST, SECOND, mark("4", 0.0, 14.0)), None),  # one more, hardly apart
+        ((FIRST, SECOND, replace(mark("4", 0.0, 14.0), glimpsed=None)), "two"),  # one that nobody sees
     ],
 )
 def test_groups(marks: tuple[Landmark, ...], number: str | None) -> None:
-    group = group_of(FIRST, marks, marks, VIEW)
+    group = group_of(FIRST, marks, marks, VIEW, until=3)
     assert (None if group is None else group.name.number) == number
