@@ -59,6 +59,16 @@ def find_weights(name: str) -> Path:
     raise BadWeights(f"there are no weights {name!r}: neither a file {name} nor {along}")
 
 
+def find_initial(init: str, agent: str) -> Path:
+    """Return the weights with which fine-tuning begins: a file, or of a folder the one named after the agent.
+
+    Raises:
+        BadWeights: if there are none.
+    """
+    given = Path(init)
+    return find_weights(str(given / f"{agent}{SUFFIX}") if given.is_dir() else init)
+
+
 def save_policy(policy: Policy, path: Path) -> None:
     """Write a policy to a file, atomically."""
     tensors = {f"model.{name}": value.detach().cpu().contiguous() for name, value in policy.model.state_dict().items()}

@@ -48,7 +48,11 @@ class Agent(Follower):
 
     def make_body(self, episode: Episode) -> Body:  # noqa: ARG002 - its labels are the eyes'
         """Return the body that perceives the streets of an episode."""
-        return _SeeingBody(self._look)
+        return _SeeingBody(self._look, self.make_landmarks())
+
+    def make_landmarks(self) -> SeenLandmarks:
+        """Return an empty memory of landmarks."""
+        return SeenLandmarks(LABELS)
 
     def make_room(self, meaning: Assembly, episode: Episode) -> RoomFollower:  # noqa: ARG002
         """Return the player of an assembly phase."""
@@ -74,11 +78,12 @@ class _SeeingBody(Body):
 
     Args:
         look: perceives an observation.
+        landmarks: the memory.
     """
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: Look, landmarks: SeenLandmarks) -> None:
         super().__init__(LABELS)
-        self.landmarks = self._seen = SeenLandmarks(LABELS)
+        self.landmarks = self._seen = landmarks
         self._look = look
 
     def perceive(self, observation: Observation) -> None:

@@ -10,13 +10,23 @@ __all__ = ["make_agent"]
 SENSORS = ("rgb", "segmentation")
 
 
-def make_agent(weights: str | None = None, sensor: str = SENSORS[0], reader: str | None = None) -> Agent:
+def make_agent(
+    weights: str | None = None,
+    sensor: str = SENSORS[0],
+    reader: str | None = None,
+    mirror: bool = True,
+    looks: bool = True,
+    sums: bool = True,
+) -> Agent:
     """Return the agent with the shipped weights, or with others.
 
     Args:
         weights: a file written by `python -m agents.train --agent vl_map`.
         sensor: "rgb" to see by RGB and depth alone, "segmentation" to see without errors.
         reader: a file written by `agents.learning.train_reader` or `tune_reader`; None for the shipped reader.
+        mirror: whether the policy is asked about the mirror image too.
+        looks: whether it turns around at first, and looks to either side before a decision.
+        sums: whether what each view says of a thing is summed; if not, the largest view names it. With RGB alone.
 
     Raises:
         AgentLoadError: if the extra is not installed, there is no such sensor, or the weights cannot be read.
@@ -41,5 +51,7 @@ def make_agent(weights: str | None = None, sensor: str = SENSORS[0], reader: str
         reads = load_reader(Path(reader) if reader else None)
     except (ValueError, FileNotFoundError) as error:
         raise AgentLoadError(f"agents.vl_map: {error}") from error
-    parts = Policy(networks.policy), Placement(networks.placer)
-    return SeeingAgent(*parts, reader=reads) if sensor == "rgb" else SegmentationAgent(*parts, reads)
+    parts = Policy(networks.policy, mirrored=mirror), Placement(networks.placer)
+    if sensor == "rgb":
+        return SeeingAgent(*parts, reader=reads, looks=looks, sums=sums)
+    return SegmentationAgent(*parts, reads, looks=looks)

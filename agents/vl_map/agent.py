@@ -3,6 +3,8 @@
 from agents.follower.agent import Agent as Follower
 from agents.follower.agent import Walk
 from agents.follower.navigation_body import Body
+from agents.learning.memory.landmarks import SeenLandmarks
+from agents.learning.memory.sight import LABELS
 from agents.learning.reader.reader import LearnedReader
 from agents.learning.reader.slots import rows_of
 from agents.learning.vision.eyes import Eyes
@@ -24,15 +26,28 @@ class SeeingAgent(SeeingFollower):
         placement: finds cells of the room.
         eyes: visual encoder; None for the shipped one.
         reader: of instructions; None for the shipped one.
+        looks: whether it looks around in the streets.
+        sums: whether what each view says of a thing is summed.
     """
 
     name = NAME
 
     def __init__(
-        self, policy: Policy, placement: Placement, eyes: Eyes | None = None, reader: LearnedReader | None = None
+        self,
+        policy: Policy,
+        placement: Placement,
+        eyes: Eyes | None = None,
+        reader: LearnedReader | None = None,
+        *,
+        looks: bool = True,
+        sums: bool = True,
     ) -> None:
         super().__init__(eyes, reader)
-        self._policy, self._placement = policy, placement
+        self._policy, self._placement, self._looks, self._sums = policy, placement, looks, sums
+
+    def make_landmarks(self) -> SeenLandmarks:
+        """Return an empty memory of landmarks."""
+        return SeenLandmarks(LABELS, sums=self._sums)
 
     def forget(self, body: Body) -> None:
         """Discard the state that is not kept between turns."""
@@ -40,7 +55,7 @@ class SeeingAgent(SeeingFollower):
 
     def make_walk(self, body: Body, meaning: Navigation, turn: int) -> Walk:
         """Return the player of a navigation phase."""
-        return walk_by(self._policy, body, meaning, turn)
+        return walk_by(self._policy, body, meaning, turn, looks=self._looks)
 
     def find_cell(self, meaning: Assembly, room: Room) -> Cell:
         """Return the cell for the object, given the instruction's meaning and the room's contents."""
@@ -54,13 +69,14 @@ class SegmentationAgent(Follower):
         policy: chooses waypoints.
         placement: finds cells of the room.
         reader: of instructions.
+        looks: whether it looks around in the streets.
     """
 
     name = NAME
 
-    def __init__(self, policy: Policy, placement: Placement, reader: LearnedReader) -> None:
+    def __init__(self, policy: Policy, placement: Placement, reader: LearnedReader, *, looks: bool = True) -> None:
         super().__init__()
-        self._policy, self._placement, self._reader = policy, placement, reader
+        self._policy, self._placement, self._reader, self._looks = policy, placement, reader, looks
 
     def forget(self, body: Body) -> None:
         """Discard the state that is not kept between turns."""
@@ -68,7 +84,7 @@ class SegmentationAgent(Follower):
 
     def make_walk(self, body: Body, meaning: Navigation, turn: int) -> Walk:
         """Return the player of a navigation phase."""
-        return walk_by(self._policy, body, meaning, turn)
+        return walk_by(self._policy, body, meaning, turn, looks=self._looks)
 
     def find_cell(self, meaning: Assembly, room: Room) -> Cell:
         """Return the cell for the object, given the instruction's meaning and the room's contents."""
@@ -79,6 +95,6 @@ class SegmentationAgent(Follower):
         return self._reader.read(text, phase)
 
 
-def walk_by(policy: Policy, body: Body, meaning: Navigation, turn: int) -> Walk:
+def walk_by(policy: Policy, body: Body, meaning: Navigation, turn: int, *, looks: bool = True) -> Walk:
     """Return the player of a navigation phase, by a policy."""
-    return MapNavigator(body, rows_of(meaning), policy.choose, turn).act
+    return MapNavigator(body, rows_of(meaning), policy.choose, turn, looks=looks).act

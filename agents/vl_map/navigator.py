@@ -58,15 +58,16 @@ class MapNavigator:
         rows: of the instruction, as read.
         choose: the policy.
         turn: 1 or 2.
+        looks: whether it turns around at first, and looks to either side before a decision.
 
     Attributes:
         decision: the latest; None before the first.
     """
 
-    def __init__(self, body: Body, rows: Sequence[Row], choose: Choose, turn: int) -> None:
-        self._body, self._rows, self._choose, self._turn = body, rows, choose, turn
+    def __init__(self, body: Body, rows: Sequence[Row], choose: Choose, turn: int, *, looks: bool = True) -> None:
+        self._body, self._rows, self._choose, self._turn, self._looks = body, rows, choose, turn, looks
         self._trace = [(body.x, body.z, body.angle)]
-        self._plan: list[Action] = [Action.RIGHT] * HEADINGS
+        self._plan: list[Action] = [Action.RIGHT] * HEADINGS if looks else []
         self._walked = 0
         self._has_looked = True
         self._missed: list[tuple[float, float]] = []
@@ -94,7 +95,7 @@ class MapNavigator:
                 self._plan = list(LOOK)
             else:
                 self._plan = self._decide(steps_left)
-                self._has_looked, self._walked = False, 0
+                self._has_looked, self._walked = not self._looks, 0
         return self._plan.pop(0)
 
     def _follow(self) -> None:

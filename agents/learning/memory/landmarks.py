@@ -79,22 +79,29 @@ def certain(label: Label) -> tuple[Floats, Floats, Floats]:
 class _Place:
     """A thing at a place, with the summed log probabilities of its names.
 
+    Args:
+        x, z: the place.
+        sums: whether the views of it are summed; if not, only the largest counts.
+
     Attributes:
         mark: the thing by its most likely names; always the same object.
     """
 
-    def __init__(self, x: float, z: float) -> None:
+    def __init__(self, x: float, z: float, *, sums: bool) -> None:
         self.mark = Landmark(Label(""), x, z, math.inf)
         self._sums = np.zeros(_STARTS[-1])
+        self._is_summed, self._largest = sums, 0.0
         self._belief: Belief | None = None
 
     def add(self, named: NamedThing, x: float, z: float, distance: float) -> None:
         """Add a view of the thing."""
         weight = min(MOST, float(named.thing.mask.sum()) / FULL)  # Larger views count for more.
-        chances = np.concatenate((named.kinds, named.colours, named.looks)).astype(np.float64)
-        self._sums += weight * np.log(chances + SURE)
-        self._belief = None
-        self.mark.label = label_of(*self._parts(self._sums))
+        if self._is_summed or weight >= self._largest:
+            chances = np.concatenate((named.kinds, named.colours, named.looks)).astype(np.float64)
+            own = weight * np.log(chances + SURE)
+            self._sums = self._sums + own if self._is_summed else own
+            self._largest, self._belief = weight, None
+            self.mark.label = label_of(*self._parts(self._sums))
         if distance < 0.9 * self.mark.nearest:
             self.mark.x, self.mark.z, self.mark.nearest = x, z, distance
 
@@ -118,10 +125,12 @@ class SeenLandmarks(Landmarks):
 
     Args:
         labels: the label of each value of the label images.
+        sums: whether the views of a thing are summed; if not, the largest one names it.
     """
 
-    def __init__(self, labels: Sequence[Label]) -> None:
+    def __init__(self, labels: Sequence[Label], *, sums: bool = True) -> None:
         super().__init__(labels)
+        self._is_summed = sums
         self._flat = {number for number, label in enumerate(labels) if label.kind in ("building", "zebra_crossing")}
         self._places: list[_Place] = []
 
@@ -171,7 +180,7 @@ class SeenLandmarks(Landmarks):
             if is_like and math.hypot(mark.x - x, mark.z - z) < apart:
                 place.add(named, x, z, distance)
                 return
-        place = _Place(x, z)
+        place = _Place(x, z, sums=self._is_summed)
         place.add(named, x, z, distance)
         self._places.append(place)
 

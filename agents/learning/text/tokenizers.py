@@ -75,6 +75,11 @@ class Words:
         counts = Counter(word for text in texts for word in words(normalise(text)))
         return cls(sorted(word for word, count in counts.items() if count >= least))
 
+    def widened(self, texts: Iterable[str]) -> "Words":
+        """Return a tokenizer that also knows the words that texts have at least twice; known ones keep their ids."""
+        known = set(self.vocabulary)
+        return Words([*self.vocabulary, *(word for word in Words.train(texts).vocabulary if word not in known)])
+
     def encode(self, text: str) -> list[int]:
         """Return one id for each word and each punctuation mark."""
         return [self._numbers.get(word, UNKNOWN) for word in words(normalise(text))] or [UNKNOWN]

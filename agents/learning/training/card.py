@@ -8,6 +8,11 @@ from agents.learning.pretrained.encoders import INSTALL, PACKAGE
 from agents.learning.text.tokenizers import PRETRAINED
 from agents.learning.training.recipe import RECIPES, Recipe
 
+GENERATED = "- It is trained by imitation on generated episodes alone: on people's instructions it was not tried."
+FINE_TUNED = (
+    "- It is trained by imitation, at last on the texts of `{split}` alone: what it could before may have suffered."
+)
+
 WHAT = {
     (True, True): "It reads the instruction and sees the present image.",
     (True, False): "It sees the present image and does not read.",
@@ -16,7 +21,6 @@ WHAT = {
 """Description of the inputs, by (sees, reads)."""
 
 LIMITS = """\
-- It is trained by imitation on generated episodes alone: on people's instructions it was not tried.
 - It sees one image at a time and remembers only its own actions, not the places where it has been.
 - The model of a phase knows nothing of the other; a wrong turn 1 leaves turn 2 where the training never was.
 - It is a baseline, and far from human level. Compare with `docs/results.md`."""
@@ -42,20 +46,28 @@ def card(policy: Policy, recipe: Recipe) -> str:
     about: Mapping[str, Any] = policy.about
     size = sum(parameter.numel() for parameter in policy.model.parameters())
     encoder = "none" if policy.encoder is None else f"`{policy.encoder.name}` ({policy.encoder.fingerprint})"
+    digest = about.get("data_hash", "unknown")[:12]
     rows = {
         "agent": f"`agents.{recipe.agent}`. {WHAT[recipe.sees, recipe.reads]}",
         "model": f"the paper's (`agents/learning/paper.py`), {size:,} parameters, reader `{recipe.reader}`",
         "tokenizer": f"`{policy.tokenizer.name}`, {policy.tokenizer.size} pieces, for {' and '.join(recipe.languages)}",
         "text encoder": _text_encoder(recipe),
         "visual encoder": encoder,
-        "training data": f"{about.get('data', 'unknown')}; SHA-256 of `train` {about.get('data_hash', 'unknown')[:12]}",
+        "training data": f"{about.get('data', 'unknown')}; SHA-256 of `{recipe.split}` {digest}",
         "command": f"`{command_of(recipe)}`",
         "seed": recipe.seed,
         "updates": about.get("updates", "unknown"),
         "CPU time": f"{about.get('cpu_seconds', 0) / 60:.0f} minutes, without drawing the demonstrations",
         "validation": _validation(about.get("validation", {}), recipe),
     }
-    return page(recipe.agent, rows, LIMITS)
+    if recipe.init:
+        rows["begins with"] = f"`{recipe.init}`"
+    return page(recipe.agent, rows, f"{learned_from(recipe.split, recipe.init)}\n{LIMITS}")
+
+
+def learned_from(split: str, init: str) -> str:
+    """Return the line of a card's limits on the texts that were learned from."""
+    return GENERATED if not init and split == Recipe.split else FINE_TUNED.format(split=split)
 
 
 def page(name: str, rows: Mapping[str, object], limits: str) -> str:

@@ -64,6 +64,7 @@ class Source:
         encoder: name of the visual encoder; empty for no images, with C = 0.
         episodes: number of episodes, in playing order; 0 for all. Of ROOMS, number of seeds from `first` on.
         first: the first seed of ROOMS.
+        every: each episode of this number alone, in playing order, of which `episodes` then counts; not of ROOMS.
     """
 
     data: Path
@@ -72,6 +73,7 @@ class Source:
     encoder: str
     episodes: int
     first: int = 0
+    every: int = 1
 
 
 def collect(source: Source, cache: Path, processes: int = 1) -> Iterator[Sequence[Demonstration]]:
@@ -164,7 +166,7 @@ def episodes_of(source: Source) -> tuple[list[str], str]:
     info = player.split
     if source.split == ROOMS:
         return [f"room-{seed}" for seed in range(source.first, source.first + source.episodes)], "drawn"
-    ids = list(info.episode_ids or ())
+    ids = list(info.episode_ids or ())[source.every - 1 :: source.every]
     return ids[: source.episodes or None], info.data_hash
 
 

@@ -11,10 +11,7 @@ from tensorboardX import SummaryWriter
 
 from agents.learning.agent import LearnedAgent
 from agents.learning.checkpoint import SUFFIX, Policy, read_tensors, save_policy, write_tensors
-from agents.learning.paper import PHASES, Config, Model
-from agents.learning.pretrained.states import open_states
-from agents.learning.text.readers import PretrainedReader, own_pieces
-from agents.learning.text.tokenizers import PRETRAINED, train_tokenizer
+from agents.learning.paper import PHASES, Model
 from agents.learning.training.alignment import alignment_loss, other_texts
 from agents.learning.training.batches import as_tokens, draw_text, epoch, loss_of, make_batch
 from agents.learning.training.card import card
@@ -22,8 +19,8 @@ from agents.learning.training.demonstrations import Demonstration
 from agents.learning.training.recipe import Place, Recipe
 from agents.learning.training.rollouts import Plan, mean, play
 from agents.learning.training.sources import Tell, data_of, digest_of
+from agents.learning.training.start import initial_policy
 from agents.learning.training.variants import Variants
-from agents.learning.vision.encoder import open_encoder
 
 JUDGED = {"navigation": "nDTW", "assembly": "PTC"}
 """Metric of each phase for choosing the best weights; the ground truth plays the other phase in validation."""
@@ -53,25 +50,8 @@ class Imitation:
         torch.manual_seed(recipe.seed)
         self.recipe, self.place, self.tell = recipe, place, tell
         self.demonstrations = demonstrations
-        encoder = open_encoder(recipe.encoder) if recipe.sees else None
         texts = [text for each in demonstrations for text in each.read_in(recipe.texts)]
-        tokenizer = train_tokenizer(recipe.tokenizer, texts)
-        config = Config(
-            vocabulary=tokenizer.size,
-            channels=encoder.channels if encoder else 0,
-            sees=recipe.sees,
-            reads=recipe.reads,
-            positions=True,
-            reader=recipe.reader,
-        )
-        self.policy = Policy(Model(config).to(place.device), tokenizer, encoder, {"recipe": recipe.as_json()})
-        if recipe.reads and recipe.reader.startswith(PRETRAINED):
-            states = open_states(recipe.reader.removeprefix(PRETRAINED))
-            pieces = (own_pieces(tokenizer.encode(text)) for text in texts)
-            moments = states.prepare(pieces, place.cache, tell, recipe.precision)
-            for module in map(self.policy.model.of, PHASES):
-                assert isinstance(module.reader, PretrainedReader)
-                module.reader.standardise(*moments)
+        self.policy = initial_policy(recipe, texts, place, tell)
         self.optimizer = torch.optim.Adam(self.policy.model.parameters(), recipe.learning_rate)
         self.averaged = {name: value.clone() for name, value in self.policy.model.state_dict().items()}
         self._variants = Variants(

@@ -23,13 +23,17 @@ class Recipe:
         reader: name of the reader, see `agents.learning.text.readers`.
         align: weight of the alignment loss, which pulls together the encodings of two texts of one path; 0 for none.
         aligned: languages of these texts; they may be others than those in which actions are learned.
-        episodes: of training, the first ones of the split; 0 for all.
+        split: from which it learns.
+        every: 2 takes every second episode in playing order, and leaves the first, third ... to test on; 1 takes all.
+        episodes: of training, the first ones of these; 0 for all.
         rooms: number of generated tasks in the room alone, besides.
         variants: of each demonstration, besides itself: written anew, with other things; half of the walks mirrored.
         passes: through the navigation demonstrations.
         batch, room_batch: navigation and assembly demonstrations in a batch.
         precision: of matrix products; weights and sums are float32. With "bfloat16" an update of `vl` takes
             0.6 of the time on processors that have it, and much more on others.
+        init: weights to begin with, in place of random ones: a file, or a folder with one named after the agent. What
+            its tokenizer does not know of the texts is added, where it has words.
         learning_rate: of Adam.
         clip: largest norm of the gradient.
         share: of the steps at which the expert repeats its action, the share in the loss, chosen anew in each pass;
@@ -54,6 +58,8 @@ class Recipe:
     reader: str = "lstm"
     align: float = 0.0
     aligned: tuple[str, ...] = ("en", "hi")
+    split: str = "train"
+    every: int = 1
     episodes: int = 0
     rooms: int = 2000
     variants: int = 0
@@ -61,6 +67,7 @@ class Recipe:
     batch: int = 16
     room_batch: int = 32
     precision: str = "float32"
+    init: str = ""
     learning_rate: float = 1e-3
     clip: float = 5.0
     share: float = 0.3
@@ -82,6 +89,8 @@ class Recipe:
                 f"the tokenizer {self.tokenizer!r} and the reader {self.reader!r} do not fit: a pretrained encoder "
                 "reads its own pieces, so both must be the same"
             )
+        if self.every < 1:
+            raise ValueError(f"every {self.every}th episode: expected 1 or more")
         if self.align < 0.0 or (self.align and len(set(self.aligned)) < 2):
             raise ValueError(
                 f"an alignment loss of weight {self.align} between {', '.join(self.aligned)}: expected a weight of 0 "

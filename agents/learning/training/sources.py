@@ -15,13 +15,13 @@ TELL_SECONDS = 20.0
 
 
 def sources_of(recipe: Recipe, place: Place) -> list[Source]:
-    """Return the sources of a recipe's demonstrations: `train`, `train_extra` if the data folder has it, drawn rooms.
+    """Return the sources of a recipe's demonstrations: its split, with `train` also `train_extra`, and drawn rooms.
 
-    Of both splits the recipe takes as many episodes.
+    `train_extra` is learned from if the data folder has it. Of each split the recipe takes as many episodes.
     """
+    splits = training_splits(place.data) if recipe.split == "train" else (recipe.split,)
     sources = [
-        Source(place.data, split, recipe.texts, recipe.encoder, recipe.episodes)
-        for split in training_splits(place.data)
+        Source(place.data, split, recipe.texts, recipe.encoder, recipe.episodes, every=recipe.every) for split in splits
     ]
     if recipe.rooms:
         sources.append(Source(place.data, ROOMS, recipe.texts, recipe.encoder, recipe.rooms))
@@ -53,7 +53,7 @@ def train_data_hash(recipe: Recipe, place: Place) -> str:
     Raises:
         UsageError: if the data folder does not have it, or not the recipe's first language.
     """
-    return data_hash_of(Source(place.data, "train", recipe.languages, "", recipe.episodes))
+    return data_hash_of(Source(place.data, recipe.split, recipe.languages, "", 0))
 
 
 def data_of(demonstrations: Sequence[Demonstration]) -> str:

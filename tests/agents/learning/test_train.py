@@ -9,7 +9,7 @@ import torch
 
 import lang
 from agents import train
-from agents.learning.checkpoint import load_policy
+from agents.learning.checkpoint import WEIGHTS, load_policy
 from agents.learning.pretrained import encoders
 from agents.learning.reader.reader import load as load_reader
 from agents.learning.reader.weights import read_reader
@@ -40,6 +40,22 @@ def test_smoke(agent: str, data: Path, tmp_path: Path) -> None:
     assert list((tmp_path / "out" / "log" / agent).iterdir())
     played = load_agent(f"agents.{agent}", {"weights": str(weights)})
     assert len(play(played, Plan(data, "val_seen", ("en",), 1, 224))) == 1
+
+
+def test_fine_tuning_on_half_of_another_split(data: Path, tmp_path: Path) -> None:
+    """Of three episodes the second is learned from; the shipped weights are the beginning."""
+    folders = ["--data", str(data), "--cache", str(tmp_path / "cache"), "--output", str(tmp_path / "out")]
+    half = ["--split", "val_seen", "--every", "2", "--lang", "en", "--init", str(WEIGHTS), "--validate-episodes", "0"]
+    assert train.main(["--agent", "vl", "--smoke", *half, *folders]) == 0
+    policy, began = load_policy(tmp_path / "out" / "vl.safetensors"), load_policy(WEIGHTS / "vl.safetensors")
+    assert policy.about["data"].startswith("1 episodes of `val_seen`")
+    assert policy.tokenizer.size >= began.tokenizer.size
+    assert [path.stem for path in (tmp_path / "cache").glob("val_seen-*/*.zst")] == ["1"]
+    plain = ["--versions", "0", "--room-versions", "0"]  # What people write is not written anew.
+    assert train.main(["--agent", "vl_grounded", "--smoke", *half, *plain, *folders]) == 0
+    grounded = read_weights(tmp_path / "out" / "vl_grounded.safetensors")
+    assert grounded.about["data"].startswith("1 episodes of `val_seen`")
+    assert grounded.network.vocabulary >= read_weights(WEIGHTS / "vl_grounded.safetensors").network.vocabulary
 
 
 def test_smoke_of_the_grounded_agent(data: Path, tmp_path: Path) -> None:

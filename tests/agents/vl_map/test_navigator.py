@@ -52,8 +52,8 @@ class Choices:
         return values
 
 
-def play(world: World, choices: Choices, steps: int, left: int = 150) -> list[Action]:
-    navigator = MapNavigator(world, rows_of(Navigation((), Thing("mug"))), choices, 1)
+def play(world: World, choices: Choices, steps: int, left: int = 150, *, looks: bool = True) -> list[Action]:
+    navigator = MapNavigator(world, rows_of(Navigation((), Thing("mug"))), choices, 1, looks=looks)
     actions = []
     for step in range(steps):
         actions.append(navigator.act(left - step))
@@ -65,6 +65,10 @@ def test_it_looks_around_first_and_after_each_walk() -> None:
     actions = play(World(), Choices(AHEAD), 12 + MOVES + len(LOOK) + MOVES)
     forward = [Action.FORWARD] * MOVES
     assert actions == [Action.RIGHT] * 12 + forward + list(LOOK) + forward
+
+
+def test_it_walks_without_looking_around() -> None:
+    assert play(World(), Choices(AHEAD), 2 * MOVES, looks=False) == [Action.FORWARD] * 2 * MOVES
 
 
 def test_it_saves_steps_when_few_are_left() -> None:

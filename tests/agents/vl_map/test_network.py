@@ -60,6 +60,9 @@ def test_the_policy_decides_alike_in_a_mirrored_world(network: PolicyNetwork) ->
     expected = values[:WAYPOINTS].reshape(shape)[directions]
     np.testing.assert_allclose(mirrored[:WAYPOINTS].reshape(shape), expected, rtol=1e-4, atol=1e-4)
     np.testing.assert_allclose(mirrored[WAYPOINTS:], values[WAYPOINTS:], rtol=1e-4, atol=1e-4)
+    alone = Policy(network, mirrored=False).choose(given, beliefs)
+    np.testing.assert_allclose(alone, network(batch_of([given])).log_softmax(1)[0].detach(), rtol=1e-4, atol=1e-4)
+    assert np.abs(alone - values).max() > 1e-3
 
 
 @pytest.mark.parametrize(

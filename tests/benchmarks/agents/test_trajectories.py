@@ -1,5 +1,6 @@
 """What can be told of a turn from the agent's way: where it left the path, and how the turn ended."""
 
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -63,3 +64,39 @@ def test_pictures_and_table(tmp_path: Path) -> None:
     assert text.startswith("1 of 2 turns did not end with the target.")
     assert "| 0, 1 | " in text
     assert "Go on to the striped red mug." in text
+
+
+def test_the_sheet_has_the_worst_first_and_leaves_out_what_is_sorted(tmp_path: Path) -> None:
+    first, second = long_episode(), replace(long_episode(), episode_id="8")
+    ways = [
+        (first, 1, script.Way(ahead(*range(15)))),
+        (second, 1, script.Way([*ahead(0.0), (-8.0, 10.0, 0.0)], took=True)),
+        (first, 2, script.Way([(9.0, 9.0, 0.0)])),
+    ]
+    text = script.sheet([script.judge(*each) for each in ways], "en", 20)
+    assert text.startswith("# The 2 worst of 3 failures\n\nLeft out: 1 (turn 2 began elsewhere")
+    assert text.index("## 1. Episode 8, turn 1") < text.index("## 2. Episode 7, turn 1")
+    assert "Took: striped red mug." in text
+    assert "Took: nothing." in text
+    assert "![The way over the map](8-1.png)" in text
+    assert script.sheet([script.judge(*each) for each in ways], "en", 1).count("Sort:") == 1
+
+
+def test_the_command_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The second time nothing is played; another agent needs another folder."""
+    tiny.write(tmp_path, "val_seen", 2)
+    output = tmp_path / "out"
+
+    def run(agent: str) -> None:
+        options = ["--data", str(tmp_path), "--split", "val_seen", "--agent", agent, "--output", str(output)]
+        monkeypatch.setattr(sys, "argv", ["trajectories", *options])
+        script.main()
+
+    run("agents.random_walk")
+    pages = [(output / name).read_text() for name in ("failures.md", "worst.md")]
+    assert {path.name for path in output.glob("*.png")} >= {"0-1.png", "1-1.png"}
+    monkeypatch.setattr(script, "play", None)
+    run("agents.random_walk")
+    assert [(output / name).read_text() for name in ("failures.md", "worst.md")] == pages
+    with pytest.raises(SystemExit, match="name another --output"):
+        run("agents.stop")

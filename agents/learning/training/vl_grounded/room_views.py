@@ -54,6 +54,7 @@ def collect_views(source: Source, cache: Path) -> Iterator[list[RoomView]]:
     eyes = load_eyes()
     ids, data_hash = episodes_of(source)
     key = f"{data_hash}/{'+'.join(source.languages)}/{eyes.fingerprint}/{VERSION}"
+    key += f"/{source.every}" if source.every > 1 else ""  # Files are named by the first of some episodes.
     folder = cache / f"views-{source.split}-{hashlib.sha256(key.encode()).hexdigest()[:12]}"
     folder.mkdir(parents=True, exist_ok=True)
     players: dict[str, Player] = {}

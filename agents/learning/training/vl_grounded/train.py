@@ -8,11 +8,12 @@ from typing import Any
 
 import torch
 
-from agents.learning.checkpoint import SUFFIX
+from agents.learning.checkpoint import SUFFIX, find_initial
 from agents.learning.reader.reader import WEIGHTS as READER
 from agents.learning.reader.weights import read_reader
+from agents.learning.text.tokenizers import Words
 from agents.learning.training.batches import epoch
-from agents.learning.training.card import command_with, page
+from agents.learning.training.card import command_with, learned_from, page
 from agents.learning.training.demonstrations import ROOMS, Demonstration, Source, collect, data_hash_of
 from agents.learning.training.recipe import Place
 from agents.learning.training.rollouts import Plan as Rollouts
@@ -23,13 +24,13 @@ from agents.learning.training.trainer import Plan, Trainer
 from agents.learning.training.vl_grounded.exchange import Version, versions
 from agents.learning.training.vl_grounded.room_views import RoomView, collect_views
 from agents.learning.training.vl_grounded.task import GroundedTask, Placing, Walk
-from agents.learning.training.vl_grounded.words import begin, known_words
+from agents.learning.training.vl_grounded.words import begin, known_words, widened
 from agents.learning.vision.encoder import DEFAULT
 from agents.learning.vision.eyes import load as load_eyes
 from agents.vl_grounded.agent import NAME, GroundedAgent
 from agents.vl_grounded.network import Grounded
 from agents.vl_grounded.sight import EncodedSight
-from agents.vl_grounded.weights import Weights, write_weights
+from agents.vl_grounded.weights import Weights, read_weights, write_weights
 from arramon_client.environments.backend import ASSEMBLY, NAVIGATION
 
 Tell = Callable[[str], None]
@@ -41,7 +42,6 @@ ROOM_PREFIX = "room-"
 """Prefix of the ids of generated rooms."""
 
 LIMITS = """\
-- It is trained by imitation on generated episodes alone: on people's instructions it was not tried.
 - In the streets it sees one image at a time, and remembers places only as far as its LSTM does.
 - It learned from the expert's own walks: once off the path it has never seen what to do, and turn 2 begins where turn 1
   ended.
@@ -54,7 +54,7 @@ class GroundedRecipe:
 
     Attributes:
         languages: in which instructions are read.
-        episodes: of `train`, the first ones in playing order; 0 for all.
+        split, every, episodes, init: as in `agents.learning.training.recipe.Recipe`.
         rooms: number of generated tasks in the room alone, besides.
         versions, room_versions: number of variants of each walk's and each room's instruction, with other things.
         passes: number of passes over the walks.
@@ -67,7 +67,10 @@ class GroundedRecipe:
     """
 
     languages: tuple[str, ...] = ("en", "hi")
+    split: str = "train"
+    every: int = 1
     episodes: int = 0
+    init: str = ""
     rooms: int = 600
     versions: int = 2
     room_versions: int = 1
@@ -104,15 +107,12 @@ def train_grounded(recipe: GroundedRecipe, place: Place, tell: Tell) -> Path:
     walks, placings = _versions(recipe, demonstrations, views)
     said = [each.versions for each in walks] + [each.versions for each in placings]
     texts = [version.texts for each in said for version in each]
-    network, vocabulary = read_reader(READER)
-    tokenizer = known_words([text for each in texts for text in each.values()], vocabulary)
+    tokenizer, make_network = _beginning(recipe, [text for each in texts for text in each.values()])
     tell(f"{NAME}: {len(texts)} instructions in each language, {tokenizer.size} words")
 
     def make_task() -> GroundedTask:
-        grounded = Grounded(tokenizer.size)
-        begin(grounded.reading, tokenizer, network, vocabulary)
         return GroundedTask(
-            grounded, tokenizer, recipe.languages, walks, placings, recipe.batch, recipe.inflection, recipe.seed
+            make_network(), tokenizer, recipe.languages, walks, placings, recipe.batch, recipe.inflection, recipe.seed
         )
 
     trainer = Trainer(_plan(recipe, demonstrations, views), make_task)
@@ -123,7 +123,7 @@ def train_grounded(recipe: GroundedRecipe, place: Place, tell: Tell) -> Path:
     weights = Weights(grounded.eval(), tokenizer, eyes.fingerprint, {})
     about: dict[str, Any] = {
         "recipe": asdict(recipe) | {"languages": list(recipe.languages)},
-        "data": _data_of(demonstrations, views),
+        "data": _data_of(recipe.split, demonstrations, views),
         "data_hash": data_hash_of(sources[0]),
         "updates": trainer.done,
         "cpu_seconds": round(trainer.seconds),
@@ -142,10 +142,26 @@ def train_grounded(recipe: GroundedRecipe, place: Place, tell: Tell) -> Path:
 
 def _sources(recipe: GroundedRecipe, data: Path) -> list[Source]:
     """Return the sources of demonstrations: the training split, then generated rooms if there are any."""
-    sources = [Source(data, "train", recipe.languages, DEFAULT, recipe.episodes)]
+    sources = [Source(data, recipe.split, recipe.languages, DEFAULT, recipe.episodes, every=recipe.every)]
     if recipe.rooms:
         sources.append(Source(data, ROOMS, recipe.languages, DEFAULT, recipe.rooms))
     return sources
+
+
+def _beginning(recipe: GroundedRecipe, texts: Sequence[str]) -> tuple[Words, Callable[[], Grounded]]:
+    """Return the words, and what makes the network: from the reader, or from weights that are fine-tuned."""
+    if recipe.init:
+        words, network = widened(read_weights(find_initial(recipe.init, NAME)), texts)
+        return words, lambda: network
+    reader, vocabulary = read_reader(READER)
+    words = known_words(texts, vocabulary)
+
+    def make() -> Grounded:
+        grounded = Grounded(words.size)
+        begin(grounded.reading, words, reader, vocabulary)
+        return grounded
+
+    return words, make
 
 
 def _versions(
@@ -174,13 +190,13 @@ def _plan(recipe: GroundedRecipe, demonstrations: Sequence[Demonstration], views
     )
 
 
-def _data_of(demonstrations: Sequence[Demonstration], views: Sequence[RoomView]) -> str:
+def _data_of(split: str, demonstrations: Sequence[Demonstration], views: Sequence[RoomView]) -> str:
     """Return a description of the number of episodes, steps and rooms."""
     episodes = len({each.episode_id for each in demonstrations})
     steps = sum(len(each.actions) for each in demonstrations)
     drawn = sum(view.episode_id.startswith(ROOM_PREFIX) for view in views)
     return (
-        f"{episodes} episodes of `train`, {steps:,} steps of the expert in the streets, and {len(views):,} rooms, "
+        f"{episodes} episodes of `{split}`, {steps:,} steps of the expert in the streets, and {len(views):,} rooms, "
         f"{drawn:,} of them drawn alone"
     )
 
@@ -192,14 +208,14 @@ def card(about: Mapping[str, Any]) -> str:
         "agent": "`agents.vl_grounded`. It reads on as it walks, and scores what it sees by what it has read.",
         "model": f"`agents/vl_grounded/network.py`, {about['parameters']:,} parameters; with it comes the visual "
         "encoder `eyes`",
-        "training data": f"{about['data']}; SHA-256 of `train` {about['data_hash'][:12]}",
+        "training data": f"{about['data']}; SHA-256 of `{recipe['split']}` {about['data_hash'][:12]}",
         "command": f"`{command_with(NAME, recipe, asdict(GroundedRecipe()))}`",
         "seed": recipe["seed"],
         "updates": about["updates"],
         "CPU time": f"{about['cpu_seconds'] / 60:.0f} minutes, without drawing the demonstrations",
         "validation": _validated(about.get("validation"), recipe),
     }
-    return page(NAME, rows, LIMITS)
+    return page(NAME, rows, f"{learned_from(recipe['split'], recipe['init'])}\n{LIMITS}")
 
 
 def _validated(found: Mapping[str, float] | None, recipe: Mapping[str, Any]) -> str:

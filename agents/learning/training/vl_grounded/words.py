@@ -8,7 +8,12 @@ from torch import Tensor
 from agents.learning.reader.network import ReaderNetwork
 from agents.learning.reader.words import Vocabulary
 from agents.learning.text.tokenizers import SPECIAL, UNKNOWN, Words
+from agents.vl_grounded.network import Grounded
 from agents.vl_grounded.reading import Reading
+from agents.vl_grounded.weights import Weights
+
+EMBEDDING = "reading.words.weight"
+"""Name of the words' vectors in a network's state."""
 
 SHARED = ("phrases", "encoder")
 """Modules that are initialised from the reader's network."""
@@ -17,6 +22,24 @@ SHARED = ("phrases", "encoder")
 def known_words(texts: Iterable[str], reader: Vocabulary) -> Words:
     """Return a tokenizer with the words that occur at least twice in texts, and those of a reader."""
     return Words(sorted({*Words.train(texts).vocabulary, *reader.words}))
+
+
+def widened(known: Weights, texts: Iterable[str]) -> tuple[Words, Grounded]:
+    """Return the words of weights and those that texts have at least twice, and the network for them.
+
+    Words that are added begin as unknown ones.
+
+    Raises:
+        ValueError: if the weights have another tokenizer.
+    """
+    if not isinstance(known.tokenizer, Words):
+        raise ValueError(f"weights to begin with have the tokenizer {known.tokenizer.name!r}, expected 'word'")
+    words = known.tokenizer.widened(texts)
+    network, values = Grounded(words.size), known.network.state_dict()
+    own = values[EMBEDDING]
+    added = own[UNKNOWN].repeat(words.size - len(own), 1)
+    network.load_state_dict(values | {EMBEDDING: torch.cat([own, added])})
+    return words, network
 
 
 def begin(reading: Reading, words: Words, network: ReaderNetwork, vocabulary: Vocabulary) -> None:

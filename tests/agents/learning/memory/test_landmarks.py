@@ -24,6 +24,17 @@ def test_a_large_view_outweighs_several_small_ones() -> None:
     assert memory.fitting(Thing("", "blue"))[0] is mark
 
 
+@pytest.mark.parametrize(("sums", "kind"), [(True, "ball"), (False, "mug")])
+def test_views_are_summed_or_the_largest_one_counts(sums: bool, kind: str) -> None:
+    memory = SeenLandmarks(LABELS, sums=sums)
+    larger = slice(SMALL[0].start, SMALL[0].stop + 2), SMALL[1]
+    for name, size, ahead in (("mug", larger, 3.0), ("ball", SMALL, 2.5), ("ball", SMALL, 3.0)):
+        memory.add_things([named(name, "red", "dotted", *size, ahead=ahead)], FORWARD)
+    (mark,) = memory.fitting(Thing("", "red"))
+    assert mark.label.kind == kind
+    assert mark.z == pytest.approx(2.5)  # The nearest view tells the place in either case.
+
+
 def test_things_are_kept_by_place_in_the_agents_own_frame() -> None:
     memory = SeenLandmarks(LABELS)
     for pose in (FORWARD, RIGHT):

@@ -1,0 +1,158 @@
+"""Ablations of `agents.vl` at equal compute, and of `agents.vl_map` at play: the tables of docs/ablations.md.
+
+    python -m benchmarks.agents.ablations [--data DIR] [--runs DIR] [--cache DIR] [--seconds S] [--room-seconds S]
+                                          [--train-episodes N] [--rooms N] [--seeds 1,2] [--episodes N] [--rows A,B]
+                                          [--phases navigation,assembly] [--map-rows A,B] [--map-weights FILE]
+                                          [--page FILE] [--play-only]
+
+Each variation of `vl` is trained on each phase for the same CPU time, with a learning rate that falls to 0 and without
+choosing weights by validation, and plays that phase of the first N episodes of each split in both languages, while the
+ground truth plays the other. Variations of `vl_map` need no training: its weights play with something left out. Weights
+and scores that are in the folder of runs are not made again: after an interruption the command goes on. Name
+another folder of runs for other data, times or amounts to learn from. With `--play-only` the page stays as it is: two
+commands with different rows or phases can run side by side.
+"""
+
+import argparse
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from agents.learning.checkpoint import find_weights
+from agents.learning.training.demonstrations import Source, episodes_of
+from agents.learning.training.recipe import RECIPES
+from arramon_client import load_agent
+from benchmarks.agents.ablations_tables import BASE, Measured, tables
+from benchmarks.agents.study import METRICS, Lessons, Study, write_page
+
+BEGIN, END = "<!-- tables: benchmarks/agents/ablations.py -->", "<!-- end of tables -->"
+
+IMAGE_SIZE = 224
+"""Side length of the images that `vl_map` is given, in pixels."""
+
+
+@dataclass(frozen=True)
+class Variation:
+    """What differs from the base.
+
+    Attributes:
+        what: shown in the table.
+        recipe: fields of the recipe, for `vl`.
+        arguments: of the agent, for `vl_map`.
+        share: of the training episodes, the first ones.
+        phases: that it changes; the others are not trained and played again.
+    """
+
+    what: str
+    recipe: Mapping[str, Any] = field(default_factory=dict)
+    arguments: Mapping[str, object] = field(default_factory=dict)
+    share: float = 1.0
+    phases: tuple[str, ...] = tuple(METRICS)
+
+
+ROWS = {
+    BASE: Variation("as shipped, but trained for this time"),
+    "pooled": Variation("encoder `pooled`: shares of colours and depths, not learned", {"encoder": "pooled"}),
+    "share-1": Variation("all steps in the loss, changes of action without more weight", {"share": 1.0}),
+    "no-rooms": Variation("no drawn rooms", {"rooms": 0}, phases=("assembly",)),
+    "half": Variation("half of the episodes", share=0.5),
+    "en": Variation("English texts alone", {"languages": ("en",)}),
+    "hi": Variation("Hindi texts alone", {"languages": ("hi",)}),
+    "bilstm": Variation("reader `bilstm`", {"reader": "bilstm"}),
+    "transformer": Variation("reader `transformer`", {"reader": "transformer"}),
+    "no-text": Variation("no text", {"reads": False}),
+    "no-sight": Variation("no images", {"sees": False}),
+}
+"""Variations of `vl`."""
+
+STREETS = ("navigation",)
+
+MAP_ROWS = {
+    BASE: Variation("as shipped"),
+    "segmentation": Variation("sensor `segmentation`", arguments={"sensor": "segmentation"}),
+    "no-mirror": Variation("without the mirror image", arguments={"mirror": False}, phases=STREETS),
+    "no-looks": Variation("without looking around", arguments={"looks": False}, phases=STREETS),
+    "no-sums": Variation(
+        "the largest view names a thing, not the sum of views", arguments={"sums": False}, phases=STREETS
+    ),
+}
+"""Variations of `vl_map`."""
+
+
+def main() -> None:
+    """Train and play what was not yet, and write the page's tables."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--data", type=Path, default=Path("arramon-data"))
+    parser.add_argument("--runs", type=Path, default=Path("arramon-results/ablations"))
+    parser.add_argument("--cache", type=Path, default=Path("arramon-cache"))
+    parser.add_argument("--seconds", type=float, default=180.0, help="of CPU time, to train navigation once")
+    parser.add_argument("--room-seconds", type=float, default=60.0, help="the same for assembly")
+    parser.add_argument("--rate", type=float, default=0.002, help="learning rate at first; it falls to 0")
+    parser.add_argument("--train-episodes", type=int, default=0, help="to learn from; 0 for all")
+    parser.add_argument("--rooms", type=int, default=2000, help="drawn rooms to learn from")
+    parser.add_argument("--seeds", default="1", help="of training, separated by commas")
+    parser.add_argument("--episodes", type=int, default=0, help="of each split; 0 for all")
+    parser.add_argument("--phases", default=",".join(METRICS))
+    parser.add_argument("--rows", default=",".join(ROWS), help="variations of vl; empty for none")
+    parser.add_argument("--map-rows", default=",".join(MAP_ROWS), help="variations of vl_map; empty for none")
+    parser.add_argument("--map-weights", default="vl_map", help="a file; otherwise the shipped ones")
+    parser.add_argument("--page", type=Path, default=Path("docs/ablations.md"))
+    parser.add_argument("--play-only", action="store_true", help="do not write the page")
+    given = parser.parse_args()
+    for option, known in (("rows", ROWS), ("map_rows", MAP_ROWS), ("phases", METRICS)):
+        names = [name for name in getattr(given, option).split(",") if name]
+        if not set(names) <= set(known):
+            parser.error(f"--{option.replace('_', '-')} {','.join(names)}: there are {', '.join(known)}")
+        setattr(given, option, names)
+    torch.set_num_threads(1)
+    study = Study(given.data, given.cache, given.runs, given.rate, given.episodes)
+    trained = [
+        measure(study, given, name, phase, int(seed))
+        for seed in given.seeds.split(",")
+        for phase in given.phases
+        for name in given.rows
+        if phase in ROWS[name].phases
+    ]
+    played = [
+        measure_map(study, given, name, phase)
+        for phase in given.phases
+        for name in given.map_rows
+        if phase in MAP_ROWS[name].phases
+    ]
+    if not given.play_only:
+        whats = [{name: row.what for name, row in rows.items()} for rows in (ROWS, MAP_ROWS)]
+        write_page(given.page, BEGIN, END, tables(trained, played, *whats))
+
+
+def measure(study: Study, given: argparse.Namespace, name: str, phase: str, seed: int) -> Measured:
+    """Return what a variation of `vl` reaches in a phase, from the folder of runs or by training and playing it."""
+    row = ROWS[name]
+    changes = {"episodes": given.train_episodes, "rooms": given.rooms, **row.recipe, "validate_episodes": 0}
+    recipe = replace(RECIPES["vl"], seed=seed, **changes)
+    if row.share < 1.0:
+        count = recipe.episodes or len(episodes_of(Source(given.data, "train", ("en",), "", 0))[0])
+        recipe = replace(recipe, episodes=max(1, round(row.share * count)))
+    eyes = recipe.encoder if recipe.sees else ""
+    lessons = Lessons(phase, eyes, recipe.episodes, recipe.rooms if phase == "assembly" else 0)
+    seconds = given.room_seconds if phase == "assembly" else given.seconds
+    kept = study.result(f"{name}-{phase}-{seed}", recipe, lessons, seconds)
+    return Measured(name, phase, seed, kept["scores"], kept["updates"])
+
+
+def measure_map(study: Study, given: argparse.Namespace, name: str, phase: str) -> Measured:
+    """Return what a variation of `vl_map` reaches in a phase, from the folder of runs or by playing it."""
+    arguments = {"weights": given.map_weights, **MAP_ROWS[name].arguments}
+
+    def play() -> dict[str, Any]:
+        return {"scores": study.play(load_agent("agents.vl_map", arguments), phase, IMAGE_SIZE)}
+
+    mark = hashlib.sha256(find_weights(given.map_weights).read_bytes()).hexdigest()[:8]
+    return Measured(name, phase, 0, study.kept(f"map-{mark}-{name}-{phase}", play)["scores"], 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,95 @@
+"""Tables of ablations in Markdown, from what variations reached: those that `ablations.py` writes."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.agents.results_tables import markdown, number
+from benchmarks.agents.study import LANGUAGES, METRICS, SPLITS, Scores
+from benchmarks.agents.transfer_tables import difference
+
+BASE = "base"
+"""The variation with which the others are compared."""
+
+SHOWN = {metric: f"{metric} alone" if phase == "assembly" else metric for phase in METRICS for metric in METRICS[phase]}
+"""Names of the metrics in the tables: placement is played after perfect navigation."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a variation reached in one phase with one seed.
+
+    Attributes:
+        scores: by language of play and "split/episode", the phase's metrics.
+        updates: in the time that all had; 0 where nothing was trained.
+    """
+
+    name: str
+    phase: str
+    seed: int
+    scores: Scores
+    updates: int
+
+    def of(self, metric: str, split: str, language: str) -> dict[str, float]:
+        """Return a metric of each episode of a split, as it was played in a language."""
+        return {name: each[metric] for name, each in self.scores[language].items() if name.startswith(f"{split}/")}
+
+
+def tables(
+    trained: Sequence[Measured], played: Sequence[Measured], rows: Mapping[str, str], map_rows: Mapping[str, str]
+) -> str:
+    """Return all tables of `vl` and of `vl_map`.
+
+    Args:
+        trained: variations of `vl`.
+        played: variations of `vl_map`.
+        rows, map_rows: what each of them is.
+    """
+    parts = []
+    for title, measured, names in (
+        ("`vl`, all trained for the same CPU time", trained, rows),
+        ("`vl_map`, with something left out at play", played, map_rows),
+    ):
+        for split in SPLITS if measured else ():
+            parts += [f"## {split}: {title}", table(measured, split, names)]
+    if trained:
+        parts += ["## Updates in that time", updates_table(trained, rows)]
+    return "\n\n".join(parts)
+
+
+def table(measured: Sequence[Measured], split: str, rows: Mapping[str, str]) -> str:
+    """Return each variation's means over seeds and episodes, and its differences to the base, paired by episode."""
+    lines = []
+    for name, what in rows.items():
+        for language in LANGUAGES if any(each.name == name for each in measured) else ():
+            line = [f"`{name}`", what, language]
+            for phase, metrics in METRICS.items():
+                for metric in metrics:
+                    own, base = (reached(measured, each, phase, metric, split, language) for each in (name, BASE))
+                    line.append(number(float(np.mean(list(own.values()))) if own else None))
+                    common = sorted(own.keys() & base.keys())
+                    is_other = name != BASE and len(common) > 1
+                    pair = [np.array([each[episode] for episode in common]) for each in (own, base)]
+                    line.append(difference(*pair) if is_other else "")
+            lines.append(line)
+    columns = [cell for shown in SHOWN.values() for cell in (shown, f"less `{BASE}`")]
+    return markdown(["", "", "language", *columns], lines)
+
+
+def updates_table(measured: Sequence[Measured], rows: Mapping[str, str]) -> str:
+    """Return how many updates each variation did, the mean over seeds."""
+    lines = []
+    for name in rows:
+        found = [[each.updates for each in measured if (each.name, each.phase) == (name, phase)] for phase in METRICS]
+        if any(found):
+            lines.append([f"`{name}`", *(str(round(sum(each) / len(each))) if each else "" for each in found)])
+    return markdown(["", *METRICS], lines)
+
+
+def reached(
+    measured: Sequence[Measured], name: str, phase: str, metric: str, split: str, language: str
+) -> dict[str, float]:
+    """Return a metric of each episode, the mean of all seeds; nothing where nothing was played."""
+    seeds = [each.of(metric, split, language) for each in measured if (each.name, each.phase) == (name, phase)]
+    return {episode: float(np.mean([each[episode] for each in seeds])) for episode in (seeds[0] if seeds else ())}

@@ -1,0 +1,194 @@
+"""Variations of `agents.vl` at equal compute: each phase trained alone for some CPU seconds, and played in process."""
+
+import hashlib
+import json
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from agents.learning.agent import LearnedAgent
+from agents.learning.checkpoint import SUFFIX, Policy, load_policy, save_policy
+from agents.learning.training.demonstrations import ROOMS, Demonstration, Source, collect
+from agents.learning.training.imitation import Imitation
+from agents.learning.training.recipe import Place, Recipe
+from agents.learning.training.rollouts import Plan, play
+from agents.learning.vision.encoder import VisualEncoder, open_encoder
+from arramon_client.agent import Agent
+
+LANGUAGES = ("en", "hi")
+SPLITS = ("val_seen", "val_unseen")
+
+METRICS = {"navigation": ("nDTW", "CTC-3"), "assembly": ("PTC",)}
+"""Metrics of each phase; the ground truth plays the other one."""
+
+Scores = Mapping[str, Mapping[str, Mapping[str, float]]]
+"""By language of play and "split/episode": each metric."""
+
+
+@dataclass(frozen=True)
+class Lessons:
+    """Demonstrations to learn from.
+
+    Attributes:
+        phase: of all of them.
+        encoder: name of the visual encoder.
+        episodes: of `train`, the first ones in playing order; 0 for all, None for none.
+        rooms: number of drawn tasks in the room, besides.
+    """
+
+    phase: str
+    encoder: str
+    episodes: int | None
+    rooms: int
+
+
+class RememberedEyes:
+    """A visual encoder that computes each frame once: agents that play the same rooms see the same frames.
+
+    Args:
+        eyes: computes them.
+    """
+
+    def __init__(self, eyes: VisualEncoder) -> None:
+        self.name, self.fingerprint, self.channel_names = eyes.name, eyes.fingerprint, eyes.channel_names
+        self.channels, self.image_size = eyes.channels, eyes.image_size
+        self._eyes = eyes
+        self._known: dict[bytes, npt.NDArray[np.float32]] = {}
+
+    def encode(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """Return the features of a batch of images."""
+        marks = [
+            hashlib.sha256(one.tobytes() + other.tobytes()).digest() for one, other in zip(rgb, depth, strict=True)
+        ]
+        new = {mark: number for number, mark in enumerate(marks) if mark not in self._known}
+        if new:
+            chosen = list(new.values())
+            self._known.update(zip(new, self._eyes.encode(rgb[chosen], depth[chosen]), strict=True))
+        return np.stack([self._known[mark] for mark in marks])
+
+
+@dataclass(frozen=True)
+class Study:
+    """Trains and plays by recipes, and keeps what they reached in a folder: what is there is not made again.
+
+    Attributes:
+        data, cache, runs: the data folder, the drawn demonstrations, and the weights and scores of this study.
+        rate: learning rate at first; it falls to 0.
+        episodes: of each split that are played; 0 for all.
+        processes: that draw demonstrations.
+    """
+
+    data: Path
+    cache: Path
+    runs: Path
+    rate: float
+    episodes: int
+    processes: int = 1
+
+    def result(self, name: str, recipe: Recipe, lessons: Lessons, seconds: float) -> dict[str, Any]:
+        """Return what a recipe reaches: "scores" as `Scores`, "parameters", "updates", and "pieces" by language.
+
+        Args:
+            name: of its files.
+            recipe: what is trained.
+            lessons: what it learns from.
+            seconds: CPU time of its training.
+        """
+
+        def measure() -> dict[str, Any]:
+            policy = self._train(name, recipe, lessons, seconds)
+            if lessons.phase == "assembly" and policy.encoder is not None:
+                policy = replace(policy, encoder=remembered(policy.encoder.name))
+            size = policy.encoder.image_size if policy.encoder else 8
+            scores = self.play(LearnedAgent(policy, recipe.agent), lessons.phase, size)
+            parameters = sum(each.numel() for each in policy.model.of(lessons.phase).parameters())
+            return {"scores": scores, "parameters": parameters} | {
+                key: policy.about[key] for key in ("updates", "pieces")
+            }
+
+        return self.kept(name, measure)
+
+    def kept(self, name: str, measure: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+        """Return what was measured before with as many episodes, or measure it now."""
+        path = self.runs / f"{name}-{self.episodes or 'all'}.json"
+        if not path.exists():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            new = path.with_suffix(".new")
+            new.write_text(json.dumps(measure()))
+            new.replace(path)
+            print(f"{name}: played", file=sys.stderr, flush=True)
+        found: dict[str, Any] = json.loads(path.read_text())
+        return found
+
+    def play(self, agent: Agent, phase: str, image_size: int, languages: Sequence[str] = LANGUAGES) -> Scores:
+        """Return the scores of an agent that plays one phase on both splits; the ground truth plays the other."""
+        found: dict[str, dict[str, dict[str, float]]] = {language: {} for language in languages}
+        for language in languages:
+            for split in SPLITS:
+                plan = Plan(self.data, split, (language,), self.episodes, image_size, (phase,))
+                for name, scores in play(agent, plan).items():
+                    found[language][f"{split}/{name}"] = {metric: scores[metric] for metric in METRICS[phase]}
+        return found
+
+    def _train(self, name: str, recipe: Recipe, lessons: Lessons, seconds: float) -> Policy:
+        """Return the weights of a recipe, from the folder or by training for some CPU seconds."""
+        path = self.runs / f"{name}{SUFFIX}"
+        if path.exists():
+            return load_policy(path)
+        shown = demonstrations(self.data, self.cache, lessons, self.processes)
+        training = Imitation(recipe, Place(self.data, self.cache, self.runs / "unused"), shown)
+        began = time.process_time()
+        while (used := (time.process_time() - began) / seconds) < 1.0:
+            for group in training.optimizer.param_groups:
+                group["lr"] = self.rate * (1.0 - used)
+            training.update()
+        encode = training.policy.tokenizer.encode
+        told = {language: [text for each in shown[:400] for text in each.read_in([language])] for language in LANGUAGES}
+        pieces = {name: sum(len(encode(text)) for text in texts) / max(len(texts), 1) for name, texts in told.items()}
+        training.policy.about |= {"updates": training.step, "pieces": pieces}
+        save_policy(training.policy, path)
+        print(f"{name}: trained, {training.step} updates", file=sys.stderr, flush=True)
+        return replace(training.policy, model=training.policy.model.eval())
+
+
+@lru_cache(maxsize=1)
+def demonstrations(data: Path, cache: Path, lessons: Lessons, processes: int) -> list[Demonstration]:
+    """Return demonstrations with texts in both languages, rendering those that are not in the cache."""
+    sources = (
+        [Source(data, "train", LANGUAGES, lessons.encoder, lessons.episodes)] if lessons.episodes is not None else []
+    )
+    if lessons.rooms:
+        sources.append(Source(data, ROOMS, LANGUAGES, lessons.encoder, lessons.rooms))
+    return [
+        each
+        for source in sources
+        for part in collect(source, cache, processes)
+        for each in part
+        if each.phase == lessons.phase
+    ]
+
+
+@lru_cache(maxsize=1)
+def remembered(encoder: str) -> RememberedEyes:
+    """Return an encoder that computes each frame once, the same one as long as no other is asked for."""
+    return RememberedEyes(open_encoder(encoder))
+
+
+def write_page(page: Path, begin: str, end: str, shown: str) -> None:
+    """Replace what stands between two marks of a page.
+
+    Raises:
+        ValueError: if the page lacks one of them.
+    """
+    text = page.read_text(encoding="utf-8")
+    if begin not in text or end not in text.split(begin, 1)[1]:
+        raise ValueError(f"{page} has no place for the tables: expected {begin} and {end}")
+    before, rest = text.split(begin, 1)
+    page.write_text(f"{before}{begin}\n\n{shown}\n\n{end}{rest.split(end, 1)[1]}", encoding="utf-8")
