@@ -18,7 +18,7 @@ from agents.learning.training.card import card
 from agents.learning.training.demonstrations import Demonstration
 from agents.learning.training.recipe import Place, Recipe
 from agents.learning.training.rollouts import Plan, mean, play
-from agents.learning.training.sources import Tell, data_of, digest_of
+from agents.learning.training.sources import Tell, data_of, digest_of, splits_of
 from agents.learning.training.start import initial_policy
 from agents.learning.training.variants import Variants
 
@@ -215,7 +215,7 @@ class Imitation:
         """Write the best weights with their metadata and model card, and return them."""
         best = replace(self.policy, model=self._best_model())
         best.about |= {
-            "data": data_of(self.demonstrations),
+            "data": data_of(self.demonstrations, splits_of(self.recipe, self.place)),
             "updates": self.step,
             "cpu_seconds": round(self._cpu_seconds()),
             "validation": dict(self.best),

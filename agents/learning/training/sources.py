@@ -14,14 +14,19 @@ TELL_SECONDS = 20.0
 """Least time between two lines of progress."""
 
 
+def splits_of(recipe: Recipe, place: Place) -> list[str]:
+    """Return the names of the splits whose episodes a recipe learns from."""
+    return training_splits(place.data) if recipe.split == "train" else [recipe.split]
+
+
 def sources_of(recipe: Recipe, place: Place) -> list[Source]:
     """Return the sources of a recipe's demonstrations: its split, with `train` also `train_extra`, and drawn rooms.
 
     `train_extra` is learned from if the data folder has it. Of each split the recipe takes as many episodes.
     """
-    splits = training_splits(place.data) if recipe.split == "train" else (recipe.split,)
     sources = [
-        Source(place.data, split, recipe.texts, recipe.encoder, recipe.episodes, every=recipe.every) for split in splits
+        Source(place.data, split, recipe.texts, recipe.encoder, recipe.episodes, every=recipe.every)
+        for split in splits_of(recipe, place)
     ]
     if recipe.rooms:
         sources.append(Source(place.data, ROOMS, recipe.texts, recipe.encoder, recipe.rooms))
@@ -56,12 +61,13 @@ def train_data_hash(recipe: Recipe, place: Place) -> str:
     return data_hash_of(Source(place.data, recipe.split, recipe.languages, "", 0))
 
 
-def data_of(demonstrations: Sequence[Demonstration]) -> str:
+def data_of(demonstrations: Sequence[Demonstration], splits: Sequence[str]) -> str:
     """Return how many episodes, rooms and steps there are, in words."""
     rooms = {each.episode_id for each in demonstrations if each.episode_id.startswith("room-")}
     episodes = {each.episode_id for each in demonstrations} - rooms
     steps = sum(len(each.actions) for each in demonstrations)
-    return f"{len(episodes)} episodes for training and {len(rooms)} drawn rooms, {steps:,} steps of the expert"
+    named = " and ".join(f"`{split}`" for split in splits)
+    return f"{len(episodes)} episodes of {named} and {len(rooms)} drawn rooms, {steps:,} steps of the expert"
 
 
 def digest_of(demonstrations: Sequence[Demonstration]) -> str:

