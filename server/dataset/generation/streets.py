@@ -28,8 +28,8 @@ MIN_CLEARANCE = 0.5
 """Minimum distance of starts, targets and distracters from everything solid, in units."""
 
 LENGTHS = (
-    (4, 5, 2), (5, 10, 5), (10, 15, 7), (15, 20, 8), (20, 25, 10), (25, 30, 12), (30, 35, 12), (35, 40, 13),
-    (40, 50, 17), (50, 60, 10), (60, 80, 4),
+    (4, 5, 2), (5, 10, 5), (10, 15, 7), (15, 20, 8), (20, 25, 11), (25, 30, 13), (30, 35, 13), (35, 40, 14),
+    (40, 50, 16), (50, 60, 8), (60, 80, 3),
 )  # fmt: skip
 """Distribution of the number of points of a path: (from, below, percent). Longer than the original's, as more of the
 long ones are rejected for lack of an instruction that leads there."""

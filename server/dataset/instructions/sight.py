@@ -206,21 +206,25 @@ class _Sightings:
             candidates = self._by_number[label]
             if not len(candidates):
                 continue
-            rows, columns = np.divmod(order[ends[label] - counts[label] : ends[label]], SIZE)
-            owner = np.full(len(rows), candidates[0])
-            if len(candidates) > 1:
-                x, z = _ground_positions(pose, frame.depth[rows, columns], columns)
-                apart = np.hypot(x[:, None] - self._places[candidates, 0], z[:, None] - self._places[candidates, 1])
-                owner = np.where(apart.min(axis=1) < SLACK, candidates[apart.argmin(axis=1)], -1)
+            pixels = order[ends[label] - counts[label] : ends[label]]
+            if len(candidates) == 1:
+                self._add(number, int(candidates[0]), pixels)
+                continue
+            rows, columns = np.divmod(pixels, SIZE)
+            x, z = _ground_positions(pose, frame.depth[rows, columns], columns)
+            apart = np.hypot(x[:, None] - self._places[candidates, 0], z[:, None] - self._places[candidates, 1])
+            owner = np.where(apart.min(axis=1) < SLACK, candidates[apart.argmin(axis=1)], -1)
             for thing in candidates.tolist():
-                self._add(number, thing, rows[owner == thing])
+                self._add(number, thing, pixels[owner == thing])
 
-    def _add(self, number: int, thing: int, rows: npt.NDArray[np.int64]) -> None:
-        if len(rows) < MIN_GLIMPSE:
+    def _add(self, number: int, thing: int, pixels: npt.NDArray[np.int64]) -> None:
+        """Add what one frame shows of a thing; `pixels` are numbers of pixels, row by row, in order."""
+        if len(pixels) < MIN_GLIMPSE:
             return
         self._glimpsed.setdefault(thing, number)
-        if is_recognisable(self._things[thing].label.kind, len(rows), int(np.ptp(rows)) + 1):
-            self._seen[thing][number] = max(len(rows), self._seen[thing].get(number, 0))
+        rows = int(pixels[-1]) // SIZE - int(pixels[0]) // SIZE + 1
+        if is_recognisable(self._things[thing].label.kind, len(pixels), rows):
+            self._seen[thing][number] = max(len(pixels), self._seen[thing].get(number, 0))
 
     def landmarks(self) -> list[Landmark]:
         """Return all things with what was seen of them."""

@@ -12,9 +12,6 @@ from server.dataset.randomness import seeded
 from server.episodes.episode import Turn
 from server.sim.geometry import Pose
 
-DRAWS = 2
-"""Meanings drawn for one plan until the gate finds no fault with one."""
-
 
 class ToldTurn:
     """A turn, with what is seen along its ground truth.
@@ -39,8 +36,7 @@ class ToldTurn:
     def navigation(self, names: tuple[object, ...]) -> Navigation | None:
         """Return a meaning of its navigation that the gate finds no fault with, or None; `names` seed all choices."""
         if names not in self._drawn:
-            drawn = (self._draw((*names, draw)) for draw in range(DRAWS))
-            self._drawn[names] = next((meaning for meaning in drawn if meaning is not None), None)
+            self._drawn[names] = self._draw(names)
         return self._drawn[names]
 
     def tokens(self) -> Tokens:
