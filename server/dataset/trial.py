@@ -12,7 +12,7 @@ from server.episodes.episode import Episode, Turn
 from server.runs.play.session import Session
 from server.scoring.episode import CTC_DISTANCES, EpisodeScores
 from server.scoring.metrics import NDTW_THRESHOLD
-from server.sim.cameras import Camera
+from server.sim.cameras import Camera, colourless
 from server.sim.geometry import STEP
 from server.sim.labels import LABELS, places_of
 from server.sim.rules import Action, Ground, Limits, Phase, State
@@ -132,7 +132,7 @@ def _observe(
     state, episode = session.state, session.episode
     seen = view(state, episode.layout)
     camera = world.room if seen.indoors else world.street
-    frame = camera.render(seen.viewpoint, seen.actors, size, segmentation=True)
+    frame = camera.render(seen.viewpoint, seen.actors, size, segmentation=True, into=colourless(size))
     assert frame.segmentation is not None
     return client.Observation(
         episode_id=episode.episode_id,

@@ -224,7 +224,9 @@ class World(Obstacles):
         frame = self._draw(viewpoint, shown, size, segmentation=segmentation)
         if into is None:
             return frame
-        into.rgb[...], into.depth[...] = frame.rgb, frame.depth
+        into.depth[...] = frame.depth
+        if into.rgb.size:
+            into.rgb[...] = frame.rgb
         if into.depth.dtype == np.float32:
             into.depth[...] *= THOUSANDTH
         if frame.segmentation is None or into.segmentation is None:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from server.dataset.instructions.sight_openings import openings
 from server.dataset.plans.graph import House, StreetGraph
-from server.sim.cameras import FIELD_OF_VIEW, Camera, Frame, Viewpoint
+from server.sim.cameras import FIELD_OF_VIEW, Camera, Frame, Viewpoint, colourless
 from server.sim.catalogue import KINDS
 from server.sim.city import label_of_prop
 from server.sim.geometry import EYE_HEIGHT, Pose
@@ -130,7 +130,9 @@ def find_landmarks(
     round_about = [poses[0].turned(60.0 * i) for i in range(1, 6)]
     walked = [(n, pose) for n, pose in enumerate(poses) if n % EVERY == 0 or n >= len(poses) - LAST]
     for number, pose in [*((-1, pose) for pose in round_about), *walked]:
-        frame = camera.render(Viewpoint(pose.x, pose.z, pose.heading), actors, SIZE, segmentation=True)
+        frame = camera.render(
+            Viewpoint(pose.x, pose.z, pose.heading), actors, SIZE, segmentation=True, into=colourless(SIZE)
+        )
         sightings.add(number, pose, frame)
         for place, seen in zip(places, visible, strict=True):
             if (not seen or seen[-1] != number) and _is_ground_seen(place, pose, frame):
@@ -199,7 +201,7 @@ class _Sightings:
     def add(self, number: int, pose: Pose, frame: Frame) -> None:
         """Add the frame from the pose with this number."""
         assert frame.segmentation is not None
-        flat = frame.segmentation.ravel()
+        flat = frame.segmentation.ravel().astype(np.int64)  # Sorted twice as fast as in 16 bits.
         counts = np.bincount(flat)
         order, ends = np.argsort(flat, kind="stable"), np.cumsum(counts)
         for label in np.flatnonzero(counts >= MIN_GLIMPSE).tolist():

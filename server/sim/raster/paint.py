@@ -36,7 +36,7 @@ def paint(
     units: npt.NDArray[np.float32],
     labels: npt.NDArray[np.uint16],
 ) -> None:
-    """Compute the frame from the first pass's data in `work`. Depth and labels are left out where the array is empty.
+    """Compute the frame from the first pass's data in `work`. Whatever has an empty array is left out.
 
     Args:
         setting: constants of the frame.
@@ -44,7 +44,7 @@ def paint(
         actor_textures: textures of the actors.
         sky: (size * size,) 0xBBGGRR, the background.
         work: buffers from the first pass; the row buffers are overwritten.
-        rgb: output, (size * size * 3 / 4, rounded up,): three bytes per pixel.
+        rgb: output, (size * size * 3 / 4, rounded up,): three bytes per pixel; or empty.
         depth: output, (size * size,), in thousandths as in `cameras.Frame`, or empty.
         units: output, (size * size,), the same in units, or empty.
         labels: output, (size * size,), or empty.
@@ -52,13 +52,26 @@ def paint(
     size = setting.size
     for band in range(0, size, _BAND):
         for y in range(band, min(band + _BAND, size)):
-            _paint_row(y, setting, textures, actor_textures, sky, work, labels)
+            if len(rgb):
+                _paint_row(y, setting, textures, actor_textures, sky, work, labels)
+            else:
+                _label_row(y * size, size, work, labels)
             if len(depth):
                 _measure_row(y * size, size, work.keys, depth)
             if len(units):
                 _measure_row_in_units(y * size, size, work.keys, units)
-            _light_row((y - band) * size, size, work.colours, work.shades, work.lit)
-        _pack(band * size, min(_BAND, size - band) * size, work.lit, rgb)
+            if len(rgb):
+                _light_row((y - band) * size, size, work.colours, work.shades, work.lit)
+        if len(rgb):
+            _pack(band * size, min(_BAND, size - band) * size, work.lit, rgb)
+
+
+@inlined
+def _label_row(first: int, size: int, work: Scratch, labels: Any) -> None:
+    """Write the labels of a row, without colours."""
+    for i in range(first, first + size if len(labels) else first):
+        number = _I32(work.keys[i])
+        labels[i] = np.uint16(work.marks[number, 2] if number != 0 else 0)
 
 
 @inlined
