@@ -57,6 +57,10 @@ def furnish(
     return tuple(surroundings.placed)
 
 
+def _apart(place: Points, spot: Sequence[float]) -> float:
+    return float(np.hypot(place[0] - spot[0], place[1] - spot[1]))
+
+
 def place_prop(surroundings: Surroundings, kind: str, places: Points, fronts: Points, random: Random) -> None:
     """Place one prop of this kind far from others of its kind, if there is room."""
     room = free_of_others(surroundings, places, max(extents(kind)))
@@ -65,7 +69,7 @@ def place_prop(surroundings: Surroundings, kind: str, places: Points, fronts: Po
         return
     tried = [int(chosen[random.randrange(len(chosen))]) for _ in range(6)]
     same = [spot for spot, prop in zip(surroundings.spots, surroundings.placed, strict=True) if prop.kind == kind]
-    best = max(tried, key=lambda i: min((np.hypot(*(places[i] - spot[:2])) for spot in same), default=0.0))
+    best = max(tried, key=lambda i: min((_apart(places[i], spot) for spot in same), default=0.0))
     colour = random.choice(COLOURS.get(kind, ("",)))
     shape = random.choice(SHAPES) if kind == "banner" else ""
     shape_colour = random.choice(SHAPE_COLOURS[colour]) if kind == "banner" else ""
