@@ -17,6 +17,7 @@ from server.sim.catalogue import KINDS
 from server.sim.city import label_of_prop
 from server.sim.geometry import EYE_HEIGHT, Pose
 from server.sim.labels import Label
+from server.sim.raster.compilation import cached
 from server.sim.rules import Action, Collectible, moved
 from server.sim.scene import Scene
 from server.sim.section import Section
@@ -201,32 +202,33 @@ class _Sightings:
     def add(self, number: int, pose: Pose, frame: Frame) -> None:
         """Add the frame from the pose with this number."""
         assert frame.segmentation is not None
-        flat = frame.segmentation.ravel().astype(np.int64)  # Sorted twice as fast as in 16 bits.
-        counts = np.bincount(flat)
-        order, ends = np.argsort(flat, kind="stable"), np.cumsum(counts)
+        flat = frame.segmentation.ravel()
+        counts, first, last = np.zeros((3, len(self._by_number)), np.int32)
+        _find_extents(flat, counts, first, last)
         for label in np.flatnonzero(counts >= MIN_GLIMPSE).tolist():
             candidates = self._by_number[label]
             if not len(candidates):
                 continue
-            pixels = order[ends[label] - counts[label] : ends[label]]
             if len(candidates) == 1:
-                self._add(number, int(candidates[0]), pixels)
+                self._add(number, int(candidates[0]), int(counts[label]), int(first[label]), int(last[label]))
                 continue
+            pixels = np.flatnonzero(flat == label)
             rows, columns = np.divmod(pixels, SIZE)
             x, z = _ground_positions(pose, frame.depth[rows, columns], columns)
             apart = np.hypot(x[:, None] - self._places[candidates, 0], z[:, None] - self._places[candidates, 1])
             owner = np.where(apart.min(axis=1) < SLACK, candidates[apart.argmin(axis=1)], -1)
             for thing in candidates.tolist():
-                self._add(number, thing, pixels[owner == thing])
+                own = pixels[owner == thing]
+                if len(own):
+                    self._add(number, thing, len(own), int(own[0]), int(own[-1]))
 
-    def _add(self, number: int, thing: int, pixels: npt.NDArray[np.int64]) -> None:
-        """Add what one frame shows of a thing; `pixels` are numbers of pixels, row by row, in order."""
-        if len(pixels) < MIN_GLIMPSE:
+    def _add(self, number: int, thing: int, pixels: int, first: int, last: int) -> None:
+        """Add what one frame shows of a thing: how many pixels, and the first and last of them, row by row."""
+        if pixels < MIN_GLIMPSE:
             return
         self._glimpsed.setdefault(thing, number)
-        rows = int(pixels[-1]) // SIZE - int(pixels[0]) // SIZE + 1
-        if is_recognisable(self._things[thing].label.kind, len(pixels), rows):
-            self._seen[thing][number] = max(len(pixels), self._seen[thing].get(number, 0))
+        if is_recognisable(self._things[thing].label.kind, pixels, last // SIZE - first // SIZE + 1):
+            self._seen[thing][number] = max(pixels, self._seen[thing].get(number, 0))
 
     def landmarks(self) -> list[Landmark]:
         """Return all things with what was seen of them."""
@@ -234,6 +236,27 @@ class _Sightings:
             replace(thing, seen=tuple(seen), pixels=tuple(seen.values()), glimpsed=self._glimpsed.get(number))
             for number, (thing, seen) in enumerate(zip(self._things, self._seen, strict=True))
         ]
+
+
+@cached
+def _find_extents(
+    flat: npt.NDArray[np.uint16],
+    counts: npt.NDArray[np.int32],
+    first: npt.NDArray[np.int32],
+    last: npt.NDArray[np.int32],
+) -> None:
+    """Count the pixels of each label, and find the first and the last of them.
+
+    Args:
+        flat: (pixels,), the label of each, row by row.
+        counts, first, last: (labels,) output, zeros before.
+    """
+    for pixel in range(len(flat)):
+        label = flat[pixel]
+        if counts[label] == 0:
+            first[label] = pixel
+        counts[label] += 1
+        last[label] = pixel
 
 
 def is_recognisable(kind: str, pixels: int, rows: int) -> bool:
