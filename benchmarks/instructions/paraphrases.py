@@ -21,7 +21,7 @@ from lang.meaning import Assembly, Meaning, Navigation
 from lang.room import find_cell
 from server.dataset.generation.site import Site
 from server.dataset.instruction_writer import room_camera
-from server.dataset.instructions.assembly_sight import whole_room
+from server.dataset.instructions.assembly.sight import whole_room
 from server.dataset.paraphrases.agreement import assembly_agrees, navigation_agrees
 from server.dataset.paraphrases.collection import (
     HALVES,

@@ -18,10 +18,10 @@ from server.dataset.generation import Draft, Site
 from server.dataset.generation.command import generate
 from server.dataset.generation.sizes import select_plans
 from server.dataset.generation.split_maker import Progress
-from server.dataset.instructions.assembly import plan_assembly
-from server.dataset.instructions.assembly_sight import whole_room
-from server.dataset.instructions.gate import faults_of_text
-from server.dataset.instructions.gate_assembly import faults_of_assembly
+from server.dataset.instructions.assembly.plan import plan_assembly
+from server.dataset.instructions.assembly.sight import whole_room
+from server.dataset.instructions.gate.assembly import faults_of_assembly
+from server.dataset.instructions.gate.texts import faults_of_text
 from server.dataset.instructions.sight import poses_along
 from server.dataset.instructions.told_turn import ToldTurn
 from server.dataset.randomness import seeded

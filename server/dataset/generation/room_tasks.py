@@ -8,10 +8,10 @@ import lang
 from lang.meaning import Assembly, Navigation, Rotate, Thing
 from server.dataset.generation.rooms import draw_decoys, draw_tasks
 from server.dataset.generation.work import GeneratedEpisode
-from server.dataset.instructions.assembly import plan_assembly
-from server.dataset.instructions.assembly_sight import whole_room
-from server.dataset.instructions.gate import faults_of_text
-from server.dataset.instructions.gate_assembly import faults_of_assembly
+from server.dataset.instructions.assembly.plan import plan_assembly
+from server.dataset.instructions.assembly.sight import whole_room
+from server.dataset.instructions.gate.assembly import faults_of_assembly
+from server.dataset.instructions.gate.texts import faults_of_text
 from server.dataset.randomness import seeded
 from server.episodes.episode import Episode, Instructions, Turn
 from server.episodes.splits import ROOMS

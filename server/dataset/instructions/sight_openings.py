@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lang.street import DEEP, DEEPER, IN
-from server.dataset.instructions.navigation_legs import Leg, Place, legs_of
+from server.dataset.instructions.navigation.legs import Leg, Place, legs_of
 from server.sim.section import Building, Section
 
 WIDE = 3.0

@@ -3,9 +3,9 @@
 from lang.meaning import Navigation
 from server.dataset.alignment.routes import Tokens, tokens_of
 from server.dataset.generation.site import Site
-from server.dataset.instructions.gate_navigation import NavigationCheck, faults_of_navigation
-from server.dataset.instructions.gate_world import GateWorld
-from server.dataset.instructions.navigation import plan_navigation
+from server.dataset.instructions.gate.navigation import NavigationCheck, faults_of_navigation
+from server.dataset.instructions.gate.world import GateWorld
+from server.dataset.instructions.navigation.plan import plan_navigation
 from server.dataset.instructions.sight import find_landmarks, poses_along
 from server.dataset.paraphrases.route import facts_along
 from server.dataset.randomness import seeded

@@ -9,7 +9,7 @@ from random import Random
 
 from lang.meaning import Assembly, Thing, Where
 from lang.room import Landmark, find_cell, grade_relation, quarter_after
-from server.dataset.instructions.assembly_sight import to_standing, whole_room
+from server.dataset.instructions.assembly.sight import to_standing, whole_room
 from server.sim.catalogue import ALL_TYPES, KINDS, ObjectType
 from server.sim.room import COLUMNS, ROWS, Placement, Square
 from server.sim.rules import PlacedObject

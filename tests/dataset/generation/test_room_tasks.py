@@ -12,7 +12,7 @@ from server.dataset.generation import room_tasks
 from server.dataset.generation.command import generate_rooms
 from server.dataset.generation.room_tasks import RoomBatch
 from server.dataset.generation.split_maker import Progress
-from server.dataset.instructions import gate_assembly
+from server.dataset.instructions.gate import assembly as gate_assembly
 from server.episodes.splits import Split, folder_of, read_split
 from server.errors import BadInput
 

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 import pytest
 
 from lang.meaning import Assembly, Thing
-from server.dataset.instructions.assembly import plan_assembly
-from server.dataset.instructions.assembly_sight import seen_room, whole_room
+from server.dataset.instructions.assembly.plan import plan_assembly
+from server.dataset.instructions.assembly.sight import seen_room, whole_room
 from server.dataset.randomness import seeded
 from server.dataset.release.extras import arrange_decoys
 from server.sim.catalogue import ALL_TYPES, ObjectType

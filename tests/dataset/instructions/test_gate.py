@@ -6,9 +6,9 @@ from dataclasses import replace
 import pytest
 
 from lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk, Where
-from server.dataset.instructions.gate import faults_of_text
-from server.dataset.instructions.gate_navigation import faults_of_navigation
-from server.dataset.instructions.gate_world import GateWorld
+from server.dataset.instructions.gate.navigation import faults_of_navigation
+from server.dataset.instructions.gate.texts import faults_of_text
+from server.dataset.instructions.gate.world import GateWorld
 from server.dataset.instructions.sight import Landmark
 from server.dataset.plans.graph import Arm, Junction, Road, StreetGraph
 from server.sim.geometry import Pose

@@ -4,7 +4,7 @@ import pytest
 
 from lang.meaning import Assembly, Thing, Where
 from lang.room import Room, Standing
-from server.dataset.instructions.gate_assembly import faults_of_assembly
+from server.dataset.instructions.gate.assembly import faults_of_assembly
 
 ROOM = Room(
     (

@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 
 from lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk
-from server.dataset.instructions.gate_navigation import NavigationCheck, faults_of_navigation
-from server.dataset.instructions.gate_world import GateWorld
+from server.dataset.instructions.gate.navigation import NavigationCheck, faults_of_navigation
+from server.dataset.instructions.gate.world import GateWorld
 from server.dataset.instructions.sight import Landmark
 from server.dataset.plans.graph import Arm, Corner, House, Junction, Road, StreetGraph
 from server.sim.geometry import Pose

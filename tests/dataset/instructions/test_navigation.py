@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 
 from lang.meaning import Navigation, Rotate, Thing
-from server.dataset.instructions.navigation import plan_navigation
-from server.dataset.instructions.navigation_choice import name_of
-from server.dataset.instructions.navigation_target import describe
+from server.dataset.instructions.navigation.choice import name_of
+from server.dataset.instructions.navigation.plan import plan_navigation
+from server.dataset.instructions.navigation.target import describe
 from server.dataset.instructions.sight import Landmark, find_landmarks, identified, poses_along
 from server.dataset.randomness import seeded
 from server.sim.city import city_scene

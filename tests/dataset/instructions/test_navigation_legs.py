@@ -2,7 +2,7 @@
 
 import pytest
 
-from server.dataset.instructions.navigation_legs import bearing, legs_of, max_deviation, turn_between
+from server.dataset.instructions.navigation.legs import bearing, legs_of, max_deviation, turn_between
 from tests.dataset.instructions.town import PATH
 
 

@@ -6,9 +6,9 @@ import pytest
 
 from lang.meaning import Navigation, Rotate, Thing, Walk
 from lang.reference import mentions
-from server.dataset.instructions.navigation_choice import counted_name
-from server.dataset.instructions.navigation_groups import group_of
-from server.dataset.instructions.navigation_names import distinguish
+from server.dataset.instructions.navigation.choice import counted_name
+from server.dataset.instructions.navigation.groups import group_of
+from server.dataset.instructions.navigation.names import distinguish
 from server.dataset.instructions.sight import Landmark
 from server.dataset.randomness import seeded
 from server.sim.geometry import Pose

@@ -5,9 +5,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from lang.meaning import Thing, Walk
-from server.dataset.instructions.gate_progress import AT, BY, Progress, middle, nearest, places_ahead
-from server.dataset.instructions.gate_turns import TURN_REACH
-from server.dataset.instructions.gate_world import GateWorld, turn_between
+from server.dataset.instructions.gate.progress import AT, BY, Progress, middle, nearest, places_ahead
+from server.dataset.instructions.gate.turns import TURN_REACH
+from server.dataset.instructions.gate.world import GateWorld, turn_between
 from server.sim.geometry import Pose
 
 ASIDE, ASIDE_ZEBRA = 0.9, 3.0

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from lang.meaning import Rotate, Step, Thing
-from server.dataset.instructions.gate_world import GateWorld, turn_between
+from server.dataset.instructions.gate.world import GateWorld, turn_between
 from server.dataset.plans.graph import ROADS, Junction
 
 COME_TO = 4.5

@@ -6,14 +6,14 @@ from dataclasses import replace
 
 from lang.meaning import PLACES, Rotate, Thing
 from lang.street import DEGREES
-from server.dataset.instructions.gate_progress import AT, HINDSIGHT, Progress, middle, nearest
-from server.dataset.instructions.gate_streets import (
+from server.dataset.instructions.gate.progress import AT, HINDSIGHT, Progress, middle, nearest
+from server.dataset.instructions.gate.streets import (
     faults_of_heading,
     faults_of_street,
     faults_of_turn_by,
     is_beyond_turn,
 )
-from server.dataset.instructions.gate_world import PEAK, GateWorld, turn_between
+from server.dataset.instructions.gate.world import PEAK, GateWorld, turn_between
 
 TURN_AT = 4.0
 """Maximum distance from a thing of a turn that is made at it, in units."""

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from lang.meaning import Thing
-from server.dataset.instructions.gate_world import GateWorld, Place
+from server.dataset.instructions.gate.world import GateWorld, Place
 
 HINDSIGHT = 5
 """Places of the path before one is told of a thing, or comes to a bend, from which what is meant may have been

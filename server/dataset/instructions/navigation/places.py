@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from lang.meaning import Rotate, Step, Thing, Walk
 from lang.street import ACROSS, DEGREES
-from server.dataset.instructions.navigation_legs import turn_between
-from server.dataset.instructions.navigation_route import MAX_DEVIATION, Option, Route, Waypoint, turn_word, turns_on
+from server.dataset.instructions.navigation.legs import turn_between
+from server.dataset.instructions.navigation.route import MAX_DEVIATION, Option, Route, Waypoint, turn_word, turns_on
 from server.dataset.instructions.sight import Landmark
 from server.dataset.plans.graph import Junction, StreetGraph
 from server.sim.geometry import Pose

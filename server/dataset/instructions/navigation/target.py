@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from random import Random
 
 from lang.meaning import Thing, Where
-from server.dataset.instructions.navigation_choice import full_name
-from server.dataset.instructions.navigation_groups import groups_around
+from server.dataset.instructions.navigation.choice import full_name
+from server.dataset.instructions.navigation.groups import groups_around
 from server.dataset.instructions.sight import Landmark
 from server.sim.catalogue import KINDS
 from server.sim.geometry import Pose

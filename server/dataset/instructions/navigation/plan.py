@@ -12,13 +12,13 @@ from typing import Protocol
 
 from lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
 from lang.reference import mentions
-from server.dataset.instructions.navigation_choice import fits, full_name
-from server.dataset.instructions.navigation_landmarks import PLACES as OPEN_PLACES
-from server.dataset.instructions.navigation_landmarks import landmark_options
-from server.dataset.instructions.navigation_legs import Place, bearing, max_deviation, turn_between
-from server.dataset.instructions.navigation_names import distinguish
-from server.dataset.instructions.navigation_places import place_options
-from server.dataset.instructions.navigation_route import (
+from server.dataset.instructions.navigation.choice import fits, full_name
+from server.dataset.instructions.navigation.landmarks import PLACES as OPEN_PLACES
+from server.dataset.instructions.navigation.landmarks import landmark_options
+from server.dataset.instructions.navigation.legs import Place, bearing, max_deviation, turn_between
+from server.dataset.instructions.navigation.names import distinguish
+from server.dataset.instructions.navigation.places import place_options
+from server.dataset.instructions.navigation.route import (
     MAX_DEVIATION,
     STRAIGHT,
     Option,
@@ -28,7 +28,7 @@ from server.dataset.instructions.navigation_route import (
     turn_word,
     turns_on,
 )
-from server.dataset.instructions.navigation_target import describe
+from server.dataset.instructions.navigation.target import describe
 from server.dataset.instructions.sight import Landmark
 from server.dataset.plans.graph import StreetGraph
 from server.sim.geometry import Pose

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 
 from lang.meaning import PLACES, Thing, Where
 from lang.street import COUNTED_ASIDE
-from server.dataset.instructions.gate_progress import AT, BY, HINDSIGHT, Progress
-from server.dataset.instructions.gate_streets import ORDINALS
-from server.dataset.instructions.gate_world import GateWorld
+from server.dataset.instructions.gate.progress import AT, BY, HINDSIGHT, Progress
+from server.dataset.instructions.gate.streets import ORDINALS
+from server.dataset.instructions.gate.world import GateWorld
 from server.dataset.instructions.sight import Landmark
 from server.dataset.plans.graph import Junction
 from server.sim.geometry import Pose

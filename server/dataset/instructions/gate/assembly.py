@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 from lang.meaning import Assembly, Thing, Where
 from lang.room import START, Cell, Room, Standing, quarter_after, relative
-from server.dataset.instructions.assembly_cells import fitting_cells, from_wall
-from server.dataset.instructions.gate import faults_of_names
+from server.dataset.instructions.assembly.cells import fitting_cells, from_wall
+from server.dataset.instructions.gate.texts import faults_of_names
 
 
 def faults_of_assembly(meaning: Assembly, cell: Cell, room: Room) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from lang.meaning import Thing
 from lang.street import GROUP
-from server.dataset.instructions.navigation_choice import fits, perceived_distance
+from server.dataset.instructions.navigation.choice import fits, perceived_distance
 from server.dataset.instructions.sight import Landmark
 from server.sim.catalogue import KINDS
 from server.sim.geometry import Pose

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 from lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk
 from lang.reference import things_of
-from server.dataset.instructions.gate import faults_of_names
-from server.dataset.instructions.gate_progress import Progress
-from server.dataset.instructions.gate_streets import faults_of_place, faults_of_turn_on_the_way
-from server.dataset.instructions.gate_things import (
+from server.dataset.instructions.gate.progress import Progress
+from server.dataset.instructions.gate.streets import faults_of_place, faults_of_turn_on_the_way
+from server.dataset.instructions.gate.texts import faults_of_names
+from server.dataset.instructions.gate.things import (
     faults_of_description,
     faults_of_relations,
     faults_of_rivals,
@@ -15,9 +15,9 @@ from server.dataset.instructions.gate_things import (
     faults_of_sight,
     faults_of_target,
 )
-from server.dataset.instructions.gate_turns import faults_of_bends, faults_of_face, turn
-from server.dataset.instructions.gate_walks import walk
-from server.dataset.instructions.gate_world import GateWorld
+from server.dataset.instructions.gate.turns import faults_of_bends, faults_of_face, turn
+from server.dataset.instructions.gate.walks import walk
+from server.dataset.instructions.gate.world import GateWorld
 
 NOT_FIRST = ("intersection", "t_junction", "corner", "building_corner")
 """Kinds of places of which the first one on the way is meant."""

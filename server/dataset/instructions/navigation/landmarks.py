@@ -7,11 +7,11 @@ from itertools import combinations
 
 from lang.meaning import Rotate, Step, Thing, Walk
 from lang.street import ALONG, DEGREES, NEAR, PAST
-from server.dataset.instructions.navigation_choice import counted_name, name_of
-from server.dataset.instructions.navigation_groups import NEVER_SEVERAL, Group, group_of
-from server.dataset.instructions.navigation_legs import bearing, turn_between
-from server.dataset.instructions.navigation_places import MAX_BEND
-from server.dataset.instructions.navigation_route import (
+from server.dataset.instructions.navigation.choice import counted_name, name_of
+from server.dataset.instructions.navigation.groups import NEVER_SEVERAL, Group, group_of
+from server.dataset.instructions.navigation.legs import bearing, turn_between
+from server.dataset.instructions.navigation.places import MAX_BEND
+from server.dataset.instructions.navigation.route import (
     MAX_STEP_LENGTH,
     Option,
     Route,
@@ -57,7 +57,7 @@ UNTOLD = Label("building", look="grey")
 """Not named: nearly every building looks grey to somebody."""
 
 PLACES = ("intersection", "junction", "corner")
-"""Kinds of landmarks that are no things; see `navigation_places`."""
+"""Kinds of landmarks that are no things; see `places` beside this file."""
 
 
 def landmark_options(route: Route, waypoint: Waypoint) -> Iterator[Option]:

@@ -8,7 +8,7 @@ from random import Random
 from lang.meaning import Rotate, Step, Walk
 from lang.reference import things_of
 from lang.street import BESIDE, DEGREES
-from server.dataset.instructions.navigation_legs import Place, bearing, legs_of, max_deviation, turn_between
+from server.dataset.instructions.navigation.legs import Place, bearing, legs_of, max_deviation, turn_between
 from server.dataset.instructions.sight import Landmark
 from server.dataset.plans.graph import StreetGraph
 from server.sim.geometry import Pose, wrap

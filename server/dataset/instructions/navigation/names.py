@@ -6,7 +6,7 @@ from random import Random
 
 from lang.meaning import PLACES, Navigation, Thing
 from lang.reference import map_mentions, mentions
-from server.dataset.instructions.navigation_choice import NEVER_BARE
+from server.dataset.instructions.navigation.choice import NEVER_BARE
 from server.sim.catalogue import KINDS
 
 NEXT_SHARE = 0.5

@@ -10,9 +10,9 @@ from random import Random
 
 from lang.meaning import Assembly, Thing, Where
 from lang.room import COLUMNS, ROWS, Standing, find_cell, quarter_after, relative
-from server.dataset.instructions.assembly_cells import fitting_cells
-from server.dataset.instructions.assembly_names import Names
-from server.dataset.instructions.assembly_sight import seen_room, whole_room
+from server.dataset.instructions.assembly.cells import fitting_cells
+from server.dataset.instructions.assembly.names import Names
+from server.dataset.instructions.assembly.sight import seen_room, whole_room
 from server.sim.catalogue import ObjectType
 from server.sim.room import START, Placement
 from server.sim.rules import PlacedObject
