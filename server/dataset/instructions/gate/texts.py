@@ -1,8 +1,8 @@
 """The gate of generation: no text passes that refers to another thing than was meant, or says of it what is not so.
 
 A text is read back in its language; every phrase that refers to something is then held against the object that it
-stands for (see `navigation` and `assembly` beside this file). It shares no code with the planners, except what a relation
-in the room means to a person (`server.dataset.instructions.assembly.cells`).
+stands for (see `navigation` and `assembly` beside this file). It shares no code with the planners, except what a
+relation in the room means to a person (`server.dataset.instructions.assembly.cells`).
 """
 
 from collections.abc import Iterator
