@@ -13,7 +13,7 @@ from lang.patterns import Pattern, Slot, needed, possible
 from lang.phrasing import Filler, Phraser, constant
 from lang.voice import Voice, draw_voice
 
-ATTEMPTS = 30
+ATTEMPTS = 48
 """Maximum number of drafts until enough pass the checks."""
 
 DRAFTS = {"navigation": (2, 2, 3, 4), "assembly": (1, 1, 1, 2)}
