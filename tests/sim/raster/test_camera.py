@@ -13,7 +13,7 @@ import pytest
 
 from server.sim.assets.meshes import box, merge, moved, quad
 from server.sim.bullet import World
-from server.sim.cameras import Actor, Camera, Frame, Viewpoint, label_of, labels_of
+from server.sim.cameras import Actor, Camera, Frame, Viewpoint, colourless, label_of, labels_of
 from server.sim.catalogue import ALL_TYPES, ObjectType
 from server.sim.city import city_scene
 from server.sim.geometry import EYE_HEIGHT
@@ -193,6 +193,18 @@ def test_depth_in_units_is_the_same_times_a_thousandth(reference: World, camera:
             assert units.tobytes() == (frame.depth.astype(np.float32) * np.float32(0.001)).tobytes()
             assert (into.rgb == frame.rgb).all()
             assert (labels == frame.segmentation).all()
+
+
+def test_without_colours_depth_and_labels_are_the_same(reference: World, camera: RasterCamera) -> None:
+    for drawing in (reference, camera):
+        for seen, size in ((Viewpoint(0, 6, 60), 64), (Viewpoint(0, -30, 180), 30)):
+            frame = drawing.render(seen, STREET_ACTORS, size, segmentation=True)
+            plain = drawing.render(seen, STREET_ACTORS, size, segmentation=True, into=colourless(size))
+            assert plain.rgb.size == 0
+            assert plain.depth.tobytes() == frame.depth.tobytes()
+            assert plain.segmentation is not None
+            assert frame.segmentation is not None
+            assert plain.segmentation.tobytes() == frame.segmentation.tobytes()
 
 
 def test_threads_draw_at_once_what_one_alone_draws(camera: RasterCamera) -> None:
