@@ -123,8 +123,8 @@ def test_server_exits_if_all_workers_keep_dying(tmp_path: Path) -> None:
     tiny.write(tmp_path / "data")
     server = Server(tmp_path / "data", "127.0.0.1:0", "--workers", "2", log=tmp_path / "log")
     while server.process.poll() is None:
-        for worker in children(server.process.pid):
-            with suppress(ProcessLookupError):
+        with suppress(FileNotFoundError, ProcessLookupError):  # the server, or the worker, has ended meanwhile
+            for worker in children(server.process.pid):
                 os.kill(worker, signal.SIGKILL)
         time.sleep(0.02)
     assert server.wait() == 1
