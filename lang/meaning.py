@@ -20,6 +20,12 @@ ATS = ("at", "before", "after")
 RELATIONS = ("on_top_of", "left_of", "right_of", "in_front_of", "behind", "between", "near", "against", "diagonal_to")
 """Relations of one thing to another: those of the languages' `relations.toml`, and "diagonal_to"."""
 
+OTHER_SIDE = {
+    "left": "right", "right": "left", "slightly left": "slightly right", "slightly right": "slightly left",
+    "left_of": "right_of", "right_of": "left_of",
+}  # fmt: skip
+"""What directions, sides and relations become in a mirror image; others stay."""
+
 PLACES = ("intersection", "t_junction", "corner", "building_corner", "street", "alley", "square", "street_end")
 """Kinds of things that are not solid: a crossing of streets, a place where a street ends at another, a corner where a
 street opens, the same with the look of the building there, a street, a narrow one, an open square, a street's end."""

@@ -21,6 +21,7 @@ from agents.learning.eyes.vocabulary import (
 )
 from agents.learning.memory.landmarks import Belief
 from agents.learning.reader.slots import EMPTY, SLOTS, Row
+from lang.meaning import OTHER_SIDE
 
 ROWS, THINGS, TRACE = 16, 24, 12
 """Largest numbers of instruction rows, landmarks and past positions in the input."""
@@ -321,12 +322,8 @@ def _ground(moment: Moment) -> Bytes:
     return np.stack([free.max((1, 3)), blocked[:, 1].max(2), wall.max((1, 3))], -1)
 
 
-_SWAPPED = {
-    "left": "right", "right": "left", "slightly left": "slightly right", "slightly right": "slightly left",
-    "left_of": "right_of", "right_of": "left_of",
-}  # fmt: skip
 _MIRRORED_SLOTS = {
-    _slot(name): np.array([SLOTS[name].index(_SWAPPED.get(value, value)) for value in SLOTS[name]])
+    _slot(name): np.array([SLOTS[name].index(OTHER_SIDE.get(value, value)) for value in SLOTS[name]])
     for name in ("direction", "side", "relation")
 }
 

@@ -13,19 +13,10 @@ from agents.learning.training.demonstrations import Demonstration
 from agents.learning.training.vl_grounded.exchange import Exchange
 from arramon_client.agent import Action
 from arramon_client.environments.backend import NAVIGATION
-from lang.meaning import Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
+from lang.meaning import OTHER_SIDE, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
 
 MIRRORED = 0.5
 """Share of the variants of walks in which left and right are exchanged. Rooms stay, as their walls have their sides."""
-
-_OTHER_SIDE = {
-    "left": "right",
-    "right": "left",
-    "slightly left": "slightly right",
-    "slightly right": "slightly left",
-    "left_of": "right_of",
-    "right_of": "left_of",
-}
 
 _OTHER_ACTION = np.arange(len(Action), dtype=np.uint8)
 _OTHER_ACTION[[Action.LEFT, Action.RIGHT]] = Action.RIGHT, Action.LEFT
@@ -133,4 +124,4 @@ def _mirrored_where(where: Where) -> Where:
 
 
 def _other(said: str) -> str:
-    return _OTHER_SIDE.get(said, said)
+    return OTHER_SIDE.get(said, said)
