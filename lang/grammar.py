@@ -53,11 +53,13 @@ class Lexeme:
         forms: the marks of each form, and the form; the first is the dictionary form.
         given: features that it imposes on words that agree with it, such as its gender.
         weight: how often it is drawn, relative to others; 0 if it is only read.
+        arms: the number of streets that meet at an intersection that it is written for; 0 for any.
     """
 
     forms: tuple[tuple[frozenset[str], str], ...]
     given: tuple[tuple[str, str], ...] = ()
     weight: float = 1.0
+    arms: int = 0
 
     def form(self, features: Features) -> str | None:
         """Return the form with the most marks among those whose marks all hold, or None if there is none."""
@@ -261,6 +263,7 @@ class Grammar:
             return Lexeme(((frozenset(), text),), (), weight)
         listed = dict(entry)
         weight = float(listed.pop("weight", 1.0))
+        arms = int(listed.pop("arms", 0))
         given = tuple((axis, listed.pop(axis)) for axis in self.axes if axis in listed)
         if "class" in listed:
             stem = listed.pop("stem", "")
@@ -274,7 +277,7 @@ class Grammar:
                 raise ValueError(f"{name}: {error}") from error
         if not forms:
             raise ValueError(f"{name}: {entry!r} has no form")
-        return Lexeme(tuple(forms), given, weight)
+        return Lexeme(tuple(forms), given, weight, arms)
 
 
 def forms_of(lexemes: Iterable[Lexeme]) -> tuple[str, ...]:

@@ -53,6 +53,8 @@ class Thing:
         number: one of NUMBERS.
         identity: names the object or place itself, the same for all mentions of one thing in an instruction; "" if
             unknown. Excluded from comparison: a reader recovers which mentions are of one thing, not these names.
+        arms: number of streets that meet at an intersection, by which some languages name it; 0 if unknown. Excluded
+            from comparison as well.
     """
 
     kind: str
@@ -62,6 +64,7 @@ class Thing:
     where: tuple["Where", ...] = ()
     number: str = ""
     identity: str = field(default="", compare=False)
+    arms: int = field(default=0, compare=False)
 
     def __post_init__(self) -> None:
         _check("which", self.which, WHICHES)

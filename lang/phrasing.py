@@ -142,7 +142,7 @@ class Phraser:
         Raises:
             ValueError: if the language has no noun for its kind.
         """
-        noun = self.voice.nouns.get(thing.kind)
+        noun = self.voice.junctions.get((thing.kind, thing.arms)) or self.voice.nouns.get(thing.kind)
         if noun is None:
             raise ValueError(f"no noun for kind {thing.kind!r}; expected one of {', '.join(self.grammar.nouns)}")
         return noun

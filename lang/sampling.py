@@ -159,7 +159,8 @@ def _step(random: Random, things: list[Thing]) -> Step:
     if random.random() < 0.25:
         kind = random.choice(PLACES)
         which = random.choice(("", "", "first", "second", "next", "another")) if kind != "building_corner" else ""
-        thing = Thing(kind, look="" if which or kind != "building_corner" else random.choice(FACADES), which=which)
+        look = "" if which or kind != "building_corner" else random.choice(FACADES)
+        thing = Thing(kind, look=look, which=which, arms=random.choice((3, 4)) if kind == "intersection" else 0)
     elif random.random() < 0.15 and not thing.where and thing.which in ("", "next"):
         thing = replace(thing, number=random.choice(NUMBERS[1:]))
     repeatable = [thing] if thing.which not in ("next", "another") and not thing.where else []

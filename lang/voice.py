@@ -18,6 +18,7 @@ class Voice:
     Attributes:
         features: a value for each axis of `text.per_episode` in `grammar.toml`, such as the register in Hindi.
         nouns: the noun for each kind of thing.
+        junctions: the noun for kinds of junctions whose name depends on how many streets meet there, by that number.
         colours: the word for each colour.
         colours_of: the same for kinds of things whose colours are called otherwise.
         whiches: the word for each of `lang.meaning.WHICHES`.
@@ -26,6 +27,7 @@ class Voice:
 
     features: Mapping[str, str]
     nouns: Mapping[str, Lexeme]
+    junctions: Mapping[tuple[str, int], Lexeme]
     colours: Mapping[str, Pattern]
     colours_of: Mapping[str, Mapping[str, Pattern]]
     whiches: Mapping[str, Pattern]
@@ -41,7 +43,12 @@ def draw_voice(grammar: Grammar, random: Random) -> Voice:
 
     return Voice(
         {axis: random.choices(list(values), list(values.values()))[0] for axis, values in grammar.per_episode.items()},
-        {kind: one(nouns) for kind, nouns in grammar.nouns.items()},
+        {kind: one(noun for noun in nouns if not noun.arms) for kind, nouns in grammar.nouns.items()},
+        {
+            (kind, arms): one(noun for noun in nouns if noun.arms == arms)
+            for kind, nouns in grammar.nouns.items()
+            for arms in sorted({noun.arms for noun in nouns if noun.arms})
+        },
         {colour: one(wordings) for colour, wordings in grammar.colours.items()},
         {
             kind: {colour: one(wordings) for colour, wordings in listed.items()}

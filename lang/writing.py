@@ -8,7 +8,7 @@ from random import Random
 
 from lang.clauses import Clause, clause_of, focus_of
 from lang.grammar import SLOTS, Grammar
-from lang.meaning import Assembly, Meaning, Navigation, Thing
+from lang.meaning import PLACES, Assembly, Meaning, Navigation, Thing
 from lang.patterns import Pattern, Slot, needed, possible
 from lang.phrasing import Filler, Phraser, constant
 from lang.voice import Voice, draw_voice
@@ -26,7 +26,8 @@ MARKS = ",.;:।"
 """Punctuation at the ends of words."""
 
 STREETS = ("street", "alley")
-"""Kinds of which only their own patterns are written: one turns into a street, not at it."""
+"""Kinds of which only their own patterns are written: one turns into a street, not at it. Nor does one walk past an
+intersection: one crosses it."""
 
 _SENTENCES = (1, 1, 2, 2, 2, 3)
 """Distribution of the number of clauses per sentence."""
@@ -194,9 +195,15 @@ class _Draft(Phraser):
         thing = clause.said.get("thing")
         if isinstance(thing, Thing):
             special = self.fitting(listed.get(f"{clause.key} {thing.kind}", ()), said, tables)
-            patterns = special if special and thing.kind in STREETS else patterns + 2 * special
+            short: list[Pattern] = []
             if thing.is_same(self.focus) and (self.is_there or clause.key != "turn at"):
-                patterns += SHORTER * self.fitting(listed.get(f"{clause.key} same", ()), said - {"thing"}, tables)
+                short = self.fitting(listed.get(f"{clause.key} same", ()), said - {"thing"}, tables)
+            if short:
+                patterns = short if special or thing.kind in PLACES else patterns + SHORTER * short
+            elif special and (thing.kind in STREETS or (clause.key, thing.kind) == ("walk past", "intersection")):
+                patterns = special
+            else:
+                patterns += 2 * special
         return [pattern for pattern in patterns if not (bent and pattern.main_only)]
 
     def _clause(self, clause: Clause, marked: Mapping[str, str], *, front: bool) -> str:

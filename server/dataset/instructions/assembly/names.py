@@ -119,8 +119,8 @@ def _is_on(item: Standing, other: Standing) -> bool:
 
 
 def _named(item: Standing, words: tuple[str, ...], where: tuple[Where, ...] = ()) -> Thing:
-    told = {word: getattr(item, word) if word in words else "" for word in ("kind", "colour", "look")}
-    return Thing(**told, where=where, identity=identity_of(item))
+    kind, colour, look = (getattr(item, word) if word in words else "" for word in ("kind", "colour", "look"))
+    return Thing(kind, colour, look, where=where, identity=identity_of(item))
 
 
 def identity_of(item: Standing) -> str:

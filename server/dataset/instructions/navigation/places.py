@@ -127,7 +127,9 @@ def _name(
         return corner
     kinds, weights = zip(*NAMES[looks_like(route.graph, junction, mark, pose.heading)], strict=True)
     (kind,) = route.random.choices(kinds, weights)
-    return Thing(kind, identity=identity_of(junction, mark, pose.heading, kind))
+    if kind in ("street", "alley"):
+        return Thing(kind, identity=identity_of(junction, mark, pose.heading, kind))
+    return _place(kind, junction)
 
 
 def _counted_name(
@@ -223,8 +225,13 @@ def _walks(
     cost = PLACE_COST + (WALK_COST if kind in ("crossing", "t_junction") else SIDE_STREET_COST)
     if is_crossed or kind == "t_junction":
         name = "intersection" if is_crossed else route.random.choice(("t_junction", "t_junction", "street_end"))
-        step = Walk("to", (Thing(name, identity=junction.identity),))
+        step = Walk("to", (_place(name, junction),))
         yield from route.option(waypoint, turns, step, pose.ahead(along), cost)
     if is_crossed:
-        step = Walk("past", (Thing("intersection", identity=junction.identity),))
+        step = Walk("past", (_place("intersection", junction),))
         yield from route.option(waypoint, turns, step, pose.ahead(along + ACROSS), cost)
+
+
+def _place(kind: str, junction: Junction) -> Thing:
+    """Return a junction under a name, with the number of streets that meet there where the name may depend on it."""
+    return Thing(kind, identity=junction.identity, arms=len(junction.arms) if kind == "intersection" else 0)
