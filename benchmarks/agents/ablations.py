@@ -17,7 +17,6 @@ import argparse
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any
 
 import torch
@@ -27,7 +26,7 @@ from agents.learning.training.demonstrations import Source, episodes_of
 from agents.learning.training.recipe import RECIPES
 from arramon_client import load_agent
 from benchmarks.agents.ablations_tables import BASE, Measured, tables
-from benchmarks.agents.study import METRICS, Lessons, Study, write_page
+from benchmarks.agents.study import METRICS, Lessons, Study, study_options, write_page
 
 BEGIN, END = "<!-- tables: benchmarks/agents/ablations.py -->", "<!-- end of tables -->"
 
@@ -85,23 +84,13 @@ MAP_ROWS = {
 
 def main() -> None:
     """Train and play what was not yet, and write the page's tables."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--data", type=Path, default=Path("arramon-data"))
-    parser.add_argument("--runs", type=Path, default=Path("arramon-results/ablations"))
-    parser.add_argument("--cache", type=Path, default=Path("arramon-cache"))
+    parser = study_options((__doc__ or "").splitlines()[0], "ablations")
     parser.add_argument("--seconds", type=float, default=180.0, help="of CPU time, to train navigation once")
     parser.add_argument("--room-seconds", type=float, default=60.0, help="the same for assembly")
-    parser.add_argument("--rate", type=float, default=0.002, help="learning rate at first; it falls to 0")
-    parser.add_argument("--train-episodes", type=int, default=0, help="to learn from; 0 for all")
-    parser.add_argument("--rooms", type=int, default=2000, help="drawn rooms to learn from")
-    parser.add_argument("--seeds", default="1", help="of training, separated by commas")
-    parser.add_argument("--episodes", type=int, default=0, help="of each split; 0 for all")
     parser.add_argument("--phases", default=",".join(METRICS))
     parser.add_argument("--rows", default=",".join(ROWS), help="variations of vl; empty for none")
     parser.add_argument("--map-rows", default=",".join(MAP_ROWS), help="variations of vl_map; empty for none")
     parser.add_argument("--map-weights", default="vl_map", help="a file; otherwise the shipped ones")
-    parser.add_argument("--page", type=Path, default=Path("docs/ablations.md"))
-    parser.add_argument("--play-only", action="store_true", help="do not write the page")
     given = parser.parse_args()
     for option, known in (("rows", ROWS), ("map_rows", MAP_ROWS), ("phases", METRICS)):
         names = [name for name in getattr(given, option).split(",") if name]

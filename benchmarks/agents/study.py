@@ -1,5 +1,6 @@
 """Variations of `agents.vl` at equal compute: each phase trained alone for some CPU seconds, and played in process."""
 
+import argparse
 import hashlib
 import json
 import sys
@@ -176,6 +177,27 @@ def demonstrations(data: Path, cache: Path, lessons: Lessons, processes: int) ->
 
 
 @lru_cache(maxsize=1)
+def study_options(description: str, name: str) -> argparse.ArgumentParser:
+    """Return a parser of the options of every study.
+
+    Args:
+        description: of the command.
+        name: of its folder of runs and its page.
+    """
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--data", type=Path, default=Path("arramon-data"))
+    parser.add_argument("--runs", type=Path, default=Path("arramon-results") / name)
+    parser.add_argument("--cache", type=Path, default=Path("arramon-cache"))
+    parser.add_argument("--rate", type=float, default=0.002, help="learning rate at first; it falls to 0")
+    parser.add_argument("--train-episodes", type=int, default=0, help="to learn from; 0 for all")
+    parser.add_argument("--rooms", type=int, default=2000, help="drawn rooms to learn from")
+    parser.add_argument("--seeds", default="1", help="of training, separated by commas")
+    parser.add_argument("--episodes", type=int, default=0, help="of each split; 0 for all")
+    parser.add_argument("--page", type=Path, default=Path(f"docs/{name}.md"))
+    parser.add_argument("--play-only", action="store_true", help="do not write the page")
+    return parser
+
+
 def remembered(encoder: str) -> RememberedEyes:
     """Return an encoder that computes each frame once, the same one as long as no other is asked for."""
     return RememberedEyes(open_encoder(encoder))

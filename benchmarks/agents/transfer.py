@@ -16,13 +16,12 @@ cache.
 
 import argparse
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import torch
 
 from agents.learning.training.recipe import RECIPES
 from agents.learning.vision.encoder import DEFAULT
-from benchmarks.agents.study import LANGUAGES, METRICS, Lessons, Study, write_page
+from benchmarks.agents.study import LANGUAGES, METRICS, Lessons, Study, study_options, write_page
 from benchmarks.agents.transfer_tables import ENCODERS, Result, tables
 
 TRANSFERRED = ("word", "sentencepiece", "multilingual", "random")
@@ -67,21 +66,11 @@ ROWS = (
 
 def main() -> None:
     """Train and play what was not yet, and write the page's tables."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--data", type=Path, default=Path("arramon-data"))
-    parser.add_argument("--runs", type=Path, default=Path("arramon-results/transfer"))
-    parser.add_argument("--cache", type=Path, default=Path("arramon-cache"))
+    parser = study_options((__doc__ or "").splitlines()[0], "transfer")
     parser.add_argument("--phases", default="assembly", help=f"of {', '.join(METRICS)}, separated by commas")
-    parser.add_argument("--rooms", type=int, default=2000, help="drawn rooms, from which assembly is learned")
-    parser.add_argument("--train-episodes", type=int, default=0, help="of navigation; 0 for all")
     parser.add_argument("--seconds", type=float, default=45.0, help="of CPU time, to train a row's assembly once")
     parser.add_argument("--navigation-seconds", type=float, default=180.0, help="the same for navigation")
-    parser.add_argument("--rate", type=float, default=0.002, help="learning rate at first; it falls to 0")
-    parser.add_argument("--seeds", default="1", help="separated by commas")
-    parser.add_argument("--episodes", type=int, default=0, help="of each split; 0 for all")
     parser.add_argument("--rows", default=",".join(row.name for row in ROWS))
-    parser.add_argument("--page", type=Path, default=Path("docs/transfer.md"))
-    parser.add_argument("--play-only", action="store_true", help="do not write the page")
     given = parser.parse_args()
     torch.set_num_threads(1)
     chosen, phases = given.rows.split(","), given.phases.split(",")

@@ -234,12 +234,11 @@ class Imitation:
 
     def _best_model(self) -> Model:
         """Return the model with the best weights of each phase so far."""
+        if not (self.weights.exists() and self.best):
+            return self._averaged_model().cpu()
         model = Model(self.policy.model.config)
-        if self.weights.exists() and self.best:
-            tensors, _ = read_tensors(self.weights)
-            model.load_state_dict({name[6:]: value for name, value in tensors.items() if name.startswith("model.")})
-        else:
-            model.load_state_dict(self.averaged)
+        tensors, _ = read_tensors(self.weights)
+        model.load_state_dict({name[6:]: value for name, value in tensors.items() if name.startswith("model.")})
         return model.eval()
 
     def _average(self) -> None:
