@@ -79,7 +79,7 @@ class Frame:
 
 
 def colourless(size: int) -> Frame:
-    """Return a new frame of `size` to draw into that has no colours: depth and segmentation take half of the time."""
+    """Return a new frame of `size` to draw into without colours, for depth and segmentation alone."""
     return Frame(np.empty(0, np.uint8), np.empty((size, size), np.uint16), np.empty((size, size), np.uint16))
 
 

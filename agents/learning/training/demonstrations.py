@@ -64,7 +64,8 @@ class Source:
         encoder: name of the visual encoder; empty for no images, with C = 0.
         episodes: number of episodes, in playing order; 0 for all. Of ROOMS, number of seeds from `first` on.
         first: the first seed of ROOMS.
-        every: each episode of this number alone, in playing order, of which `episodes` then counts; not of ROOMS.
+        every: 2 for every second episode in playing order, the second, fourth and so on; 1 for all. `episodes` counts
+            those that are left. No effect on ROOMS.
     """
 
     data: Path

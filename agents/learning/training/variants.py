@@ -1,5 +1,7 @@
-"""Variants of demonstrations: written anew, with things exchanged and left and right too, in what is seen, said and
-done alike. So agents learn to go by what is named, and not what stands where in a few sections."""
+"""Data augmentation: variants of a demonstration with other things, and with left and right exchanged.
+
+Images, instructions and actions change alike. So agents learn to go by what is named, and not by where things stand in
+a few sections."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
