@@ -252,6 +252,21 @@ def test_a_corner_is_the_first_on_the_way() -> None:
     assert not any("comes before" in each for each in faults_of_navigation(turn, world))
 
 
+def test_one_turns_at_a_square_where_no_street_opens_before_it() -> None:
+    arms = tuple(replace(arm, z=arm.z + 12.0) for arm in ARMS)
+    square = Junction("junction/1", 0.0, 12.0, "square", arms, 3.0)
+    graph = replace(GRAPH, junctions=(*GRAPH.junctions, square))
+    path = [(0.0, float(z)) for z in range(-9, 13)] + [(float(x), 12.0) for x in range(1, 7)]
+    world, named = GateWorld(path, Pose(0.0, -9.0, 0.0), (), (7.0, 12.0), graph), Thing("square", identity="junction/1")
+    fault = "junction/0 comes before the square junction/1"
+
+    assert fault in faults_of_navigation(told(Rotate("right", "at", named), target=PLAIN), world)
+    assert fault not in faults_of_navigation(told(Walk("to", (named,)), target=PLAIN), world)
+    closed = replace(GRAPH.junctions[0], arms=(ARMS[0], ARMS[2], ARMS[3]))
+    world = replace(world, graph=replace(graph, junctions=(closed, square)))
+    assert fault not in faults_of_navigation(told(Rotate("right", "at", named), target=PLAIN), world)
+
+
 def test_what_is_told_of_is_seen_on_the_way_to_it() -> None:
     poses = tuple(Pose(*place, 0.0) for place in PATH)
     told_of = told(Walk("past", (NEAR,)), Rotate("right", "at", CROSSING), Walk("past", (CONE,)))

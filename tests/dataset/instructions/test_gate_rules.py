@@ -89,8 +89,28 @@ def test_a_thing_that_one_walks_to_is_the_first_of_its_name_that_is_seen() -> No
     assert "kiosk/1 may be taken for kiosk/2" in faults(seen_all(with_marks(near, far)), *steps)
     blue = replace(near, label=replace(near.label, colour="blue"))
     assert faults(seen_all(with_marks(blue, far)), *steps) == ()
-    unseen = seen_all(with_marks(far))
-    assert faults(replace(unseen, marks=(*unseen.marks, replace(near, seen=()))), *steps) == ()
+    alone = seen_all(with_marks(far))
+    for glimpsed, fault in ((None, ()), (3, ("the path passes kiosk/1 before kiosk/2",))):
+        world = replace(alone, marks=(*alone.marks, replace(near, seen=(), glimpsed=glimpsed)))
+        assert faults(world, *steps) == fault
+
+
+def test_a_zebra_crossing_beside_the_way_makes_counting_doubtful() -> None:
+    first, second = mark("zebra_crossing/1", 0.0, -11.0), mark("zebra_crossing/2", 0.5, -5.0)
+    steps = (Walk("to", (Thing("zebra_crossing", which="second", identity="zebra_crossing/2"),)), TURN)
+
+    assert faults(with_marks(first, second), *steps) == ()
+    for x in (2.5, 4.0):
+        beside = mark("zebra_crossing/3", x, -8.0)
+        fault = "zebra_crossing/3 lies beside the way to zebra_crossing/2, and may be counted"
+        assert fault in faults(with_marks(first, second, beside), *steps)
+
+
+def test_who_turns_left_does_not_turn_left_again_at_once() -> None:
+    for headings, is_fault in (((-60.0, -60.0, -123.0), True), ((-90.0,), False), ((-60.0, -90.0), False)):
+        path = way(*headings, *[headings[-1]] * 14)
+        found = faults(GateWorld(path, Pose(0.0, 0.0, 0.0), (), path[-1], None), Rotate("left"), target=PLAIN)
+        assert ("the path turns again soon after its place 0, which is not said" in found) == is_fault, found
 
 
 def test_a_dumpster_is_taken_for_a_bin() -> None:

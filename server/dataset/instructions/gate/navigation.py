@@ -20,7 +20,7 @@ from server.dataset.instructions.gate.walks import walk
 from server.dataset.instructions.gate.world import GateWorld
 
 NOT_FIRST = ("intersection", "t_junction", "corner", "building_corner")
-"""Kinds of places of which the first one on the way is meant."""
+"""Kinds of places of which the first one on the way is meant; of a square, where one is to turn there."""
 
 UNREACHED = ("towards", "until", "ahead")
 """Ways of walking after which one is at no thing."""
@@ -80,7 +80,7 @@ class NavigationCheck:
             faults.append(f"one faces {self._last.thing.identity}, and is not told to walk before the turn")
         for thing in things:
             faults += faults_of_description(world, before, thing)
-            if thing.kind in NOT_FIRST:
+            if thing.kind in NOT_FIRST or (thing.kind == "square" and isinstance(step, Rotate)):
                 faults += faults_of_place(world, before.last_choice, thing, step)
             faults += faults_of_relations(world, before, thing)
             faults += faults_of_several(world, before, thing)

@@ -38,7 +38,7 @@ def faults_of_place(world: GateWorld, since: int, thing: Thing, step: Step) -> I
     Args:
         world: of its turn.
         since: index of the path's place where the step begins; less, if streets that open there count.
-        thing: an intersection, T-junction or corner without an ordinal.
+        thing: an intersection, T-junction, square or corner without an ordinal.
         step: which it is mentioned in.
     """
     if world.graph is None or thing.which:

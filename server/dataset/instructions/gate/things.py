@@ -35,8 +35,9 @@ coming nearer."""
 LATELY = 9
 """Places of the path before one comes to a thing from which it is seen: not only far off, and behind a corner then."""
 
-WALKED_OVER = 3.0
-"""Maximum distance of the path from the middle of a zebra crossing that counts, in units."""
+WALKED_OVER, SURELY_OVER = 3.0, 1.6
+"""Maximum distances of the path from the middle of a zebra crossing that counts, in units; and of one that everybody
+counts. What is farther than this, and no farther than COUNTED_ASIDE, some count and some do not."""
 
 
 def faults_of_description(world: GateWorld, progress: Progress, thing: Thing) -> Iterator[str]:
@@ -59,6 +60,8 @@ def faults_of_description(world: GateWorld, progress: Progress, thing: Thing) ->
         place = _count(world, progress, thing, marks[0])
         if place != ORDINALS[thing.which]:
             yield f"{thing.identity} is number {place} of its kind, not the {thing.which}"
+        if thing.kind == "zebra_crossing":
+            yield from _doubtful_crossings(world, progress, marks[0])
     elif thing.which == "next" and marks:
         own = _passed(world, marks[0], progress.at + 1)
         others = [
@@ -79,6 +82,18 @@ def _count(world: GateWorld, progress: Progress, thing: Thing, mark: Landmark) -
     others = (each for each in world.marks if each is not mark and is_called(thing, each))
     places = (_passed(world, each, since) for each in others)
     return 1 + sum(place is not None and place <= own for place in places)
+
+
+def _doubtful_crossings(world: GateWorld, progress: Progress, mark: Landmark) -> Iterator[str]:
+    """Yield each zebra crossing beside the way since the last turn to one, which some count and some do not."""
+    since = max((*progress.told, 0))
+    own = _passed(world, mark, since)
+    for other in world.marks if own is not None else ():
+        if other is mark or other.label.kind != "zebra_crossing":
+            continue
+        near = world.closest(other.x, other.z, since, COUNTED_ASIDE)
+        if near is not None and near <= own and math.dist(world.path[near], (other.x, other.z)) > SURELY_OVER:
+            yield f"{other.identity} lies beside the way to {mark.identity}, and may be counted"
 
 
 def _passed(world: GateWorld, mark: Landmark, since: int) -> int | None:
@@ -193,12 +208,16 @@ def faults_of_sight(world: GateWorld, progress: Progress, thing: Thing) -> Itera
 
 
 def faults_of_rivals(world: GateWorld, progress: Progress, thing: Thing, *, is_faced: bool) -> Iterator[str]:
-    """Yield each other thing of a name that is seen ahead, or as one turns, nearer than the one that is meant."""
+    """Yield each other thing of a name that is seen ahead, or as one turns, nearer than the one that is meant.
+
+    So is one that the path passes before it, whenever it was seen.
+    """
     marks, since = world.landmarks(thing.identity), progress.since
     if thing.kind in PLACES or thing.which or thing.number or not marks:
         return
     view = Pose(*world.path[since], world.heading_after(since))
     own = math.hypot(*view.local(marks[0].x, marks[0].z))
+    meant = None if is_faced or thing.kind == "building" else world.closest(marks[0].x, marks[0].z, since, BY)
     for other in world.marks:
         if not _may_be_called(thing, other) or other in marks:
             continue
@@ -207,6 +226,10 @@ def faults_of_rivals(world: GateWorld, progress: Progress, thing: Thing, *, is_f
         is_nearer = is_ahead and math.hypot(right, ahead) < own - (0.0 if is_faced else 2.0)
         if is_nearer and world.is_visible(other, since, since if is_faced else max(progress.at, since + FORESIGHT)):
             yield f"{other.identity} may be taken for {thing.identity}"
+        elif meant is not None and other.glimpsed is not None:
+            passed = world.closest(other.x, other.z, since + 1, COUNTED_ASIDE)
+            if passed is not None and passed < meant - 2:
+                yield f"the path passes {other.identity} before {thing.identity}"
 
 
 def faults_of_several(world: GateWorld, progress: Progress, thing: Thing) -> Iterator[str]:

@@ -34,6 +34,9 @@ TOLD_NEAR = 8
 TOLD_BEND, AT_GOAL = 37.0, 5.0
 """A bend of the path by more degrees is said, unless it is within this distance of the target, in units."""
 
+AGAIN = range(2, 6)
+"""Places of the path after a turn to a side in which it must not bend as much again: nobody is told of the second."""
+
 BACK = 10
 """Places of the path from where one is back to a bend that no later step can tell of."""
 
@@ -84,7 +87,17 @@ def _turn_at(world: GateWorld, progress: Progress, index: int, degrees: float, f
         faults.append(f"the path does not turn slightly at its place {index}, or only for a few paces")
     if index in progress.turned:
         faults.append(f"the path turns only once at its place {index}, not twice")
+    if abs(degrees) == 90.0 and any(_bends_again(world, index + later, degrees) for later in AGAIN):
+        faults.append(f"the path turns again soon after its place {index}, which is not said")
     return replace(progress, at=max(progress.at, index), turned=(*progress.turned, index))
+
+
+def _bends_again(world: GateWorld, index: int, degrees: float) -> bool:
+    """Return whether the path bends at once at a place, to the side of a turn, by more than may stay unsaid."""
+    if index >= len(world.path) - 1 or _sees_goal(world, index):
+        return False
+    bend = turn_between(world.heading_of_move(index - 1), world.heading_of_move(index))
+    return math.copysign(1.0, degrees) * bend > TOLD_BEND
 
 
 def _is_slight(world: GateWorld, progress: Progress, index: int, degrees: float) -> bool:
