@@ -88,7 +88,9 @@ def _doubtful_crossings(world: GateWorld, progress: Progress, mark: Landmark) ->
     """Yield each zebra crossing beside the way since the last turn to one, which some count and some do not."""
     since = max((*progress.told, 0))
     own = _passed(world, mark, since)
-    for other in world.marks if own is not None else ():
+    if own is None:
+        return
+    for other in world.marks:
         if other is mark or other.label.kind != "zebra_crossing":
             continue
         near = world.closest(other.x, other.z, since, COUNTED_ASIDE)
