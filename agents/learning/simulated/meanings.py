@@ -30,6 +30,9 @@ EXCHANGED = 0.8
 TURNED = 0.25
 """Share of directions, sides and ordinals that are drawn anew where things are exchanged."""
 
+ARMS = (3, 4)
+"""Numbers of streets at an intersection, which a grammar that reads a text does not tell."""
+
 ORDINALS = ("first", "second", "third", "last")
 
 _LOOKS = {group.name: group.looks for group in LOOK_GROUPS}
@@ -121,17 +124,20 @@ def exchange(meaning: Meaning, random: Random) -> Meaning:
     One thing remains one thing in all mentions.
     """
     others: dict[str, tuple[str, str, str]] = {}
+    arms: dict[str, int] = {}
 
     def other(thing: Thing) -> Thing:
         key = thing.identity or repr(thing)
         if key not in others:
             others[key] = _other(thing, random)
+            arms[key] = random.choice(ARMS) if thing.kind == "intersection" else 0
         kind, colour, look = others[key]
         # A thing is named as fully as it was: another's colour and look are said where its own were.
         colour, look = colour if thing.colour else "", look if thing.look else ""
         where = tuple(replace(each, things=tuple(map(other, each.things))) for each in thing.where)
         which = drawn(thing.which, ORDINALS) if thing.which in ORDINALS else thing.which
-        return replace(thing, kind=kind if thing.kind else "", colour=colour, look=look, which=which, where=where)
+        kind = kind if thing.kind else ""
+        return replace(thing, kind=kind, colour=colour, look=look, which=which, where=where, arms=arms[key])
 
     def drawn(said: str, values: Sequence[str]) -> str:
         return random.choice(values) if said and random.random() < TURNED else said

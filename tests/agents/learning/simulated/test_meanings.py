@@ -51,3 +51,9 @@ def test_plans_are_written_as_they_are() -> None:
     samples = list(write_plans([PLAN], lang.available(), 0))
     assert [(sample.language, sample.meaning) for sample in samples] == [("en", PLAN), ("hi", PLAN)]
     assert "bench" in samples[0].text.lower()
+
+
+def test_an_intersection_is_called_by_both_of_its_hindi_names() -> None:
+    meaning = Navigation((Walk("to", (Thing("intersection", identity="1"),)), Rotate("left")), PLAN.target)
+    texts = [lang.load("hi").write(exchange(meaning, Random(seed)), Random(seed)) for seed in range(12)]
+    assert {name for name in ("तिराह", "चौराह") if any(name in text for text in texts)} == {"तिराह", "चौराह"}
