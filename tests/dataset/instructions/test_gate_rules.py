@@ -106,6 +106,15 @@ def test_a_zebra_crossing_beside_the_way_makes_counting_doubtful() -> None:
         assert fault in faults(with_marks(first, second, beside), *steps)
 
 
+@pytest.mark.parametrize(("x", "is_fault"), [(0.5, False), (2.0, False), (4.0, True)])
+def test_one_who_walks_to_a_thing_turns_there_and_not_short_of_it(x: float, is_fault: bool) -> None:
+    """The path turns right at its place 15, where x = 0, and goes on along x."""
+    check = NavigationCheck(with_marks(mark("tree/3", x, 1.0)))
+    check.add(Walk("to", (Thing("tree", identity="tree/3"),)))
+    found = check.add(Rotate("right"))
+    assert ("the path turns right before it comes to the thing walked to" in found) == is_fault, found
+
+
 def test_who_turns_left_does_not_turn_left_again_at_once() -> None:
     for headings, is_fault in (((-60.0, -60.0, -123.0), True), ((-90.0,), False), ((-60.0, -90.0), False)):
         path = way(*headings, *[headings[-1]] * 14)

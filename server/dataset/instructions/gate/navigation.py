@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 
-from lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk
+from lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
 from lang.reference import things_of
-from server.dataset.instructions.gate.progress import Progress
+from server.dataset.instructions.gate.progress import AT, Progress, nearest
 from server.dataset.instructions.gate.streets import faults_of_place, faults_of_turn_on_the_way
 from server.dataset.instructions.gate.texts import faults_of_names
 from server.dataset.instructions.gate.things import (
@@ -24,6 +24,9 @@ NOT_FIRST = ("intersection", "t_junction", "corner", "building_corner")
 
 UNREACHED = ("towards", "until", "ahead")
 """Ways of walking after which one is at no thing."""
+
+SHORT_OF = 2
+"""Places of the path that a turn after a walk to a thing may lie before the one nearest to it."""
 
 
 def faults_of_navigation(meaning: Navigation, world: GateWorld) -> tuple[str, ...]:
@@ -101,8 +104,18 @@ class NavigationCheck:
             self._progress = turn(world, before, step, faults)
             if step.thing is None and isinstance(self._last, Walk) and self._last.way in UNREACHED:
                 faults += faults_of_turn_on_the_way(world, before.since, step.direction, self._progress.at)
+            if self._is_short(step, self._progress.turned[len(before.turned) :]):
+                faults.append(f"the path turns {step.direction} before it comes to the thing walked to")
         elif isinstance(step, Face):
             faults += faults_of_face(world, before, step.thing)
             self._progress = replace(before, faced=(*before.faced, before.at))
         else:
             self._progress = walk(world, before, step, faults)
+
+    def _is_short(self, step: Rotate, turned: tuple[int, ...]) -> bool:
+        """Return whether a turn that nothing marks lies well before the thing that the last step walked to."""
+        last = self._last
+        if step.thing is not None or not isinstance(last, Walk) or last.way != "to" or last.things[0].kind in PLACES:
+            return False
+        near = nearest(self._world, last.things, self._progress.since, AT)
+        return near is not None and any(index < near - SHORT_OF for index in turned)
