@@ -10,13 +10,13 @@ from typing import Any
 from lang.grammar import Grammar
 from lang.lexicon import Lexicon
 from lang.meaning import Meaning
-from lang.mentions import Mention, find_mentions
-from lang.outline import Said
-from lang.reading import Reader
-from lang.relations import Relations
+from lang.reading.mentions import Mention, find_mentions
+from lang.reading.outline import Said
+from lang.reading.reader import Reader
+from lang.reading.relations import Relations
 from lang.tokens import Tokenizer
-from lang.voice import Voice, draw_voice
-from lang.writing import Writer
+from lang.writing.voice import Voice, draw_voice
+from lang.writing.writer import Writer
 
 ROOT = Path(__file__).parent
 """Folder that contains the languages' folders."""

@@ -10,7 +10,7 @@ from arramon_client.agent import Agent
 from arramon_client.plugin.loader import load_agent
 from lang.meaning import Assembly, Meaning, Navigation, Rotate, Thing, Where
 from lang.quality import check, is_blocked
-from lang.voice import Voice
+from lang.writing.voice import Voice
 from server.dataset.alignment.model import contradicts
 from server.dataset.alignment.routes import Tokens
 from server.dataset.demands import add_demands

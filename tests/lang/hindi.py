@@ -8,7 +8,7 @@ from typing import Any
 
 from lang import load
 from lang.grammar import INSIDE, Lexeme
-from lang.voice import Voice
+from lang.writing.voice import Voice
 
 NOUNS = {
     "ball": ["f गेंद|गेंद|गेंदें|गेंदों", "f बॉल|बॉल|बॉलें|बॉलों"],

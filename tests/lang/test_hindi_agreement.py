@@ -9,7 +9,7 @@ import pytest
 from lang import load
 from lang.meaning import Thing, Where
 from lang.patterns import Pattern
-from lang.phrasing import Phraser
+from lang.writing.phrasing import Phraser
 from tests.lang.hindi import (
     COLOURS,
     FORMS,

@@ -6,7 +6,7 @@ import pytest
 
 from lang.language import ROOT, available, load
 from lang.lexicon import Lexicon
-from lang.relations import RELATIONS, Relations
+from lang.reading.relations import RELATIONS, Relations
 from lang.tokens import Tokenizer
 from tests.lang.test_lexicon import EMPTY
 

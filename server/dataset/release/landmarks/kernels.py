@@ -35,7 +35,7 @@ WRONG_SIDE = 0.15
 """Likelihood of the side that is not said, of a thing whose side is said."""
 
 PASSING, REACHING = ("past", "beside", "between", "along"), ("to", "at", "before", "after")
-"""Manners of `lang.outline.MANNERS` in which walkers pass things, and in which they come to them."""
+"""Manners of `lang.reading.outline.MANNERS` in which walkers pass things, and in which they come to them."""
 
 _AHEAD = np.arange(-BACK, FRONT + STEP, STEP)[:, None]
 _RIGHT = np.arange(-ASIDE, ASIDE + STEP, STEP)[None, :]

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import lang
-from lang.outline import Said
+from lang.reading.outline import Said
 from server.sim.labels import BANNER_COLOURS, SPOKEN_BANNER_COLOURS
 
 METAL, METAL_BENCH = ("bench", "silver"), "metal_bench"
@@ -39,7 +39,7 @@ class Event:
         kind: of FURNITURE, or "building"; "" for a turn and for what has no place of its own ("the corner").
         colour: as said; "" if not said.
         look: a banner's shape, a building's facade; "" if not said.
-        manner: of `lang.outline.MANNERS`; "" for a turn.
+        manner: of `lang.reading.outline.MANNERS`; "" for a turn.
         relation: of the object to pick up to the landmark, of `lang.meaning.RELATIONS`; "" otherwise.
         side: "left" or "right" if the landmark's side is said.
         tied: whether it is of the same moment as the event before.

@@ -5,20 +5,20 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from lang.chunks import postpositions, prepositions
-from lang.chunks.chunker import Chunker
-from lang.chunks.sequence import ChunkSequence
-from lang.discourse import BARE, Discourse, Item
 from lang.grammar import Grammar, Table
-from lang.itinerary import read_navigation
 from lang.lexicon import FUZZY_LENGTH, keys_of, within_one_edit
-from lang.matching import OPTIONAL, Automaton, PatternLabel, Phrasebook
 from lang.meaning import Meaning
-from lang.noun_phrases import NounPhraseReader
-from lang.outline import Said, said_of
-from lang.parsing import TextParser
 from lang.patterns import Choice, Pattern, Slot
 from lang.patterns import Sequence as Body
+from lang.reading.chunks import postpositions, prepositions
+from lang.reading.chunks.chunker import Chunker
+from lang.reading.chunks.sequence import ChunkSequence
+from lang.reading.discourse import BARE, Discourse, Item
+from lang.reading.itinerary import read_navigation
+from lang.reading.matching import OPTIONAL, Automaton, PatternLabel, Phrasebook
+from lang.reading.noun_phrases import NounPhraseReader
+from lang.reading.outline import Said, said_of
+from lang.reading.parsing import TextParser
 from lang.tokens import Tokenizer
 
 PHASES = ("navigation", "assembly")

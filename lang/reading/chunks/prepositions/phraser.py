@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from lang.chunks.chunker import RELATION, SIDE, THING, Chunk
-from lang.chunks.prepositions.phrases import OTHER, SIDES, STOP, TARGET, THEN, THINGS, VERB, Named, Phrase
-from lang.chunks.sequence import ChunkSequence
-from lang.discourse import CROSSED, GROUND, Discourse
 from lang.meaning import Thing
-from lang.noun_phrases import NounPhrase
+from lang.reading.chunks.chunker import RELATION, SIDE, THING, Chunk
+from lang.reading.chunks.prepositions.phrases import OTHER, SIDES, STOP, TARGET, THEN, THINGS, VERB, Named, Phrase
+from lang.reading.chunks.sequence import ChunkSequence
+from lang.reading.discourse import CROSSED, GROUND, Discourse
+from lang.reading.noun_phrases import NounPhrase
 
 SHOWN = ("banner", "awning", "shop_sign", "building_corner", "wall", "corner")
 """Kinds of things that a building is told apart by; they are not on the way themselves."""

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field, replace
 
 from lang.clauses import focus_of, step_of
 from lang.grammar import Grammar
-from lang.matching import Bindings
 from lang.meaning import TURNS, Assembly, Rotate, Step, Thing, Walk, Where
-from lang.noun_phrases import OWN, PRONOUN, SAME, NounPhrase
-from lang.outline import Part
+from lang.reading.matching import Bindings
+from lang.reading.noun_phrases import OWN, PRONOUN, SAME, NounPhrase
+from lang.reading.outline import Part
 from lang.reference import map_mentions, repeats
 
 BARE = " bare"

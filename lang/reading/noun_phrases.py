@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from lang.grammar import INSIDE, Grammar, forms_of
-from lang.matching import OPTIONAL, Phrasebook, SplitWords
+from lang.reading.matching import OPTIONAL, Phrasebook, SplitWords
 
 PLAIN, SAME, PRONOUN, OWN = "", "same", "it", "its"
 

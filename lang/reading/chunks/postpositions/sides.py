@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass, replace
 
-from lang.chunks.chunker import RELATION, SIDE, THING
-from lang.chunks.postpositions.steps import Route
-from lang.chunks.sequence import ChunkSequence
 from lang.meaning import Rotate
+from lang.reading.chunks.chunker import RELATION, SIDE, THING
+from lang.reading.chunks.postpositions.steps import Route
+from lang.reading.chunks.sequence import ChunkSequence
 
 BOUNDARIES = ("comma", "then", "stop", "and")
 

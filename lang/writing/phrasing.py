@@ -9,7 +9,7 @@ from lang.clauses import Value, focus_of, thing_slots
 from lang.grammar import INSIDE, SLOTS, Grammar, Lexeme, Look
 from lang.meaning import Thing, Where
 from lang.patterns import Choice, Pattern, Sequence, needed, possible
-from lang.voice import Voice, draw_voice
+from lang.writing.voice import Voice, draw_voice
 
 Filler = Callable[[Mapping[str, str]], str]
 """Returns a slot's text with the features that its marks require."""

@@ -10,8 +10,8 @@ from lang.clauses import Clause, clause_of, focus_of
 from lang.grammar import SLOTS, Grammar
 from lang.meaning import PLACES, Assembly, Meaning, Navigation, Thing
 from lang.patterns import Pattern, Slot, needed, possible
-from lang.phrasing import Filler, Phraser, constant
-from lang.voice import Voice, draw_voice
+from lang.writing.phrasing import Filler, Phraser, constant
+from lang.writing.voice import Voice, draw_voice
 
 ATTEMPTS = 48
 """Maximum number of drafts until enough pass the checks."""

@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass, replace
 
-from lang.chunks.chunker import RELATION, SIDE, THING
-from lang.chunks.postpositions.sides import BOUNDARIES, MOVING, STANDING, SidedRoute
-from lang.chunks.postpositions.steps import PASSED, Named, Place
-from lang.discourse import GROUND, POINTS, Discourse
 from lang.grammar import Grammar
 from lang.meaning import Face, Navigation, Rotate, Thing, Walk, Where
-from lang.noun_phrases import NounPhrase
+from lang.reading.chunks.chunker import RELATION, SIDE, THING
+from lang.reading.chunks.postpositions.sides import BOUNDARIES, MOVING, STANDING, SidedRoute
+from lang.reading.chunks.postpositions.steps import PASSED, Named, Place
+from lang.reading.discourse import GROUND, POINTS, Discourse
+from lang.reading.noun_phrases import NounPhrase
 
 _SIGNS = ("there", "back_again", "which", "one_side", "other_side", "repeat", "until")
 """Words that change what the next chunks mean."""

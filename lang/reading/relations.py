@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lang.lexicon import FUZZY_LENGTH, Lexicon, Part, keys_of, within_one_edit
-from lang.mentions import Mention
+from lang.reading.mentions import Mention
 from lang.tokens import Token, Tokenizer
 
 RELATIONS = ("on_top_of", "left_of", "right_of", "in_front_of", "behind", "between", "near", "against")

@@ -3,15 +3,26 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
-from lang.chunks.chunker import SIDE
-from lang.chunks.prepositions.phraser import SHOWN, Phraser
-from lang.chunks.prepositions.phrases import ATS, OTHER, PLACES, SIDES, STOP, TARGET, THEN, THINGS, VERB, Phrases
-from lang.chunks.prepositions.route import Route
-from lang.chunks.prepositions.target import relations, relations_after
-from lang.chunks.sequence import ChunkSequence
-from lang.discourse import POINTS, Discourse
 from lang.grammar import Grammar
 from lang.meaning import Face, Navigation, Thing, Walk, Where
+from lang.reading.chunks.chunker import SIDE
+from lang.reading.chunks.prepositions.phraser import SHOWN, Phraser
+from lang.reading.chunks.prepositions.phrases import (
+    ATS,
+    OTHER,
+    PLACES,
+    SIDES,
+    STOP,
+    TARGET,
+    THEN,
+    THINGS,
+    VERB,
+    Phrases,
+)
+from lang.reading.chunks.prepositions.route import Route
+from lang.reading.chunks.prepositions.target import relations, relations_after
+from lang.reading.chunks.sequence import ChunkSequence
+from lang.reading.discourse import POINTS, Discourse
 
 _DESCRIBING = ("with", "of", "at", "by", "near", "on", "in_front_of", "under")
 """Words by which a thing is told apart, right behind it: "the house with the awning"."""
