@@ -181,6 +181,27 @@ def test_one_goes_straight_only_to_what_is_straight_ahead(code: str) -> None:
             assert any(re.search(language.grammar.straight, text) for text in texts) == is_straight, way
 
 
+@pytest.mark.parametrize(
+    ("arms", "named", "not_named"), [(3, "तिराह", "चौराह"), (4, "चौराह", "तिराह"), (0, "चौराह", "तिराह")]
+)
+def test_a_hindi_intersection_is_named_by_how_many_streets_meet_there(arms: int, named: str, not_named: str) -> None:
+    meaning = Navigation((Rotate("left", "at", Thing("intersection", identity="1", arms=arms)),), MUG)
+    for seed in range(20):
+        text = load("hi").write(meaning, Random(seed))
+        assert named in text, text
+        assert not_named not in text, text
+        assert load("hi").read(text, "navigation") == meaning
+
+
+def test_one_turns_there_at_the_intersection_that_one_has_walked_to() -> None:
+    place = Thing("intersection", identity="1")
+    meaning = Navigation((Walk("to", (place,)), Rotate("left", "at", place)), MUG)
+    for code, word in (("en", "intersection|junction|crossing"), ("hi", "चौराह")):
+        for seed in range(40):
+            text = load(code).write(meaning, Random(seed))
+            assert len(re.findall(word, text)) == 1, text
+
+
 @pytest.mark.parametrize(("code", "there"), [("en", r"(?<!From )\bthere\b|\bat it\b"), ("hi", "वहाँ|वहीं|उसी के पास")])
 def test_one_turns_there_only_where_one_has_come_to(code: str, there: str) -> None:
     pattern = unicodedata.normalize("NFC", there)
