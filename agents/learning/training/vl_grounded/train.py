@@ -74,7 +74,7 @@ class GroundedRecipe:
     rooms: int = 600
     versions: int = 2
     room_versions: int = 1
-    passes: int = 16
+    passes: int = 32
     batch: int = 32
     learning_rate: float = 2e-3
     inflection: float = 2.5
