@@ -176,7 +176,6 @@ def demonstrations(data: Path, cache: Path, lessons: Lessons, processes: int) ->
     ]
 
 
-@lru_cache(maxsize=1)
 def study_options(description: str, name: str) -> argparse.ArgumentParser:
     """Return a parser of the options of every study.
 
@@ -198,6 +197,7 @@ def study_options(description: str, name: str) -> argparse.ArgumentParser:
     return parser
 
 
+@lru_cache(maxsize=1)
 def remembered(encoder: str) -> RememberedEyes:
     """Return an encoder that computes each frame once, the same one as long as no other is asked for."""
     return RememberedEyes(open_encoder(encoder))
