@@ -84,13 +84,16 @@ class Variants:
         random = Random(f"{self._seed}/{shown.phase}/{shown.episode_id}/{shown.turn}/{number}")  # noqa: S311
         exchange = Exchange.draw(random) if self._exchanges else None
         mirrors = shown.phase == NAVIGATION and random.random() < MIRRORED
-        texts: dict[str, str] = {}
-        if self._languages:
+        if not self._languages:
+            return _Change(exchange, mirrors, {})
+        try:
             meaning = self._meaning(row) if exchange is None else exchange.meaning(self._meaning(row))
             if mirrors:
                 assert isinstance(meaning, Navigation)
                 meaning = mirrored(meaning)
             texts = {each: lang.load(each).write(meaning, random) for each in self._languages if each in shown.texts}
+        except ValueError:  # A person's text that the grammar cannot read, or not write: it stays as it is.
+            return _Change(None, False, {})
         return _Change(exchange, mirrors, texts)
 
     def _meaning(self, row: int) -> Meaning:

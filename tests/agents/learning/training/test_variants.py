@@ -108,3 +108,22 @@ def test_without_images_texts_change_alone(number: int) -> None:
     variant = variants(demonstration(channels=0)).variant(0, number)
     assert variant.features.shape == (5, 7, 7, 0)
     assert lang.load("en").read(variant.texts["en"], "navigation") not in (MEANT, mirrored(MEANT))
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("Keep going until you see two posters. Pick up the striped white bucket.", "no wording"),
+        ("Nothing that leads anywhere.", "nothing understood"),
+    ],
+)
+def test_a_text_that_the_grammar_cannot_write_anew_stays_as_it_is(text: str, fault: str) -> None:
+    with pytest.raises(ValueError, match=fault):
+        lang.load("en").write(lang.load("en").read(text, "navigation"), Random(1))
+    shown = replace(demonstration(), texts={"en": text})
+    made = variants(shown, count=2, languages=("en",))
+    for number in (1, 2):
+        variant = made.variant(0, number)
+        assert variant.texts == shown.texts
+        assert np.array_equal(variant.features, shown.features)
+        assert np.array_equal(variant.actions, shown.actions)
