@@ -13,15 +13,16 @@ from pathlib import Path
 import torch
 
 from agents.learning.reader.reader import WEIGHTS
-from agents.learning.reader.task import Examples, score
+from agents.learning.reader.task import score
 from agents.learning.reader.weights import read_reader
-from agents.learning.simulated.meanings import Sample, read_samples
+from agents.learning.simulated.meanings import read_samples
 from agents.learning.train_reader import examples_of
-from lang.meaning import Navigation
+from benchmarks.agents.results_tables import markdown
+from lang.meaning import Assembly, Navigation
 
 SPLITS = ("val_unseen", "val_seen")
-PLACES = {"street": True, "room": False}
-"""What is read, and whether its meanings are navigations."""
+PLACES = {"street": Navigation, "room": Assembly}
+"""Where instructions lead, and what their meanings are there."""
 
 
 def main() -> None:
@@ -38,25 +39,18 @@ def main() -> None:
 def table(data: Path, splits: Sequence[str], reader: Path) -> str:
     """Return a table in Markdown: for each split the shares of rows and of texts, by language, in street and room."""
     network, vocabulary = read_reader(reader)
-    columns: list[str] = []
-    rows: dict[str, list[str]] = {}
+    shares: dict[tuple[str, str], dict[tuple[str, str], str]] = {}
     for split in splits:
         samples = read_samples(data, split)
-        for language in sorted({sample.language for sample in samples}):
-            for place, is_street in PLACES.items():
-                chosen = [each for each in samples if _is_of(each, language, is_street=is_street)]
-                examples: Examples = examples_of(chosen, vocabulary)
-                found = score(network, examples)[language]
-                if f"{language}, {place}" not in columns:
-                    columns.append(f"{language}, {place}")
-                rows.setdefault(f"`{split}`, rows", []).append(f"{found.rows:.3f}")
-                rows.setdefault(f"`{split}`, texts", []).append(f"{found.texts:.3f}")
-    lines = [["", *columns], *([" ---"] * (len(columns) + 1),), *([name, *values] for name, values in rows.items())]
-    return "\n".join(f"| {' | '.join(map(str.strip, line))} |" for line in lines)
-
-
-def _is_of(sample: Sample, language: str, *, is_street: bool) -> bool:
-    return sample.language == language and isinstance(sample.meaning, Navigation) == is_street
+        for place, kind in PLACES.items():
+            examples = examples_of([sample for sample in samples if isinstance(sample.meaning, kind)], vocabulary)
+            for language, found in score(network, examples).items():
+                for what, value in (("rows", found.rows), ("texts", found.texts)):
+                    shares.setdefault((split, what), {})[language, place] = f"{value:.3f}"
+    languages = sorted({language for row in shares.values() for language, _ in row})
+    columns = [(language, place) for language in languages for place in PLACES]
+    rows = [[f"`{split}`, {what}", *(row.get(each, "") for each in columns)] for (split, what), row in shares.items()]
+    return markdown(["", *map(", ".join, columns)], rows)
 
 
 if __name__ == "__main__":
