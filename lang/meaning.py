@@ -53,8 +53,8 @@ class Thing:
         number: one of NUMBERS.
         identity: names the object or place itself, the same for all mentions of one thing in an instruction; "" if
             unknown. Excluded from comparison: a reader recovers which mentions are of one thing, not these names.
-        arms: number of streets that meet at an intersection, by which some languages name it; 0 if unknown. Excluded
-            from comparison as well.
+        arms: number of streets that meet at a junction, by which some languages name it; 0 if unknown. Excluded from
+            comparison as well.
     """
 
     kind: str

@@ -26,8 +26,10 @@ MARKS = ",.;:।"
 """Punctuation at the ends of words."""
 
 STREETS = ("street", "alley")
-"""Kinds of which only their own patterns are written: one turns into a street, not at it. Nor does one walk past an
-intersection: one crosses it."""
+"""Kinds of which only their own patterns are written: one turns into a street, not at it."""
+
+PAST_INTERSECTION = "walk past intersection"
+"""The clause of which only its own patterns are written: one crosses an intersection, and does not pass it."""
 
 _SENTENCES = (1, 1, 2, 2, 2, 3)
 """Distribution of the number of clauses per sentence."""
@@ -194,13 +196,14 @@ class _Draft(Phraser):
         patterns = self.fitting(listed.get(clause.key, ()), said, tables)
         thing = clause.said.get("thing")
         if isinstance(thing, Thing):
-            special = self.fitting(listed.get(f"{clause.key} {thing.kind}", ()), said, tables)
+            own_key = f"{clause.key} {thing.kind}"
+            special = self.fitting(listed.get(own_key, ()), said, tables)
             short: list[Pattern] = []
             if thing.is_same(self.focus) and (self.is_there or clause.key != "turn at"):
                 short = self.fitting(listed.get(f"{clause.key} same", ()), said - {"thing"}, tables)
             if short:
                 patterns = short if special or thing.kind in PLACES else patterns + SHORTER * short
-            elif special and (thing.kind in STREETS or (clause.key, thing.kind) == ("walk past", "intersection")):
+            elif special and (thing.kind in STREETS or own_key == PAST_INTERSECTION):
                 patterns = special
             else:
                 patterns += 2 * special

@@ -41,6 +41,11 @@ class Progress:
         yield from self.faced
 
     @property
+    def last_turn(self) -> int:
+        """Index of the place of the last turn that has been said; 0 before any."""
+        return max((*self.told, 0))
+
+    @property
     def last_choice(self) -> int:
         """Index of the place after which streets open that one could take: a thing may stand at one."""
         return self.at if self.at and self.at in self.turned else self.at - 2

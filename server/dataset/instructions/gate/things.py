@@ -75,7 +75,7 @@ def faults_of_description(world: GateWorld, progress: Progress, thing: Thing) ->
 
 def _count(world: GateWorld, progress: Progress, thing: Thing, mark: Landmark) -> int:
     """Return which of the fitting things along the way since the last turn a landmark is, from 1."""
-    since = max((*progress.told, 0))
+    since = progress.last_turn
     own = _passed(world, mark, since)
     if own is None:
         return 0
@@ -86,7 +86,7 @@ def _count(world: GateWorld, progress: Progress, thing: Thing, mark: Landmark) -
 
 def _doubtful_crossings(world: GateWorld, progress: Progress, mark: Landmark) -> Iterator[str]:
     """Yield each zebra crossing beside the way since the last turn to one, which some count and some do not."""
-    since = max((*progress.told, 0))
+    since = progress.last_turn
     own = _passed(world, mark, since)
     if own is None:
         return

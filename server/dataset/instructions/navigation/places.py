@@ -233,5 +233,5 @@ def _walks(
 
 
 def _place(kind: str, junction: Junction) -> Thing:
-    """Return a junction under a name, with the number of streets that meet there where the name may depend on it."""
-    return Thing(kind, identity=junction.identity, arms=len(junction.arms) if kind == "intersection" else 0)
+    """Return a junction under a name, with the number of streets that meet there."""
+    return Thing(kind, identity=junction.identity, arms=len(junction.arms))
