@@ -223,7 +223,7 @@ class Discourse:
             owners = [thing for thing in self.mentioned_things if thing.kind in ("building", "shop_sign", "wall")]
             named = replace(named, colour=owners[-1].colour, look=owners[-1].look) if owners else named
         wheres = self.wheres(named.where)
-        thing = Thing(named.kind, named.colour, named.look, named.which, wheres, named.number)
+        thing = Thing(named.kind, named.colour, named.look, named.which, wheres, named.number, arms=named.arms)
         return replace(thing, identity=self._identity(thing))
 
     def _identity(self, thing: Thing) -> str:

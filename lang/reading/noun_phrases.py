@@ -1,7 +1,7 @@
 """Reader of noun phrases: a thing with adjectives in any order."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from lang.grammar import INSIDE, Grammar, forms_of
@@ -18,6 +18,7 @@ class NounPhrase:
         back: SAME if it refers to an earlier thing of its kind, PRONOUN if to the last thing mentioned, OWN if it is a
             corner of the building mentioned last.
         number: as in `lang.meaning.Thing`; "several" for a plural without a number too.
+        arms: as in `lang.meaning.Thing`, where the noun tells it.
     """
 
     kind: str
@@ -27,6 +28,7 @@ class NounPhrase:
     where: tuple["RelationPhrase", ...] = ()
     back: str = PLAIN
     number: str = ""
+    arms: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +46,7 @@ class _Word:
     value: str = ""
     kind: str = ""
     look: str = ""
+    arms: int = 0
 
 
 _PATTERNED = "\0"
@@ -127,9 +130,9 @@ class NounPhraseReader:
         for kind, lexemes in self._grammar.nouns.items():
             listed: set[tuple[str, ...]] = set()
             singular = {text for each in lexemes for marks, text in each.forms if not marks & plural}
-            for form in forms_of(lexemes):
+            for form, arms in {form: each.arms for each in lexemes for form in forms_of([each])}.items():
                 number = "" if form in singular else _PLURAL
-                self._book.add(self._split(form.replace(INSIDE, "")), _Word("noun", kind, number))
+                self._book.add(self._split(form.replace(INSIDE, "")), _Word("noun", kind, number, arms=arms))
                 if INSIDE in form:
                     head, tail = map(self._split, form.split(INSIDE))
                     self._divided.add(head, (*head, *tail))
@@ -323,7 +326,7 @@ class NounPhraseReader:
         if after:
             end, said["look"] = after[0]
         number = said["two"] or said["several"] or ("several" if noun.kind == _PLURAL else "")
-        named = NounPhrase(kind, said["colour"], said["look"], said["which"], (), back, number)
+        named = NounPhrase(kind, said["colour"], said["look"], said["which"], (), back, number, noun.arms)
         yield end, named
         if kind in self._collectibles:
             yield from self._described_behind(keys, end, named)

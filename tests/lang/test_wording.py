@@ -10,6 +10,7 @@ import pytest
 from lang import load, sampling
 from lang.grammar import forms_of
 from lang.meaning import Assembly, Face, Navigation, Rotate, Thing, Walk
+from lang.reference import mentions
 from tests.lang.test_hindi_texts import REGISTERS
 
 EPISODES = 130
@@ -190,7 +191,9 @@ def test_a_hindi_intersection_is_named_by_how_many_streets_meet_there(arms: int,
         text = load("hi").write(meaning, Random(seed))
         assert named in text, text
         assert not_named not in text, text
-        assert load("hi").read(text, "navigation") == meaning
+        read = load("hi").read(text, "navigation")
+        assert read == meaning
+        assert [thing.arms for thing in mentions(read) if thing.kind == "intersection"] == [arms if arms == 3 else 0]
 
 
 def test_one_turns_there_at_the_intersection_that_one_has_walked_to() -> None:

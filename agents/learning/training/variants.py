@@ -12,7 +12,7 @@ import numpy as np
 import lang
 from agents.learning.eyes.grid import CHANNEL_NAMES
 from agents.learning.training.demonstrations import Demonstration
-from agents.learning.training.vl_grounded.exchange import Exchange
+from agents.learning.training.vl_grounded.exchange import Exchange, read_meaning
 from arramon_client.agent import Action
 from arramon_client.environments.backend import NAVIGATION
 from lang.meaning import OTHER_SIDE, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
@@ -97,11 +97,10 @@ class Variants:
         return _Change(exchange, mirrors, texts)
 
     def _meaning(self, row: int) -> Meaning:
-        """Return what a demonstration's instruction says: the same in all languages, so it is read in the first."""
+        """Return what a demonstration's instruction says."""
         if row not in self._meanings:
             shown = self._demonstrations[row]
-            language, text = next(iter(shown.texts.items()))
-            self._meanings[row] = lang.load(language).read(text, shown.phase)
+            self._meanings[row] = read_meaning(shown.texts, shown.phase)
         return self._meanings[row]
 
 

@@ -20,6 +20,7 @@ from agents.learning.eyes.vocabulary import (
     LOOK_GROUPS,
 )
 from lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, Step, Thing, Walk
+from lang.reference import mentions
 from lang.room import Standing
 
 Names = Mapping[str, str]
@@ -141,10 +142,26 @@ def versions(texts: Mapping[str, str], phase: str, languages: Sequence[str], cou
     """
     found = [Version(texts)]
     if count:
-        language, text = next(iter(texts.items()))
-        meaning, random = lang.load(language).read(text, phase), Random(seed)  # noqa: S311 - not for secrets
+        meaning, random = read_meaning(texts, phase), Random(seed)  # noqa: S311 - not for secrets
         for _ in range(count):
             exchange = Exchange.draw(random)
             other = exchange.meaning(meaning)
             found.append(Version({each: lang.load(each).write(other, random) for each in languages}, exchange))
     return found
+
+
+def read_meaning(texts: Mapping[str, str], phase: str) -> Meaning:
+    """Return what an instruction says, read by the grammar, from the language that tells most about junctions.
+
+    All languages say the same; some tell besides how many streets meet at a junction.
+
+    Args:
+        texts: the instruction by language.
+        phase: "navigation" or "assembly".
+
+    Raises:
+        ValueError: a text cannot be read.
+    """
+    first, *others = (lang.load(language).read(text, phase) for language, text in texts.items())
+    alike = [first, *(meaning for meaning in others if meaning == first)]
+    return max(alike, key=lambda meaning: sum(thing.arms > 0 for thing in mentions(meaning)))

@@ -127,3 +127,12 @@ def test_a_text_that_the_grammar_cannot_write_anew_stays_as_it_is(text: str, fau
         assert variant.texts == shown.texts
         assert np.array_equal(variant.features, shown.features)
         assert np.array_equal(variant.actions, shown.actions)
+
+
+def test_hindi_tells_three_streets_from_four_in_variants_too() -> None:
+    turn = Rotate("left", "at", Thing("intersection", identity="1", arms=3))
+    meaning = Navigation((turn, *MEANT.steps[1:]), MEANT.target)
+    texts = {code: lang.load(code).write(meaning, Random(1)) for code in ("en", "hi")}
+    made = variants(replace(demonstration(), texts=texts))
+    for number in range(13):
+        assert "तिराह" in made.variant(0, number).texts["hi"]
