@@ -4,13 +4,14 @@ import gc
 import json
 import os
 import signal
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from server.sim.raster.camera import compile_kernels
-from tests import ROOT, forked_pools, recorded_migrations, tiny
+from tests import ROOT, forked_pools, forked_testers, recorded_migrations, tiny
 from tests.faults.clients import EPISODES, Peace, journal_url, undisturbed
 from tests.forked import Forked
 from tests.serving import Server
@@ -51,6 +52,13 @@ def interruptible() -> Iterator[None]:
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     """`--numprocesses auto`: two for each core, as tests wait for servers and clocks half of their time."""
     return 2 * (os.cpu_count() or 1)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_setupnodes(config: pytest.Config) -> None:
+    """Fork the test processes from this one, with everything imported, where nothing speaks against forking."""
+    if sys.platform == "linux":
+        forked_testers.install(config)
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:

@@ -7,10 +7,11 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NoReturn
 
 from prometheus_client import values
 
@@ -22,21 +23,28 @@ LAUNCHER = 4
 """Number of words of a worker's command before the server's own arguments: the interpreter and the lifeline."""
 
 
-class ForkedWorker:
-    """`subprocess.Popen` for a worker: the same streams, session, environment and lifeline, but no new interpreter."""
+class ForkedProcess:
+    """A fork of this process with its own input and output: the part of `subprocess.Popen` that waits and signals.
 
-    def __init__(self, command: Sequence[str], env: Mapping[str, str], **_streams: Any) -> None:
-        read_stdin, write_stdin = os.pipe()
-        read_stdout, write_stdout = os.pipe()
+    Args:
+        work: what it does, given the file descriptors of its input and output; it ends the process itself.
+
+    Attributes:
+        pid: the process.
+        input, output: file descriptors of the other ends, of this process.
+    """
+
+    def __init__(self, work: Callable[[int, int], NoReturn]) -> None:
+        read_stdin, self.input = os.pipe()
+        self.output, write_stdout = os.pipe()
         self.returncode: int | None = None
         for stream in (sys.stdout, sys.stderr):
             stream.flush()
         self.pid = os.fork()
         if self.pid == 0:
-            _work(command, env, read_stdin, write_stdout)
+            work(read_stdin, write_stdout)
         os.close(read_stdin)
         os.close(write_stdout)
-        self.stdin, self.stdout = os.fdopen(write_stdin, "w"), os.fdopen(read_stdout)
 
     def poll(self) -> int | None:
         if self.returncode is None:
@@ -48,7 +56,7 @@ class ForkedWorker:
         until = time.monotonic() + (timeout or 240.0)
         while (status := self.poll()) is None:
             if time.monotonic() > until:
-                raise subprocess.TimeoutExpired("a worker", timeout or 240.0)
+                raise subprocess.TimeoutExpired("a forked process", timeout or 240.0)
             time.sleep(0.005)
         return status
 
@@ -63,7 +71,15 @@ class ForkedWorker:
             os.kill(self.pid, number)
 
 
-def _work(command: Sequence[str], environment: Mapping[str, str], stdin: int, stdout: int) -> None:
+class ForkedWorker(ForkedProcess):
+    """`subprocess.Popen` for a worker: the same streams, session, environment and lifeline, but no new interpreter."""
+
+    def __init__(self, command: Sequence[str], env: Mapping[str, str], **_streams: Any) -> None:
+        super().__init__(partial(_work, command, env))
+        self.stdin, self.stdout = os.fdopen(self.input, "w"), os.fdopen(self.output)
+
+
+def _work(command: Sequence[str], environment: Mapping[str, str], stdin: int, stdout: int) -> NoReturn:
     """In the new process: becomes the worker, and ends with it."""
     status = 1
     try:
@@ -72,7 +88,7 @@ def _work(command: Sequence[str], environment: Mapping[str, str], stdin: int, st
             signal.signal(number, signal.SIG_DFL)
         os.dup2(stdin, 0)
         os.dup2(stdout, sys.stdout.fileno())
-        _let_go_of_files()
+        let_go_of_files()
         os.environ.clear()
         os.environ.update(environment)
         # Chosen by the environment when the module was imported:
@@ -87,11 +103,13 @@ def _work(command: Sequence[str], environment: Mapping[str, str], stdin: int, st
         os._exit(status)
 
 
-def _let_go_of_files() -> None:
-    """Closes the parent's sockets and pipes here: a copy would keep them open. Their numbers stay taken."""
+def let_go_of_files(*kept: int | None) -> None:
+    """Close the parent's sockets and pipes in this fork, but for a few: a copy would keep them open.
+
+    Their numbers stay taken."""
     nothing = os.open(os.devnull, os.O_RDWR)
     for path in list(Path("/proc/self/fd").iterdir()):
-        if int(path.name) > 2 and int(path.name) != nothing:
+        if int(path.name) > 2 and int(path.name) not in (nothing, *kept):
             os.dup2(nothing, int(path.name))
 
 
