@@ -20,8 +20,11 @@ from execnet.gateway_base import Popen2IO
 
 from tests.forked_workers import ForkedProcess, let_go_of_files
 
-_FORKSERVER: Any = multiprocessing.forkserver._forkserver  # type: ignore[attr-defined]
+_FORKSERVER: Any = multiprocessing.forkserver._forkserver
 """The process from which the servers and clients of tests are forked (`tests.forked`): one for all test processes."""
+
+_TRACKER: Any = resource_tracker._resource_tracker
+"""Connection to the process that removes shared memory left behind: one for all as well."""
 
 COLLECT = ("-o", "addopts=", "--collect-only", "--capture=no")
 """Options to import and collect tests, but not run them."""
@@ -44,7 +47,7 @@ def install(config: pytest.Config) -> None:
             with capture.global_and_fixture_disabled():
                 self.process = ForkedProcess(_test)
             streams = os.fdopen(self.process.input, "wb"), os.fdopen(self.process.output, "rb")
-            super().__init__(*streams, execmodel=execmodel)  # type: ignore[no-untyped-call]
+            super().__init__(*streams, execmodel=execmodel)
             self.wait, self.kill = self.process.wait, self.process.kill
 
     gateway_io.Popen2IOMaster = Tester  # type: ignore[misc, assignment]
@@ -56,7 +59,7 @@ def _test(stdin: int, stdout: int) -> NoReturn:
     try:
         os.dup2(stdin, 0)
         os.dup2(stdout, 1)
-        let_go_of_files(_FORKSERVER._forkserver_alive_fd, resource_tracker._resource_tracker._fd)
+        let_go_of_files(_FORKSERVER._forkserver_alive_fd, _TRACKER._fd)
         _FORKSERVER.ensure_running = lambda: None  # It is the child of another process, which looks after it.
         sys.stdin, sys.stdout, sys.stderr = (os.fdopen(number, mode) for number, mode in enumerate("rww"))
         sys.meta_path = [finder for finder in sys.meta_path if not isinstance(finder, AssertionRewritingHook)]

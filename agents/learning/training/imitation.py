@@ -16,6 +16,7 @@ from agents.learning.training.alignment import alignment_loss, other_texts
 from agents.learning.training.batches import as_tokens, draw_text, epoch, loss_of, make_batch
 from agents.learning.training.card import card
 from agents.learning.training.demonstrations import Demonstration
+from agents.learning.training.precision import usable
 from agents.learning.training.recipe import Place, Recipe
 from agents.learning.training.rollouts import Plan, mean, play
 from agents.learning.training.sources import Tell, data_of, digest_of, splits_of
@@ -40,6 +41,7 @@ class Imitation:
         tell: receives lines of progress.
 
     Attributes:
+        recipe: with a precision that the device has.
         step: number of updates so far.
         losses: of every update so far.
     """
@@ -48,6 +50,7 @@ class Imitation:
         self, recipe: Recipe, place: Place, demonstrations: Sequence[Demonstration], tell: Tell = lambda _: None
     ) -> None:
         torch.manual_seed(recipe.seed)
+        recipe = replace(recipe, precision=usable(recipe.precision, place.device, tell))
         self.recipe, self.place, self.tell = recipe, place, tell
         self.demonstrations = demonstrations
         texts = [text for each in demonstrations for text in each.read_in(recipe.texts)]

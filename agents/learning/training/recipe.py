@@ -31,7 +31,7 @@ class Recipe:
         passes: through the navigation demonstrations.
         batch, room_batch: navigation and assembly demonstrations in a batch.
         precision: of matrix products; weights and sums are float32. With "bfloat16" an update of `vl` takes
-            0.6 of the time on processors that have it, and much more on others.
+            0.6 of the time on processors that have it; on others it is trained in "float32".
         init: weights to begin with, in place of random ones: a file, or a folder with one named after the agent. What
             its tokenizer does not know of the texts is added, where it has words.
         learning_rate: of Adam.

@@ -5,7 +5,7 @@ import logging
 import random
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from agents.learning.reader.reader import load as load_reader
 from agents.learning.simulated.body import Faults
 from agents.learning.simulated.courses import Course, training_courses
 from agents.learning.simulated.walks import Decided, walk
+from agents.learning.training.precision import usable
 from agents.learning.training.trainer import Plan, Trainer
 from agents.learning.training.vl_map.task import Arrays, ChoosingTask, arrays_of, load_arrays, save_arrays
 from agents.vl_map.network import PolicyNetwork, Sizes
@@ -93,6 +94,7 @@ class MapTraining:
     """
 
     def __init__(self, recipe: MapRecipe, data: Path, output: Path, tell: Tell = lambda _: None) -> None:
+        recipe = replace(recipe, precision=usable(recipe.precision, "cpu", tell))
         self.recipe, self._output, self._tell = recipe, output, tell
         output.mkdir(parents=True, exist_ok=True)
         self._walk_seconds = self._first_seconds = 0.0

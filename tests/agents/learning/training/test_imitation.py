@@ -9,8 +9,9 @@ import torch
 
 from agents.learning.agent import LearnedAgent
 from agents.learning.checkpoint import load_policy
-from agents.learning.training import imitation
+from agents.learning.training import imitation, precision
 from agents.learning.training.imitation import Imitation, OtherRecipe
+from agents.learning.training.precision import has_bfloat16
 from agents.learning.training.rollouts import Plan
 from tests.agents.learning.made import demonstrations, place, recipe
 
@@ -91,11 +92,35 @@ def test_the_best_weights_of_each_phase_are_kept(tmp_path: Path, monkeypatch: py
         assert torch.equal(value, kept[1 if ".navigation." in name else 0][name]), name
 
 
-def test_it_learns_in_less_precision(tmp_path: Path) -> None:
-    made = Imitation(replace(recipe(passes=40), precision="bfloat16"), place(tmp_path), demonstrations())
+def test_it_learns_in_less_precision_or_says_that_the_processor_cannot(tmp_path: Path) -> None:
+    told: list[str] = []
+    made = Imitation(replace(recipe(passes=40), precision="bfloat16"), place(tmp_path), demonstrations(), told.append)
+    assert made.recipe.precision == ("bfloat16" if has_bfloat16("cpu") else "float32")
+    assert ("this processor has no bfloat16: training in float32, which takes longer" in told) != has_bfloat16("cpu")
     made.run()
     assert sum(made.losses[-5:]) < sum(made.losses[:5]) / 3
     assert {value.dtype for value in made.policy.model.state_dict().values()} == {torch.float32}
+
+
+@pytest.mark.parametrize(
+    ("has", "wanted", "used"),
+    [(True, "bfloat16", "bfloat16"), (True, "float32", "float32"), (False, "float32", "float32")],
+)
+def test_a_precision_that_the_device_has_is_used(
+    monkeypatch: pytest.MonkeyPatch, has: bool, wanted: str, used: str
+) -> None:
+    told: list[str] = []
+    monkeypatch.setattr(precision, "has_bfloat16", lambda _device: has)
+    assert precision.usable(wanted, "cpu", told.append) == used
+    assert not told
+
+
+def test_a_precision_that_the_device_lacks_is_not_used_and_that_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[str] = []
+    monkeypatch.setattr(precision, "has_bfloat16", lambda _device: False)
+    assert precision.usable("bfloat16", "cpu", told.append) == "float32"
+    (line,) = told
+    assert "no bfloat16" in line
 
 
 def test_an_unknown_precision_is_named() -> None:
