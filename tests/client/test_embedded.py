@@ -15,16 +15,16 @@ from arramon_client.local.embedded import NOTICE_TIMEOUT, START_TIMEOUT, default
 from tests import ROOT
 
 SERVER = """
-import signal, sys, threading
+import queue, signal, sys
 from tests.client.fake import Servicer, World, serving
-stopped = threading.Event()
-signal.signal(signal.SIGTERM, lambda *_: stopped.set())
+stopped = queue.SimpleQueue()  # An event's lock may be held by the thread that the signal interrupts.
+signal.signal(signal.SIGTERM, lambda *_: stopped.put("now"))
 assert sys.argv[1:3] == ["serve", "--listen"] and sys.argv[4] == "--data", sys.argv
 with serving(Servicer(World()), sys.argv[3]):
     print("a word before", flush=True)
     print("compiling something; this is done once", flush=True)
     print("listening on", sys.argv[3], flush=True)
-    stopped.wait()
+    stopped.get()
 open(sys.argv[5] + "/stopped", "a").write("in good order\\n")
 """
 

@@ -120,8 +120,9 @@ def apart_from(places: Numbers, kind: str, standing: Sequence[tuple[float, float
     """Return which places (m, 2) leave room between a thing of a kind and all others (x, z, kind), (m,)."""
     there = np.array([(x, z) for x, z, _ in standing]).reshape(-1, 2)
     gaps = footprint_radius(kind) + np.array([footprint_radius(other) for _, _, other in standing]) + APART
-    apart: Mask = np.hypot(*(places[:, None] - there).transpose(2, 0, 1)) >= gaps
-    return apart.all(axis=1)
+    away = places[:, None] - there
+    room: Mask = np.all(np.hypot(away[..., 0], away[..., 1]) >= gaps, axis=1)
+    return room
 
 
 def _lattice(low: Numbers, high: Numbers, spacing: float) -> Numbers:
