@@ -15,7 +15,7 @@ from arramon_client.local.embedded import NOTICE_TIMEOUT, START_TIMEOUT, default
 from tests import ROOT
 
 SERVER = """
-import queue, signal, sys
+import queue, signal, sys, time
 from tests.client.fake import Servicer, World, serving
 stopped = queue.SimpleQueue()  # An event's lock may be held by the thread that the signal interrupts.
 signal.signal(signal.SIGTERM, lambda *_: stopped.put("now"))
@@ -74,7 +74,7 @@ def test_the_output_of_a_server_that_fails_to_start_is_shown(module: str, tmp_pa
 def test_an_announced_compilation_may_take_longer(module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The first limit is over when the notice has arrived; only then does the server go on."""
     go, noticed = tmp_path / "go", threading.Event()
-    waits = f"while not Path({str(go)!r}).exists() and not stopped.wait(0.01): pass"
+    waits = f"while not Path({str(go)!r}).exists() and stopped.empty(): time.sleep(0.01)"
     source = SERVER.replace('    print("listening', f'    {waits}\n    print("listening')
     (tmp_path / "scripted_server.py").write_text(f"from pathlib import Path\n{source}")
 
