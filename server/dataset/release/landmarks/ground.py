@@ -118,10 +118,10 @@ class Room:
 
 def apart_from(places: Numbers, kind: str, standing: Sequence[tuple[float, float, str]]) -> Mask:
     """Return which places (m, 2) leave room between a thing of a kind and all others (x, z, kind), (m,)."""
-    there = np.array([(x, z) for x, z, _ in standing]).reshape(-1, 2)
-    gaps = footprint_radius(kind) + np.array([footprint_radius(other) for _, _, other in standing]) + APART
-    away = places[:, None] - there
-    room: Mask = np.all(np.hypot(away[..., 0], away[..., 1]) >= gaps, axis=1)
+    room = np.ones(len(places), dtype=bool)
+    for x, z, other in standing:
+        gap = footprint_radius(kind) + footprint_radius(other) + APART
+        room &= np.hypot(places[:, 0] - x, places[:, 1] - z) >= gap
     return room
 
 
