@@ -50,8 +50,8 @@ def interruptible() -> Iterator[None]:
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
-    """`--numprocesses auto`: three for each core, as tests wait for servers and clocks much of their time."""
-    return 3 * (os.cpu_count() or 1)
+    """`--numprocesses auto`: two for each core: tests wait for servers and clocks, but more processes took longer."""
+    return 2 * (os.cpu_count() or 1)
 
 
 @pytest.hookimpl(optionalhook=True)
