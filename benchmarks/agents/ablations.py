@@ -23,10 +23,9 @@ import torch
 
 from agents.learning.checkpoint import find_weights
 from agents.learning.training.demonstrations import Source, episodes_of
-from agents.learning.training.recipe import RECIPES
 from arramon_client import load_agent
 from benchmarks.agents.ablations_tables import BASE, Measured, tables
-from benchmarks.agents.study import METRICS, Lessons, Study, study_options, write_page
+from benchmarks.agents.study import BRIEF, METRICS, Lessons, Study, study_options, write_page
 
 BEGIN, END = "<!-- tables: benchmarks/agents/ablations.py -->", "<!-- end of tables -->"
 
@@ -54,7 +53,8 @@ class Variation:
 
 
 ROWS = {
-    BASE: Variation("as shipped, but trained for this time"),
+    BASE: Variation("as shipped, but trained for this time, and without variants of demonstrations"),
+    "variants": Variation("with variants, the time to write them included", {"variants": 4}),
     "pooled": Variation("encoder `pooled`: shares of colours and depths, not learned", {"encoder": "pooled"}),
     "share-1": Variation("all steps in the loss, changes of action without more weight", {"share": 1.0}),
     "no-rooms": Variation("no drawn rooms", {"rooms": 0}, phases=("assembly",)),
@@ -120,8 +120,8 @@ def main() -> None:
 def measure(study: Study, given: argparse.Namespace, name: str, phase: str, seed: int) -> Measured:
     """Return what a variation of `vl` reaches in a phase, from the folder of runs or by training and playing it."""
     row = ROWS[name]
-    changes = {"episodes": given.train_episodes, "rooms": given.rooms, **row.recipe, "validate_episodes": 0}
-    recipe = replace(RECIPES["vl"], seed=seed, **changes)
+    changes = {"episodes": given.train_episodes, "rooms": given.rooms, **row.recipe}
+    recipe = replace(BRIEF, seed=seed, **changes)
     if row.share < 1.0:
         count = recipe.episodes or len(episodes_of(Source(given.data, "train", ("en",), "", 0))[0])
         recipe = replace(recipe, episodes=max(1, round(row.share * count)))

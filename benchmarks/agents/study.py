@@ -18,7 +18,7 @@ from agents.learning.agent import LearnedAgent
 from agents.learning.checkpoint import SUFFIX, Policy, load_policy, save_policy
 from agents.learning.training.demonstrations import ROOMS, Demonstration, Source, collect
 from agents.learning.training.imitation import Imitation
-from agents.learning.training.recipe import Place, Recipe
+from agents.learning.training.recipe import RECIPES, Place, Recipe
 from agents.learning.training.rollouts import Plan, play
 from agents.learning.vision.encoder import VisualEncoder, open_encoder
 from arramon_client.agent import Agent
@@ -28,6 +28,9 @@ SPLITS = ("val_seen", "val_unseen")
 
 METRICS = {"navigation": ("nDTW", "CTC-3"), "assembly": ("PTC",)}
 """Metrics of each phase; the ground truth plays the other one."""
+
+BRIEF = replace(RECIPES["vl"], variants=0, average=0.0, validate_episodes=0)
+"""The recipe of `vl` for minutes of training: variants of demonstrations would take most of them to be written."""
 
 Scores = Mapping[str, Mapping[str, Mapping[str, float]]]
 """By language of play and "split/episode": each metric."""

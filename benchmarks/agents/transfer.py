@@ -19,9 +19,8 @@ from dataclasses import dataclass, replace
 
 import torch
 
-from agents.learning.training.recipe import RECIPES
 from agents.learning.vision.encoder import DEFAULT
-from benchmarks.agents.study import LANGUAGES, METRICS, Lessons, Study, study_options, write_page
+from benchmarks.agents.study import BRIEF, LANGUAGES, METRICS, Lessons, Study, study_options, write_page
 from benchmarks.agents.transfer_tables import ENCODERS, Result, tables
 
 TRANSFERRED = ("word", "sentencepiece", "multilingual", "random")
@@ -92,13 +91,12 @@ def result(study: Study, given: argparse.Namespace, row: Row, phase: str, seed: 
     """Return what a row reaches in a phase, from the folder of runs or by training and playing it."""
     encoder = ENCODERS[row.encoder]
     recipe = replace(
-        RECIPES["vl"],
+        BRIEF,
         languages=row.trained,
         tokenizer=encoder.tokenizer,
         reader=encoder.reader,
         align=row.align,
         seed=seed,
-        validate_episodes=0,
     )
     if phase == "assembly":
         lessons, seconds = Lessons(phase, DEFAULT, None, given.rooms), given.seconds

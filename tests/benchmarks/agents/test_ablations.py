@@ -104,4 +104,4 @@ def test_a_page_without_its_marks_is_not_written(tmp_path: Path) -> None:
 def test_unknown_rows_are_told(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         run(monkeypatch, ablations, "--rows", "no-legs")
-    assert "--rows no-legs: there are base, pooled" in capsys.readouterr().err
+    assert "--rows no-legs: there are base, variants, pooled" in capsys.readouterr().err
