@@ -160,8 +160,17 @@ def read_meaning(texts: Mapping[str, str], phase: str) -> Meaning:
         phase: "navigation" or "assembly".
 
     Raises:
-        ValueError: a text cannot be read.
+        ValueError: the text in the first language cannot be read.
     """
-    first, *others = (lang.load(language).read(text, phase) for language, text in texts.items())
-    alike = [first, *(meaning for meaning in others if meaning == first)]
-    return max(alike, key=lambda meaning: sum(thing.arms > 0 for thing in mentions(meaning)))
+    (language, text), *others = texts.items()
+    first = lang.load(language).read(text, phase)
+    alike = [meaning for meaning in (_read(*other, phase) for other in others) if meaning == first]
+    return max([first, *alike], key=lambda meaning: sum(thing.arms > 0 for thing in mentions(meaning)))
+
+
+def _read(language: str, text: str, phase: str) -> Meaning | None:
+    """Return what a text says, or None if it cannot be read."""
+    try:
+        return lang.load(language).read(text, phase)
+    except ValueError:
+        return None

@@ -10,6 +10,7 @@ import lang
 from agents.learning.eyes.grid import CHANNEL_NAMES
 from agents.learning.training.demonstrations import Demonstration
 from agents.learning.training.variants import Variants, mirrored
+from agents.learning.training.vl_grounded.exchange import read_meaning
 from arramon_client.agent import Action
 from lang.meaning import Face, Navigation, Rotate, Thing, Walk, Where
 
@@ -136,3 +137,10 @@ def test_hindi_tells_three_streets_from_four_in_variants_too() -> None:
     made = variants(replace(demonstration(), texts=texts))
     for number in range(13):
         assert "तिराह" in made.variant(0, number).texts["hi"]
+
+
+def test_what_cannot_be_read_in_one_language_is_read_in_the_first() -> None:
+    texts = {code: lang.load(code).write(MEANT, Random(1)) for code in ("en", "hi")} | {"hi": "क ख ग"}
+    assert read_meaning(texts, "navigation") == MEANT
+    with pytest.raises(ValueError, match="nothing understood"):
+        read_meaning(dict(reversed(texts.items())), "navigation")
