@@ -50,13 +50,13 @@ def interruptible() -> Iterator[None]:
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
-    """`--numprocesses auto`: two for each core: tests wait for servers and clocks, but more processes took longer."""
+    """`--numprocesses auto`: two for each core, as tests wait for servers and clocks; three took longer."""
     return 2 * (os.cpu_count() or 1)
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_setupnodes(config: pytest.Config) -> None:
-    """Fork the test processes from this one, with everything imported, where nothing speaks against forking."""
+    """Fork the test processes from this one, with everything imported; on Linux, as elsewhere forking is not safe."""
     if sys.platform == "linux":
         forked_testers.install(config)
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from lang.grammar import INSIDE, Grammar, forms_of
+from lang.grammar import INSIDE, Grammar
 from lang.reading.matching import OPTIONAL, Phrasebook, SplitWords
 
 PLAIN, SAME, PRONOUN, OWN = "", "same", "it", "its"
@@ -130,9 +130,10 @@ class NounPhraseReader:
         for kind, lexemes in self._grammar.nouns.items():
             listed: set[tuple[str, ...]] = set()
             singular = {text for each in lexemes for marks, text in each.forms if not marks & plural}
-            for form, arms in {form: each.arms for each in lexemes for form in forms_of([each])}.items():
+            arms = {form: lexeme.arms for lexeme in lexemes for _, form in lexeme.forms}
+            for form in arms:
                 number = "" if form in singular else _PLURAL
-                self._book.add(self._split(form.replace(INSIDE, "")), _Word("noun", kind, number, arms=arms))
+                self._book.add(self._split(form.replace(INSIDE, "")), _Word("noun", kind, number, arms=arms[form]))
                 if INSIDE in form:
                     head, tail = map(self._split, form.split(INSIDE))
                     self._divided.add(head, (*head, *tail))

@@ -26,10 +26,10 @@ MARKS = ",.;:।"
 """Punctuation at the ends of words."""
 
 STREETS = ("street", "alley")
-"""Kinds of which only their own patterns are written: one turns into a street, not at it."""
+"""Kinds for which the general patterns are not used, only those of the kind: one turns into a street, not at it."""
 
 PAST_INTERSECTION = "walk past intersection"
-"""The clause of which only its own patterns are written: one crosses an intersection, and does not pass it."""
+"""The clause for which the general patterns are not used: one crosses an intersection, one does not walk past it."""
 
 _SENTENCES = (1, 1, 2, 2, 2, 3)
 """Distribution of the number of clauses per sentence."""
