@@ -121,7 +121,11 @@ class Automaton:
         return after
 
     def find(
-        self, keys: Sequence[str], start: int, read: Callable[[str, int], Iterable[tuple[int, object]]]
+        self,
+        keys: Sequence[str],
+        start: int,
+        read: Callable[[str, int], Iterable[tuple[int, object]]],
+        closed: Sequence[frozenset[str]] = (),
     ) -> Iterator[Match]:
         """Yield all matches that begin at `keys[start]`.
 
@@ -130,18 +134,25 @@ class Automaton:
             start: index of the first word.
             read: returns, for a slot's name and an index, all possible ends and values there (None if a slot has no
                 value).
+            closed: for each index, the text's end included, names of slots for which `read` would return nothing there:
+                it is not asked. Empty if none are known.
         """
+        size = len(keys)
         pending: list[tuple[Node, int, Bindings]] = [(self._start, start, ())]
         while pending:
             node, at, bound = pending.pop()
             for label in node.accepted:
                 yield Match(at, label, bound)
-            after = node.after_word(keys[at]) if at < len(keys) else None
+            after = node.after_word(keys[at]) if at < size else None
             if after is not None:
                 pending.append((after, at + 1, bound))
-            for slot in node.slots:
-                for end, value in read(slot, at):
-                    pending.append((node.after_slot(slot), end, bound if value is None else (*bound, (slot, value))))
+            if node.slots:
+                without = closed[at] if closed else ()
+                for slot in node.slots:
+                    if slot not in without:
+                        for end, value in read(slot, at):
+                            filled = bound if value is None else (*bound, (slot, value))
+                            pending.append((node.after_slot(slot), end, filled))
 
 
 class Phrasebook:
@@ -165,11 +176,16 @@ class Phrasebook:
             entries.sort(key=lambda entry: -len(entry[0]))
             self.vocabulary.update(keys)
 
+    def may_begin(self, key: str | None) -> bool:
+        """Return whether a phrase may begin with a word, or at the end of a text (None)."""
+        return bool(self.empty) or key in self._entries
+
     def at(self, keys: Sequence[str], start: int) -> Iterator[tuple[int, object]]:
         """Yield the end and the meaning of each phrase that begins at `keys[start]`, the longest first."""
         if start < len(keys):
             for phrase, meaning in self._entries.get(keys[start], ()):
-                if tuple(keys[start : start + len(phrase)]) == phrase:
-                    yield start + len(phrase), meaning
+                size = len(phrase)
+                if size == 1 or tuple(keys[start : start + size]) == phrase:
+                    yield start + size, meaning
         for meaning in self.empty:
             yield start, meaning

@@ -45,6 +45,11 @@ class TextParser:
     phase: str
     written_only: bool = False
     _memo: dict[tuple[str, int, int, bool], list[tuple[int, object]]] = field(default_factory=dict)
+    _related: dict[tuple[int, int, bool], list[tuple[int, tuple[RelationPhrase, ...]]]] = field(default_factory=dict)
+    _closed: list[frozenset[str]] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._closed = [self.reader.closed_slots(key) for key in (*self.keys, None)]
 
     def items(self) -> list[tuple[int, Item]]:
         """Return the understood parts in order, each with its start, from the cheapest division of the text."""
@@ -91,7 +96,11 @@ class TextParser:
         automaton = self.reader.clauses[self.phase]
         amid = start > 0 and self.keys[start - 1] not in self.reader.fillers
         fresh = start == 0 or self.keys[start - 1] in self.reader.openers
-        for match in automaton.find(self.keys, start, lambda slot, at: self._slot(slot, at, DEPTH, top=True)):
+
+        def read(slot: str, at: int) -> list[tuple[int, object]]:
+            return self._slot(slot, at, DEPTH, top=True)
+
+        for match in automaton.find(self.keys, start, read, self._closed):
             if (match.label.key.endswith(BARE) and not fresh) or (match.label.also and self.written_only):
                 continue
             unusual = 0.0 if self._is_usual(match) else _NAMELESS if self._is_nameless(match) else _UNUSUAL
@@ -193,7 +202,7 @@ class TextParser:
             return self._noun_phrases_at(place) if slot == "thing" else self._slot(slot, place, depth - 1, top=top)
 
         found: list[tuple[int, object]] = []
-        for match in automaton.find(self.keys, at, read):
+        for match in automaton.find(self.keys, at, read, self._closed):
             bound = dict(match.bound)
             thing, where = bound["thing"], bound.get("where", ())
             assert isinstance(thing, NounPhrase)
@@ -202,7 +211,7 @@ class TextParser:
         return found
 
     def _wheres(self, at: int, depth: int, *, top: bool) -> list[tuple[int, tuple[RelationPhrase, ...]]]:
-        found: list[tuple[int, tuple[RelationPhrase, ...]]] = self._relations_at(at, depth)
+        found = list(self._relations_at(at, depth))
         longer = list(found)
         for _ in range(2):
             longer = [
@@ -225,13 +234,19 @@ class TextParser:
         self, at: int, depth: int, *, is_joined: bool = True
     ) -> list[tuple[int, tuple[RelationPhrase, ...]]]:
         """Return relations: a single one, or one to each of two things that share a noun."""
+        key = (at, depth, is_joined)
+        if key not in self._related:
+            self._related[key] = self._read_relations(at, depth, is_joined=is_joined)
+        return self._related[key]
+
+    def _read_relations(self, at: int, depth: int, *, is_joined: bool) -> list[tuple[int, tuple[RelationPhrase, ...]]]:
+        def read(slot: str, place: int) -> list[tuple[int, object]]:
+            return self._slot(slot, place, depth, top=False)
+
         found: list[tuple[int, tuple[RelationPhrase, ...]]] = []
-        matches = list(
-            self.reader.relations.find(self.keys, at, lambda slot, place: self._slot(slot, place, depth, top=False))
-        )
         matches = [
             match
-            for match in matches
+            for match in self.reader.relations.find(self.keys, at, read, self._closed)
             if not (match.label.also and self.written_only) and (is_joined or not match.label.main_only)
         ]
         written = {match.end for match in matches if not match.label.also}

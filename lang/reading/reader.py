@@ -103,6 +103,7 @@ class Reader:
         self._folded = self._spelt_alike()
         self._never_fuzzy = frozenset(word.casefold() for word in lexicon["not_misspelt"])
         self._corrected: dict[str, str] = {}
+        self._closed: dict[str | None, frozenset[str]] = {}
 
     def split(self, text: str) -> tuple[str, ...]:
         """Return the comparison keys of a text."""
@@ -152,6 +153,12 @@ class Reader:
             at = item.end
         rest = words.names(at, len(keys), set())
         return (*said, *(Said(thing=discourse.mention(named), manner="seen") for named in rest))
+
+    def closed_slots(self, key: str | None) -> frozenset[str]:
+        """Return the word and table slots of which no form begins with a word, or at the end of a text (None)."""
+        if key not in self._closed:
+            self._closed[key] = frozenset(slot for slot, book in self.books.items() if not book.may_begin(key))
+        return self._closed[key]
 
     def _understood(self, text: str, phase: str) -> tuple[list[Item], Meaning | None, bool]:
         """Return a text's parts by the written patterns if they cover it, or else by all; or its chunks' meaning.

@@ -218,7 +218,7 @@ class Imitation:
         """Write the best weights with their metadata and model card, and return them."""
         best = replace(self.policy, model=self._best_model())
         best.about |= {
-            "data": data_of(self.demonstrations, splits_of(self.recipe, self.place)),
+            "data": data_of(self.demonstrations, splits_of(self.recipe.split, self.place.data)),
             "updates": self.step,
             "cpu_seconds": round(self._cpu_seconds()),
             "validation": dict(self.best),

@@ -3,6 +3,7 @@
 import hashlib
 import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 from agents.learning.simulated.courses import training_splits
 from agents.learning.training.demonstrations import ROOMS, Demonstration, Source, collect, data_hash_of, unseen
@@ -14,9 +15,9 @@ TELL_SECONDS = 20.0
 """Least time between two lines of progress."""
 
 
-def splits_of(recipe: Recipe, place: Place) -> list[str]:
-    """Return the names of the splits whose episodes a recipe learns from."""
-    return training_splits(place.data) if recipe.split == "train" else [recipe.split]
+def splits_of(split: str, data: Path) -> list[str]:
+    """Return the names of the splits that are learned from: with `train` also `train_extra`, if the folder has it."""
+    return training_splits(data) if split == "train" else [split]
 
 
 def sources_of(recipe: Recipe, place: Place) -> list[Source]:
@@ -26,7 +27,7 @@ def sources_of(recipe: Recipe, place: Place) -> list[Source]:
     """
     sources = [
         Source(place.data, split, recipe.texts, recipe.encoder, recipe.episodes, every=recipe.every)
-        for split in splits_of(recipe, place)
+        for split in splits_of(recipe.split, place.data)
     ]
     if recipe.rooms:
         sources.append(Source(place.data, ROOMS, recipe.texts, recipe.encoder, recipe.rooms))

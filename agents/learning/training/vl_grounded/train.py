@@ -19,7 +19,7 @@ from agents.learning.training.recipe import Place
 from agents.learning.training.rollouts import Plan as Rollouts
 from agents.learning.training.rollouts import mean, play
 from agents.learning.training.run import train
-from agents.learning.training.sources import digest_of
+from agents.learning.training.sources import digest_of, splits_of
 from agents.learning.training.trainer import Plan, Trainer
 from agents.learning.training.vl_grounded.exchange import Version, versions
 from agents.learning.training.vl_grounded.room_views import RoomView, collect_views
@@ -54,7 +54,8 @@ class GroundedRecipe:
 
     Attributes:
         languages: in which instructions are read.
-        split, every, episodes, init: as in `agents.learning.training.recipe.Recipe`.
+        split, every, episodes, init: as in `agents.learning.training.recipe.Recipe`. With `train`, `train_extra` is
+            learned from as well if the data folder has it.
         rooms: number of generated tasks in the room alone, besides.
         versions, room_versions: number of variants of each walk's and each room's instruction, with other things.
         passes: number of passes over the walks.
@@ -74,7 +75,7 @@ class GroundedRecipe:
     rooms: int = 600
     versions: int = 2
     room_versions: int = 1
-    passes: int = 32
+    passes: int = 24
     batch: int = 32
     learning_rate: float = 2e-3
     inflection: float = 2.5
@@ -97,9 +98,15 @@ def train_grounded(recipe: GroundedRecipe, place: Place, tell: Tell) -> Path:
     """
     torch.set_num_threads(1)  # Two processes of one thread do more than one of two.
     place.output.mkdir(parents=True, exist_ok=True)
-    sources = _sources(recipe, place.data)
+    splits = splits_of(recipe.split, place.data)
+    sources = _sources(recipe, splits, place.data)
     demonstrations = [
-        each for part in collect(sources[0], place.cache, place.processes) for each in part if each.phase == NAVIGATION
+        each
+        for source in sources
+        if source.split != ROOMS
+        for part in collect(source, place.cache, place.processes)
+        for each in part
+        if each.phase == NAVIGATION
     ]
     tell(f"{NAME}: {len(demonstrations)} walks")
     views = [view for source in sources for part in collect_views(source, place.cache) for view in part]
@@ -123,7 +130,7 @@ def train_grounded(recipe: GroundedRecipe, place: Place, tell: Tell) -> Path:
     weights = Weights(grounded.eval(), tokenizer, eyes.fingerprint, {})
     about: dict[str, Any] = {
         "recipe": asdict(recipe) | {"languages": list(recipe.languages)},
-        "data": _data_of(recipe.split, demonstrations, views),
+        "data": _data_of(splits, demonstrations, views),
         "data_hash": data_hash_of(sources[0]),
         "updates": trainer.done,
         "cpu_seconds": round(trainer.seconds),
@@ -140,9 +147,11 @@ def train_grounded(recipe: GroundedRecipe, place: Place, tell: Tell) -> Path:
     return path
 
 
-def _sources(recipe: GroundedRecipe, data: Path) -> list[Source]:
-    """Return the sources of demonstrations: the training split, then generated rooms if there are any."""
-    sources = [Source(data, recipe.split, recipe.languages, DEFAULT, recipe.episodes, every=recipe.every)]
+def _sources(recipe: GroundedRecipe, splits: Sequence[str], data: Path) -> list[Source]:
+    """Return the sources of demonstrations: the training splits, then generated rooms if there are any."""
+    sources = [
+        Source(data, split, recipe.languages, DEFAULT, recipe.episodes, every=recipe.every) for split in splits
+    ]
     if recipe.rooms:
         sources.append(Source(data, ROOMS, recipe.languages, DEFAULT, recipe.rooms))
     return sources
@@ -190,13 +199,14 @@ def _plan(recipe: GroundedRecipe, demonstrations: Sequence[Demonstration], views
     )
 
 
-def _data_of(split: str, demonstrations: Sequence[Demonstration], views: Sequence[RoomView]) -> str:
+def _data_of(splits: Sequence[str], demonstrations: Sequence[Demonstration], views: Sequence[RoomView]) -> str:
     """Return a description of the number of episodes, steps and rooms."""
     episodes = len({each.episode_id for each in demonstrations})
     steps = sum(len(each.actions) for each in demonstrations)
     drawn = sum(view.episode_id.startswith(ROOM_PREFIX) for view in views)
+    named = " and ".join(f"`{split}`" for split in splits)
     return (
-        f"{episodes} episodes of `{split}`, {steps:,} steps of the expert in the streets, and {len(views):,} rooms, "
+        f"{episodes} episodes of {named}, {steps:,} steps of the expert in the streets, and {len(views):,} rooms, "
         f"{drawn:,} of them drawn alone"
     )
 

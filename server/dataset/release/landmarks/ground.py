@@ -26,6 +26,12 @@ WALKABLE = 4.0
 APART = 0.3
 """Minimum distance between the circles around two pieces of furniture, in units."""
 
+FAR = 8.0
+"""Distance from paths and objects from which on nothing depends on it, in units."""
+
+FEW = 100
+"""Number of places below which their distances from all that stands are taken at once, which is slower for more."""
+
 _RASTER = 0.25
 
 
@@ -81,7 +87,7 @@ class Room:
         walked: (n, 2), closely spaced points on its paths.
         targets: (2, 2), the objects to pick up.
         distracters: (m, 2), the other objects in its streets.
-        from_path: (g,), distance of each place of the ground from the paths, in units.
+        from_path: (g,), distance of each place of the ground from the paths, in units; infinite from FAR on.
         from_object: (g,), the same from the nearest object.
     """
 
@@ -100,7 +106,9 @@ class Room:
         targets = np.array([street[0] for street in positions])
         distracters = np.array([place for street in positions for place in street[1:]]).reshape(-1, 2)
         objects = np.concatenate([targets, distracters])
-        path, street = (cKDTree(points).query(ground.places)[0] for points in (walked, objects))
+        path, street = (
+            cKDTree(points).query(ground.places, distance_upper_bound=FAR)[0] for points in (walked, objects)
+        )
         return cls(ground, walked, targets, distracters, path, street)
 
     @property
@@ -118,9 +126,14 @@ class Room:
 
 def apart_from(places: Numbers, kind: str, standing: Sequence[tuple[float, float, str]]) -> Mask:
     """Return which places (m, 2) leave room between a thing of a kind and all others (x, z, kind), (m,)."""
+    gaps = np.array([footprint_radius(kind) + footprint_radius(other) + APART for _, _, other in standing])
+    spots = np.array([(x, z) for x, z, _ in standing]).reshape(-1, 2)
+    if len(places) < FEW:
+        offsets = places[:, None] - spots
+        apart: Mask = (np.hypot(offsets[..., 0], offsets[..., 1]) >= gaps).all(axis=1)
+        return apart
     room = np.ones(len(places), dtype=bool)
-    for x, z, other in standing:
-        gap = footprint_radius(kind) + footprint_radius(other) + APART
+    for (x, z), gap in zip(spots, gaps, strict=True):
         room &= np.hypot(places[:, 0] - x, places[:, 1] - z) >= gap
     return room
 

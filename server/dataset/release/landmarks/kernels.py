@@ -107,12 +107,19 @@ def frames_of(event: Event, walk: Walk) -> tuple[Numbers, Numbers]:
 
 def likelihood(event: Event, origins: Numbers, directions: Numbers, places: Numbers) -> Numbers:
     """Return the kernel's values (n, m) at places (m, 2), for n frames."""
-    table = kernel(event.manner, event.relation, event.side)
+    table = _bordered(event.manner, event.relation, event.side)
     ahead, right = in_frames(origins, directions, places)
-    row, column = np.rint((ahead + BACK) / STEP).astype(np.intp), np.rint((right + ASIDE) / STEP).astype(np.intp)
-    inside = (row >= 0) & (row < table.shape[0]) & (column >= 0) & (column < table.shape[1])
-    values: Numbers = np.where(inside, table[np.where(inside, row, 0), np.where(inside, column, 0)], 0.0)
+    row, column = (ahead + BACK) / STEP, (right + ASIDE) / STEP
+    for index, size in ((row, table.shape[0]), (column, table.shape[1])):  # What is outside falls on the border.
+        np.clip(np.rint(index, out=index), -1.0, size - 2.0, out=index)
+    values: Numbers = table.ravel()[((row + 1.0) * table.shape[1] + (column + 1.0)).astype(np.intp)]
     return values
+
+
+@cache
+def _bordered(manner: str, relation: str, side: str) -> Numbers:
+    """Return a kernel with a border of zeros."""
+    return np.pad(kernel(manner, relation, side), 1)
 
 
 def in_frames(origins: Numbers, directions: Numbers, places: Numbers) -> tuple[Numbers, Numbers]:

@@ -79,17 +79,18 @@ def own_furniture(episode: str, asked: Sequence[Wanted], room: Room, standing: S
     placed: list[Prop] = []
     for kind in DRAWN:
         left = [each for each in asked if each.event.kind == kind]
-        free = room.free_for(kind) if left else np.zeros(0, dtype=bool)
+        indices, news = np.flatnonzero(room.free_for(kind)) if left else np.zeros(0, dtype=np.intp), taken
         while left:
             group = _same_colour(left)
-            indices = np.flatnonzero(free & apart_from(room.ground.places, kind, taken))
+            indices, news = indices[apart_from(room.ground.places[indices], kind, news)], []
             if not len(indices):
                 break
             at = _best(group, indices, room.ground)
             explained = [each for each in group if each.likely[at] >= EXPLAINED] or group[:1]
             prop = make(kind, room.ground.places[at], explained, room, random)
             placed.append(prop)
-            taken.append((prop.x, prop.z, kind))
+            news.append((prop.x, prop.z, kind))
+            taken.append(news[0])
             left = [each for each in left if not any(each is other for other in explained)]
     return placed
 
@@ -150,7 +151,8 @@ def moved_off(props: Sequence[Prop], room: Room) -> tuple[list[Moved], list[int]
         if not near_path and np.hypot(*(room.objects - place).T).min() >= TARGET_GAP + radius:
             continue
         others = [each for each in standing if each[:2] != (prop.x, prop.z)]
-        free = np.flatnonzero(room.free_for(prop.kind) & apart_from(room.ground.places, prop.kind, others))
+        free = np.flatnonzero(room.free_for(prop.kind))
+        free = free[apart_from(room.ground.places[free], prop.kind, others)]
         if not len(free):
             left_out.append(index)
             continue
