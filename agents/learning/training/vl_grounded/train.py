@@ -149,9 +149,7 @@ def train_grounded(recipe: GroundedRecipe, place: Place, tell: Tell) -> Path:
 
 def _sources(recipe: GroundedRecipe, splits: Sequence[str], data: Path) -> list[Source]:
     """Return the sources of demonstrations: the training splits, then generated rooms if there are any."""
-    sources = [
-        Source(data, split, recipe.languages, DEFAULT, recipe.episodes, every=recipe.every) for split in splits
-    ]
+    sources = [Source(data, split, recipe.languages, DEFAULT, recipe.episodes, every=recipe.every) for split in splits]
     if recipe.rooms:
         sources.append(Source(data, ROOMS, recipe.languages, DEFAULT, recipe.rooms))
     return sources
