@@ -134,7 +134,7 @@ class Place:
 RECIPES = {
     each.agent: each
     for each in (
-        Recipe("vl", passes=20, variants=4, average=0.99, precision="bfloat16"),
+        Recipe("vl", passes=16, variants=4, average=0.99, precision="bfloat16"),
         Recipe(
             "vision_only",
             reads=False,

@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from agents.learning.training.demonstrations import ROOMS
-from agents.learning.training.sources import demonstrations_of, sources_of
+from agents.learning.training.sources import demonstrations_of, sources_of, splits_of
 from tests import tiny
 from tests.agents.learning.made import place, recipe
 
@@ -16,6 +16,8 @@ def test_streets_drawn_for_training_are_learned_from_if_they_are_there(tmp_path:
     assert [source.split for source in sources_of(given, where)] == ["train", ROOMS]
     tiny.write(tmp_path, "train_extra", training=True)
     assert [source.split for source in sources_of(given, where)] == ["train", "train_extra", ROOMS]
+    assert splits_of("train", tmp_path) == ["train", "train_extra"]
+    assert splits_of("val_seen", tmp_path) == ["val_seen"]
     few = replace(given, rooms=0, episodes=2, sees=False)
     assert [source.episodes for source in sources_of(few, where)] == [2, 2]
     found = demonstrations_of(few, where)
