@@ -33,10 +33,10 @@ def test_likelihood_is_that_of_the_kernel_and_0_beyond_it(side: str) -> None:
     places = np.concatenate([draws.uniform(-40.0, 40.0, (300, 2)), origins + np.array([0.0, 2.0])])
     table, shown = kernel("seen", "", side), likelihood(event, origins, directions, places)
     ahead, right = in_frames(origins, directions, places)
-    for frame, place in np.ndindex(shown.shape):
-        row, column = round((ahead[frame, place] + BACK) / STEP), round((right[frame, place] + ASIDE) / STEP)
+    rows, columns = np.rint((ahead + BACK) / STEP).astype(int), np.rint((right + ASIDE) / STEP).astype(int)
+    for row, column, value in zip(rows.flat, columns.flat, shown.flat, strict=True):
         inside = 0 <= row < table.shape[0] and 0 <= column < table.shape[1]
-        assert shown[frame, place] == (table[row, column] if inside else 0.0)
+        assert value == (table[row, column] if inside else 0.0)
     outside = (ahead > FRONT + STEP) | (np.abs(right) > ASIDE + STEP)
     assert outside.any()
     assert (shown > 0.1).any()
