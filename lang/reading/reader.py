@@ -155,7 +155,7 @@ class Reader:
         return (*said, *(Said(thing=discourse.mention(named), manner="seen") for named in rest))
 
     def closed_slots(self, key: str | None) -> frozenset[str]:
-        """Return the slots, of words and tables, that cannot be filled where this word stands; None: at the text's end."""
+        """Return the slots of words and tables that no text fills from this word on; None for the text's end."""
         if key not in self._closed:
             self._closed[key] = frozenset(slot for slot, book in self.books.items() if not book.may_begin(key))
         return self._closed[key]
