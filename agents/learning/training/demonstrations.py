@@ -27,6 +27,9 @@ from arramon_client.environments.options import Options, open_backend
 ROOMS = "drawn_rooms"
 """Name of the split of generated tasks in the room alone."""
 
+ROOM_PREFIX = "room-"
+"""Prefix of the ids of its episodes."""
+
 EXPERT = "reference"
 
 
@@ -166,7 +169,7 @@ def episodes_of(source: Source) -> tuple[list[str], str]:
     player = backend_of(source).player(settings_of(source, source.languages[0]))
     info = player.split
     if source.split == ROOMS:
-        return [f"room-{seed}" for seed in range(source.first, source.first + source.episodes)], "drawn"
+        return [f"{ROOM_PREFIX}{seed}" for seed in range(source.first, source.first + source.episodes)], "drawn"
     ids = list(info.episode_ids or ())[source.every - 1 :: source.every]
     return ids[: source.episodes or None], info.data_hash
 

@@ -3,10 +3,19 @@
 import hashlib
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from agents.learning.simulated.courses import training_splits
-from agents.learning.training.demonstrations import ROOMS, Demonstration, Source, collect, data_hash_of, unseen
+from agents.learning.training.demonstrations import (
+    ROOM_PREFIX,
+    ROOMS,
+    Demonstration,
+    Source,
+    collect,
+    data_hash_of,
+    unseen,
+)
 from agents.learning.training.recipe import Place, Recipe
 
 Tell = Callable[[str], None]
@@ -20,17 +29,18 @@ def splits_of(split: str, data: Path) -> list[str]:
     return training_splits(data) if split == "train" else [split]
 
 
-def sources_of(recipe: Recipe, place: Place) -> list[Source]:
-    """Return the sources of a recipe's demonstrations: its split, with `train` also `train_extra`, and drawn rooms.
+def sources_of(source: Source, rooms: int) -> list[Source]:
+    """Return what is learned from: the source's split, with `train` also `train_extra`, then drawn rooms.
 
-    `train_extra` is learned from if the data folder has it. Of each split the recipe takes as many episodes.
+    `train_extra` is learned from if the data folder has it, with as many episodes at most.
+
+    Args:
+        source: the split to learn from.
+        rooms: number of drawn rooms; 0 for none.
     """
-    sources = [
-        Source(place.data, split, recipe.texts, recipe.encoder, recipe.episodes, every=recipe.every)
-        for split in splits_of(recipe.split, place.data)
-    ]
-    if recipe.rooms:
-        sources.append(Source(place.data, ROOMS, recipe.texts, recipe.encoder, recipe.rooms))
+    sources = [replace(source, split=split) for split in splits_of(source.split, source.data)]
+    if rooms:
+        sources.append(Source(source.data, ROOMS, source.languages, source.encoder, rooms))
     return sources
 
 
@@ -43,7 +53,8 @@ def demonstrations_of(recipe: Recipe, place: Place, tell: Tell = lambda _: None)
         UsageError: if the data folder does not have what the recipe names.
     """
     found: list[Demonstration] = []
-    for source in sources_of(recipe, place):
+    learned = Source(place.data, recipe.split, recipe.texts, recipe.encoder, recipe.episodes, every=recipe.every)
+    for source in sources_of(learned, recipe.rooms):
         before = told = time.monotonic()
         for part in collect(source, place.cache, place.processes):
             found += part if recipe.sees else [unseen(each) for each in part]
@@ -64,11 +75,15 @@ def train_data_hash(recipe: Recipe, place: Place) -> str:
 
 def data_of(demonstrations: Sequence[Demonstration], splits: Sequence[str]) -> str:
     """Return how many episodes, rooms and steps there are, in words."""
-    rooms = {each.episode_id for each in demonstrations if each.episode_id.startswith("room-")}
+    rooms = {each.episode_id for each in demonstrations if each.episode_id.startswith(ROOM_PREFIX)}
     episodes = {each.episode_id for each in demonstrations} - rooms
     steps = sum(len(each.actions) for each in demonstrations)
-    named = " and ".join(f"`{split}`" for split in splits)
-    return f"{len(episodes)} episodes of {named} and {len(rooms)} drawn rooms, {steps:,} steps of the expert"
+    return f"{len(episodes)} episodes of {named(splits)} and {len(rooms)} drawn rooms, {steps:,} steps of the expert"
+
+
+def named(splits: Sequence[str]) -> str:
+    """Return the splits' names as a model card has them."""
+    return " and ".join(f"`{split}`" for split in splits)
 
 
 def digest_of(demonstrations: Sequence[Demonstration]) -> str:

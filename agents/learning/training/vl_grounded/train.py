@@ -14,12 +14,12 @@ from agents.learning.reader.weights import read_reader
 from agents.learning.text.tokenizers import Words
 from agents.learning.training.batches import epoch
 from agents.learning.training.card import command_with, learned_from, page
-from agents.learning.training.demonstrations import ROOMS, Demonstration, Source, collect, data_hash_of
+from agents.learning.training.demonstrations import ROOM_PREFIX, ROOMS, Demonstration, Source, collect, data_hash_of
 from agents.learning.training.recipe import Place
 from agents.learning.training.rollouts import Plan as Rollouts
 from agents.learning.training.rollouts import mean, play
 from agents.learning.training.run import train
-from agents.learning.training.sources import digest_of, splits_of
+from agents.learning.training.sources import digest_of, named, sources_of, splits_of
 from agents.learning.training.trainer import Plan, Trainer
 from agents.learning.training.vl_grounded.exchange import Version, versions
 from agents.learning.training.vl_grounded.room_views import RoomView, collect_views
@@ -37,9 +37,6 @@ Tell = Callable[[str], None]
 
 DECAY = 0.01
 """Weight decay."""
-
-ROOM_PREFIX = "room-"
-"""Prefix of the ids of generated rooms."""
 
 LIMITS = """\
 - In the streets it sees one image at a time, and remembers places only as far as its LSTM does.
@@ -98,8 +95,8 @@ def train_grounded(recipe: GroundedRecipe, place: Place, tell: Tell) -> Path:
     """
     torch.set_num_threads(1)  # Two processes of one thread do more than one of two.
     place.output.mkdir(parents=True, exist_ok=True)
-    splits = splits_of(recipe.split, place.data)
-    sources = _sources(recipe, splits, place.data)
+    learned = Source(place.data, recipe.split, recipe.languages, DEFAULT, recipe.episodes, every=recipe.every)
+    sources = sources_of(learned, recipe.rooms)
     demonstrations = [
         each
         for source in sources
@@ -130,7 +127,7 @@ def train_grounded(recipe: GroundedRecipe, place: Place, tell: Tell) -> Path:
     weights = Weights(grounded.eval(), tokenizer, eyes.fingerprint, {})
     about: dict[str, Any] = {
         "recipe": asdict(recipe) | {"languages": list(recipe.languages)},
-        "data": _data_of(splits, demonstrations, views),
+        "data": _data_of(splits_of(recipe.split, place.data), demonstrations, views),
         "data_hash": data_hash_of(sources[0]),
         "updates": trainer.done,
         "cpu_seconds": round(trainer.seconds),
@@ -145,14 +142,6 @@ def train_grounded(recipe: GroundedRecipe, place: Place, tell: Tell) -> Path:
     write_weights(path, replace(weights, about=about))
     path.with_suffix(".md").write_text(card(about), encoding="utf-8")
     return path
-
-
-def _sources(recipe: GroundedRecipe, splits: Sequence[str], data: Path) -> list[Source]:
-    """Return the sources of demonstrations: the training splits, then generated rooms if there are any."""
-    sources = [Source(data, split, recipe.languages, DEFAULT, recipe.episodes, every=recipe.every) for split in splits]
-    if recipe.rooms:
-        sources.append(Source(data, ROOMS, recipe.languages, DEFAULT, recipe.rooms))
-    return sources
 
 
 def _beginning(recipe: GroundedRecipe, texts: Sequence[str]) -> tuple[Words, Callable[[], Grounded]]:
@@ -202,10 +191,9 @@ def _data_of(splits: Sequence[str], demonstrations: Sequence[Demonstration], vie
     episodes = len({each.episode_id for each in demonstrations})
     steps = sum(len(each.actions) for each in demonstrations)
     drawn = sum(view.episode_id.startswith(ROOM_PREFIX) for view in views)
-    named = " and ".join(f"`{split}`" for split in splits)
     return (
-        f"{episodes} episodes of {named}, {steps:,} steps of the expert in the streets, and {len(views):,} rooms, "
-        f"{drawn:,} of them drawn alone"
+        f"{episodes} episodes of {named(splits)}, {steps:,} steps of the expert in the streets, "
+        f"and {len(views):,} rooms, {drawn:,} of them drawn alone"
     )
 
 
