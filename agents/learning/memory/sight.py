@@ -102,8 +102,9 @@ def _labels(
     side = len(depth) // len(flat)
     height = EYE_HEIGHT - rays(len(depth))[:, None] * depth
     is_upright = (depth > 0.0) & (height > UPRIGHT)
-    labels = np.where(is_upright, _pixels(upright, side), _pixels(flat, side)).astype(np.uint16)
-    labels[(labels == _CROSSING) & (rgb.min(2) < BRIGHT)] = _ROAD
+    labels = np.where(is_upright, _pixels(upright, side), _pixels(flat, side))
+    crossing = labels == _CROSSING
+    labels[crossing] = np.where((rgb[crossing] < BRIGHT).any(1), _ROAD, _CROSSING)
     for named in things:
         kind = int(named.kinds.argmax())
         if kind >= len(SURFACES):
@@ -129,8 +130,8 @@ def _houses(kinds: npt.NDArray[np.float32], looks: npt.NDArray[np.float32]) -> n
     return np.broadcast_to(houses, kinds.shape[1:])
 
 
-def _pixels(blocks: npt.NDArray[np.int64], side: int) -> npt.NDArray[np.int64]:
-    return np.repeat(np.repeat(blocks, side, 0), side, 1)
+def _pixels(blocks: npt.NDArray[np.int64], side: int) -> npt.NDArray[np.uint16]:
+    return np.repeat(np.repeat(blocks.astype(np.uint16), side, 0), side, 1)
 
 
 def label_of(
