@@ -8,7 +8,10 @@ from agents.learning.pretrained.encoders import INSTALL, PACKAGE
 from agents.learning.text.tokenizers import PRETRAINED
 from agents.learning.training.recipe import RECIPES, Recipe
 
-GENERATED = "- It is trained by imitation on generated episodes alone: on people's instructions it was not tried."
+GENERATED = (
+    "- It is trained by imitation on generated episodes alone. On people's instructions such agents reach less "
+    "(`docs/results.md`)."
+)
 FINE_TUNED = (
     "- It is trained by imitation, at last on the texts of `{split}` alone: what it could before may have suffered."
 )

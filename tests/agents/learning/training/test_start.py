@@ -57,7 +57,7 @@ def test_fine_tuning_learns_and_says_where_it_began(weights: Path, tmp_path: Pat
     assert f"--every 2 --init {weights}" in card
     assert "6 episodes of `people`" in card
     assert "at last on the texts of `people` alone" in card
-    assert "on people's instructions it was not tried" not in card
+    assert "generated episodes alone" not in card
 
 
 def test_weights_of_another_model_are_refused(weights: Path, tmp_path: Path) -> None:
