@@ -63,10 +63,11 @@ def main(arguments: list[str] | None = None) -> int:
 def _train(recipe: Recipe, place: Place, *, ship: bool) -> None:
     import torch
 
+    from agents.learning.process import prepare_process
     from agents.learning.training.imitation import Imitation
     from agents.learning.training.sources import demonstrations_of, train_data_hash
 
-    torch.set_num_threads(1)  # Two processes of one thread do more than one of two.
+    prepare_process()
     if place.device == "auto":
         place = replace(place, device="cuda" if torch.cuda.is_available() else "cpu")
     demonstrations = demonstrations_of(recipe, place, _tell)

@@ -55,12 +55,11 @@ def open_agent(
         AgentLoadError: if the extra is not installed, or the weights cannot be read.
     """
     require(needs, f"agents.{name}")
-    import torch
-
     from agents.learning.agent import LearnedAgent
     from agents.learning.checkpoint import find_weights, load_policy
+    from agents.learning.process import prepare_process
 
-    torch.set_num_threads(1)  # A step is small: threads that wait for each other cost more than they do.
+    prepare_process()
     try:
         policy = load_policy(find_weights(weights or name))
     except ValueError as error:

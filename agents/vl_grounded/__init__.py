@@ -22,15 +22,14 @@ def make_agent(weights: str | None = None, sensor: str = SENSORS[0]) -> Agent:
     if sensor not in SENSORS:
         raise AgentLoadError(f"agents.vl_grounded has no sensor {sensor!r}; expected one of {', '.join(SENSORS)}")
     require(PLAYING, "agents.vl_grounded")
-    import torch
-
     from agents.learning.checkpoint import find_weights
+    from agents.learning.process import prepare_process
     from agents.learning.vision.eyes import load as load_eyes
     from agents.vl_grounded.agent import GroundedAgent
     from agents.vl_grounded.sight import EncodedSight, LabelledSight
     from agents.vl_grounded.weights import read_weights
 
-    torch.set_num_threads(1)  # A step is small: threads that wait for each other cost more than they do.
+    prepare_process()
     eyes = load_eyes()
     try:
         found = read_weights(find_weights(weights or "vl_grounded"))

@@ -36,16 +36,15 @@ def make_agent(
     require(PLAYING, "agents.vl_map")
     from pathlib import Path
 
-    import torch
-
     from agents.learning.checkpoint import find_weights
+    from agents.learning.process import prepare_process
     from agents.learning.reader.reader import load as load_reader
     from agents.vl_map.agent import SeeingAgent, SegmentationAgent
     from agents.vl_map.policy import Policy
     from agents.vl_map.room import Placement
     from agents.vl_map.weights import read_policy
 
-    torch.set_num_threads(1)  # A step is small: threads that wait for each other cost more than they do.
+    prepare_process()
     try:
         networks, _ = read_policy(find_weights(weights or "vl_map"))
         reads = load_reader(Path(reader) if reader else None)

@@ -41,21 +41,22 @@ def fill_input(
     """
     area = patch * patch
     scale, middle = np.float32(1.0 / 255.0), np.float32(0.5)
-    for row in range(out.shape[0]):
+    for i in range(patch * out.shape[0]):
+        row, first = i // patch, i % patch * patch
         for column in range(out.shape[1]):
             values = out[row, column]
-            for place in range(area):
-                i, j = row * patch + place // patch, column * patch + place % patch
+            for step in range(patch):
+                place, j = first + step, column * patch + step
                 for k in range(3):
                     values[k * area + place] = rgb[i, j, k] * scale - middle
                 z = depth[i, j]
                 height, nearness = high, 0.0
                 if z > 0.0:
-                    height = eye - down[i] * z
+                    height = max(eye - down[i] * z, 0.0)
                     nearness = 2.0 / (1.0 + z)
                 values[3 * area + place] = nearness
-                values[4 * area + place] = min(max(height, 0.0), low) / low
-                values[5 * area + place] = min(max(height, 0.0), high) / high
+                values[4 * area + place] = min(height, low) / low
+                values[5 * area + place] = min(height, high) / high
 
 
 @_compiled
@@ -180,6 +181,47 @@ def mark_solid(
                         if near > 0.0 and z - near > jump + relative * near:
                             solid = False
             out[i, j] = solid
+
+
+@_compiled
+def measure_parts(
+    numbers: npt.NDArray[np.int32],
+    depth: Floats,
+    across: Floats,
+    eye: float,
+    boxes: npt.NDArray[np.int64],
+    pixels: npt.NDArray[np.int64],
+    spans: Floats,
+) -> None:
+    """Write the box, the number of pixels and the extent of each connected part of a frame.
+
+    Args:
+        numbers: (size, size) number of the part that each pixel belongs to, from 1; 0 for none.
+        depth: (size, size) units.
+        across: (size,) how far the rays of each column go right, and of each row down, per unit ahead.
+        eye: height of the camera, in units.
+        boxes: (parts, 4) written: first row and column, and those behind the last.
+        pixels: (parts,) zeros, written.
+        spans: (parts, 4) written: left and right end, lower and upper end, in units; right and up are positive.
+    """
+    size = depth.shape[0]
+    eye_height = np.float32(eye)
+    for i in range(size):
+        for j in range(size):
+            part = numbers[i, j] - 1
+            if part < 0:
+                continue
+            z = depth[i, j]
+            right, height = across[j] * z, eye_height - across[i] * z
+            if pixels[part] == 0:
+                boxes[part, 0], boxes[part, 1], boxes[part, 2], boxes[part, 3] = i, j, i + 1, j + 1
+                spans[part, 0], spans[part, 1], spans[part, 2], spans[part, 3] = right, right, height, height
+            else:
+                boxes[part, 1], boxes[part, 2] = min(boxes[part, 1], j), i + 1
+                boxes[part, 3] = max(boxes[part, 3], j + 1)
+                spans[part, 0], spans[part, 1] = min(spans[part, 0], right), max(spans[part, 1], right)
+                spans[part, 2], spans[part, 3] = min(spans[part, 2], height), max(spans[part, 3], height)
+            pixels[part] += 1
 
 
 @_compiled

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-from agents.learning.eyes.kernels import fill_crop, find_walls, mark_solid
+from agents.learning.eyes.kernels import fill_crop, find_walls, mark_solid, measure_parts
 from agents.learning.eyes.lens import EYE_HEIGHT, rays
 
 LOWEST, HIGHEST = 0.018, 2.2
@@ -83,30 +83,18 @@ def find_things(depth: Floats) -> list[Thing]:
     find_walls(depth, down, EYE_HEIGHT, WALL, FOOT, WALL_WIDTH, walls)
     mark_solid(depth, walls, down, EYE_HEIGHT, LOWEST, HIGHEST, FARTHEST, JUMP, RELATIVE_JUMP, marked)
     numbers, count = ndimage.label(marked)
+    boxes, pixels = np.empty((count, 4), np.int64), np.zeros(count, np.int64)
+    spans = np.empty((count, 4), np.float32)
+    measure_parts(numbers, depth, right, EYE_HEIGHT, boxes, pixels, spans)
+    first, last, low, high = spans.T
+    widths, middles = last - first, (first + last) / 2
     things = []
-    for number, box in enumerate(ndimage.find_objects(numbers, count), start=1):
-        rows, columns = box
-        mask = numbers[box] == number
-        if mask.sum() < FEWEST_PIXELS:
-            continue
-        ahead = depth[box][mask]
-        sideways = np.broadcast_to(right[columns], mask.shape)[mask] * ahead
-        width = float(sideways.max() - sideways.min())
-        if width > WIDEST:
-            continue
-        heights = EYE_HEIGHT - np.broadcast_to(down[rows][:, None], mask.shape)[mask] * ahead
-        middle = float(sideways.max() + sideways.min()) / 2
-        thing = Thing(
-            rows,
-            columns,
-            mask,
-            middle,
-            float(ahead.mean()),
-            width,
-            float(heights.min()),
-            float(heights.max()),
-        )
-        things.append(thing)
+    for part in np.flatnonzero((pixels >= FEWEST_PIXELS) & (widths <= WIDEST)):
+        rows, columns = slice(*boxes[part, ::2].tolist()), slice(*boxes[part, 1::2].tolist())
+        mask = numbers[rows, columns] == part + 1
+        ahead = float(depth[rows, columns][mask].mean())
+        width, lowest, highest = float(widths[part]), float(low[part]), float(high[part])
+        things.append(Thing(rows, columns, mask, float(middles[part]), ahead, width, lowest, highest))
     return sorted(things, key=lambda thing: thing.ahead)
 
 

@@ -6,9 +6,8 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import torch
-
 from agents.learning.checkpoint import SUFFIX, find_initial
+from agents.learning.process import prepare_process
 from agents.learning.reader.reader import WEIGHTS as READER
 from agents.learning.reader.weights import read_reader
 from agents.learning.text.tokenizers import Words
@@ -93,7 +92,7 @@ def train_grounded(recipe: GroundedRecipe, place: Place, tell: Tell) -> Path:
         UsageError: if the data folder does not have what the recipe names.
         ValueError: if the output folder holds a state of another recipe or other data.
     """
-    torch.set_num_threads(1)  # Two processes of one thread do more than one of two.
+    prepare_process()
     place.output.mkdir(parents=True, exist_ok=True)
     learned = Source(place.data, recipe.split, recipe.languages, DEFAULT, recipe.episodes, every=recipe.every)
     sources = sources_of(learned, recipe.rooms)

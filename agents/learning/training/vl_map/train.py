@@ -6,9 +6,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import torch
-
 from agents.learning.checkpoint import SUFFIX
+from agents.learning.process import prepare_process
 from agents.learning.reader.reader import load as load_reader
 from agents.learning.simulated.courses import training_episodes
 from agents.learning.simulated.rooms import tasks_of
@@ -57,7 +56,7 @@ def train_map(recipe: MapRecipe, validation: Validation, data: Path, output: Pat
         ArraMonError: if the data folder does not have what is needed.
         ValueError: if the output folder holds a state of another recipe or other data.
     """
-    torch.set_num_threads(1)  # Two processes of one thread do more than one of two.
+    prepare_process()
     training = MapTraining(recipe, data, output, tell)
     training.run()
     network = training.network.eval()
