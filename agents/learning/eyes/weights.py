@@ -5,7 +5,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 import torch
-from safetensors import safe_open
+from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 from torch import nn
 
@@ -35,12 +35,15 @@ def read_weights(path: Path) -> tuple[EyesNetwork, NamingNetwork]:
     """
     if not path.is_file():
         raise FileNotFoundError(f"there are no weights at {path}; train them: python -m agents.learning.train_eyes")
-    with safe_open(path, "pt") as file:
-        about = file.metadata() or {}
-        if "sizes" not in about:
-            raise ValueError(f"{path} holds no weights of the visual encoder: its metadata has no 'sizes'")
-        blocks, naming = EyesNetwork(Sizes(**json.loads(about["sizes"]))), NamingNetwork()
-        tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - not a mapping
+    try:
+        with safe_open(path, "pt") as file:
+            about = file.metadata() or {}
+            if "sizes" not in about:
+                raise ValueError(f"{path} holds no weights of the visual encoder: its metadata has no 'sizes'")
+            blocks, naming = EyesNetwork(Sizes(**json.loads(about["sizes"]))), NamingNetwork()
+            tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - not a mapping
+    except SafetensorError as error:
+        raise ValueError(f"{path} holds no weights of the visual encoder: {error}") from error
     for prefix, network in ((BLOCKS, blocks), (NAMING, naming)):
         _fill(network, {name.removeprefix(prefix): value for name, value in tensors.items() if name.startswith(prefix)})
     return blocks, naming

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 import torch
-from safetensors import safe_open
+from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 
 from agents.learning.reader.network import ReaderNetwork, Sizes
@@ -28,12 +28,15 @@ def read_reader(path: Path) -> tuple[ReaderNetwork, Vocabulary]:
     """
     if not path.is_file():
         raise FileNotFoundError(f"there is no reader at {path}; train it: python -m agents.learning.train_reader")
-    with safe_open(path, "pt") as file:
-        about = file.metadata() or {}
-        if not {"sizes", "words"} <= about.keys():
-            raise ValueError(f"{path} holds no reader: its metadata has no 'sizes' and 'words'")
-        network = ReaderNetwork(Sizes(**json.loads(about["sizes"])))
-        network.load_state_dict({name: file.get_tensor(name).float() for name in network.state_dict()})
+    try:
+        with safe_open(path, "pt") as file:
+            about = file.metadata() or {}
+            if not {"sizes", "words"} <= about.keys():
+                raise ValueError(f"{path} holds no reader: its metadata has no 'sizes' and 'words'")
+            network = ReaderNetwork(Sizes(**json.loads(about["sizes"])))
+            network.load_state_dict({name: file.get_tensor(name).float() for name in network.state_dict()})
+    except (SafetensorError, RuntimeError) as error:
+        raise ValueError(f"{path} holds no reader: {error}") from error
     network.requires_grad_(requires_grad=False)
     network.eval()
     return network, Vocabulary(json.loads(about["words"]))

@@ -66,3 +66,10 @@ def test_missing_and_foreign_weights_are_named(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match="train_eyes"):
         load(tmp_path / "none.safetensors")
     assert WEIGHTS.stat().st_size < 2_000_000
+
+
+def test_a_file_that_is_cut_off_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "eyes.safetensors"
+    path.write_bytes(WEIGHTS.read_bytes()[:1000])
+    with pytest.raises(ValueError, match="holds no weights of the visual encoder: Error while deserializing"):
+        load(path)
