@@ -6,7 +6,7 @@ import pytest
 
 pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
-from benchmarks.agents.results import players_of  # noqa: E402
+from benchmarks.agents.results import players_of
 
 
 def test_an_agent_plays_with_the_folders_that_have_its_weights(tmp_path: Path) -> None:
