@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.agents.results_tables import markdown, number
+from benchmarks.agents.results_tables import markdown, number, shown_difference
 from benchmarks.agents.study import LANGUAGES, METRICS, SPLITS, Scores
-from benchmarks.agents.transfer_tables import difference
 
 BASE = "base"
 """The variation with which the others are compared."""
@@ -71,9 +70,9 @@ def table(measured: Sequence[Measured], split: str, rows: Mapping[str, str]) -> 
                     common = sorted(own.keys() & base.keys())
                     is_other = name != BASE and len(common) > 1
                     pair = [np.array([each[episode] for episode in common]) for each in (own, base)]
-                    line.append(difference(*pair) if is_other else "")
+                    line.append(shown_difference(*pair) if is_other else "")
             lines.append(line)
-    columns = [cell for shown in SHOWN.values() for cell in (shown, f"less `{BASE}`")]
+    columns = [cell for shown in SHOWN.values() for cell in (shown, f"minus `{BASE}`")]
     return markdown(["", "", "language", *columns], lines)
 
 

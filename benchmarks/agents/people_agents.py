@@ -29,9 +29,8 @@ from agents.learning.simulated.people import halves
 from agents.learning.training.rollouts import Plan, play
 from arramon_client import load_agent
 from arramon_client.environments.backend import PHASES
-from benchmarks.agents.results_tables import markdown
+from benchmarks.agents.results_tables import markdown, shown_difference
 from benchmarks.agents.study import write_page
-from benchmarks.agents.transfer_tables import difference
 from server.episodes.splits import folder_of, read_split
 
 READING = ("vl_map", "seeing_follower")
@@ -145,7 +144,7 @@ def tuned_table(rows: Sequence[tuple[Player, Scores]]) -> str:
                 [np.array([each[name][metric] for name in common]) for each in (scores, plain[player.agent])]
                 for metric in COLUMNS
             ]
-            lines.append([f"`{player.agent}`", *(difference(*pair) for pair in pairs)])
+            lines.append([f"`{player.agent}`", *(shown_difference(*pair) for pair in pairs)])
     return "What fine-tuning changes:\n\n" + markdown(["agent", *COLUMNS], lines) if lines else ""
 
 

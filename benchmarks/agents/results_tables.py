@@ -220,6 +220,13 @@ def paired_difference(better: Floats, worse: Floats, confidence: float = CONFIDE
     return mean, mean - half, mean + half
 
 
+def shown_difference(one: Floats, other: Floats) -> str:
+    """Return a mean difference with its interval, paired by episode; bold if the interval does not hold 0."""
+    mean, low, high = paired_difference(one, other)
+    shown = f"{mean:+.3f} ({low:+.3f} to {high:+.3f})"
+    return f"**{shown}**" if low > 0 or high < 0 else shown
+
+
 def _difference(better: Group, worse: Group, metric: str) -> str:
     names, scores = better.scores(metric)
     others, below = worse.scores(metric)
@@ -229,11 +236,7 @@ def _difference(better: Group, worse: Group, metric: str) -> str:
     first, second = (
         dict(zip(each, values.mean(0), strict=True)) for each, values in ((names, scores), (others, below))
     )
-    mean, low, high = paired_difference(
-        np.array([first[name] for name in common]), np.array([second[name] for name in common])
-    )
-    shown = f"{mean:+.3f} ({low:+.3f} to {high:+.3f})"
-    return f"**{shown}**" if low > 0 else shown
+    return shown_difference(np.array([first[name] for name in common]), np.array([second[name] for name in common]))
 
 
 def markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.agents.results_tables import Floats, markdown, number, paired_difference
+from benchmarks.agents.results_tables import Floats, markdown, number, shown_difference
 
 LANGUAGES = ("en", "hi")
 
@@ -136,7 +136,7 @@ def encoder_table(table: Table) -> str:
             row.append(difference(table.reached(name, LANGUAGES, language), words))
         rows.append(row)
     header = ["", "", "learned parameters", "updates", "pieces a text, en", "hi"]
-    return markdown([*header, f"{table.metric}, en", "less `word`", f"{table.metric}, hi", "less `word`"], rows)
+    return markdown([*header, f"{table.metric}, en", "minus `word`", f"{table.metric}, hi", "minus `word`"], rows)
 
 
 def transfer_table(table: Table) -> str:
@@ -152,8 +152,9 @@ def transfer_table(table: Table) -> str:
             row = [f"`{name}`", language, _mean(alone), _mean(joint), difference(joint, alone)]
             row += [_mean(twice), difference(twice, alone), _mean(zero)]
             rows.append([*row, "" if name == "random" else difference(zero, random)])
-    header = ["", "played in", "that language", "both", "less that", "both, twice the time", "less that", "the other"]
-    return markdown([*header, "less `random` so trained"], rows)
+    header = ["", "played in", "that language", "both", "minus that language"]
+    header += ["both, twice the time", "minus that language", "the other", "minus `random` trained alike"]
+    return markdown(header, rows)
 
 
 def alignment_table(table: Table) -> str:
@@ -188,12 +189,8 @@ def seed_table(table: Table) -> str:
 
 
 def difference(one: Floats | None, other: Floats | None) -> str:
-    """Return a mean difference with its interval, paired by episode; bold if it does not hold 0."""
-    if one is None or other is None:
-        return ""
-    mean, low, high = paired_difference(one, other)
-    shown = f"{mean:+.3f} ({low:+.3f} to {high:+.3f})"
-    return f"**{shown}**" if low > 0 or high < 0 else shown
+    """Return a difference as `shown_difference`; nothing where one was not measured."""
+    return "" if one is None or other is None else shown_difference(one, other)
 
 
 def _mean(scores: Floats | None) -> str:

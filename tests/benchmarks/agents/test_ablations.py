@@ -32,7 +32,7 @@ def measured() -> list[Measured]:
 
 def test_variations_are_compared_with_the_base() -> None:
     lines = table(measured(), "val_seen", NAMES | {"never": "not played"}).splitlines()
-    assert lines[0].startswith("|  |  | language | nDTW | less `base` | CTC-3 | less `base` | PTC alone |")
+    assert lines[0].startswith("|  |  | language | nDTW | minus `base` | CTC-3 | minus `base` | PTC alone |")
     assert lines[2] == "| `base` | all of it | en | 0.900 |  | 0.667 |  |  |  |"
     assert lines[4].startswith("| `half` | half of it | en | 0.650 | **-0.250 (-0.250 to -0.250)** | 0.667 | +0.000 (")
     assert lines[5].startswith("| `half` | half of it | hi | 0.900 | +0.000 (+0.000 to +0.000) |")

@@ -67,7 +67,7 @@ def test_differences_are_over_the_episodes_that_both_played() -> None:
     ]
 
 
-def test_only_differences_whose_interval_is_above_0_are_bold() -> None:
+def test_only_differences_whose_interval_does_not_hold_0_are_bold() -> None:
     scores = {"a": (0.9, 0.9), "b": (0.1, 0.1)}
     below = {"a": (0.1, 0.1), "b": (0.8, 0.8)}
     groups = [
@@ -76,6 +76,8 @@ def test_only_differences_whose_interval_is_above_0_are_bold() -> None:
     ]
     ((_, _, shown, *_),) = cells(tables.difference_table(groups))
     assert shown == "+0.050 (-9.480 to +9.580)"
+    few, many = np.array([0.1, 0.2, 0.3]), np.array([0.6, 0.7, 0.9])
+    assert tables.shown_difference(few, many) == "**-0.533 (-0.677 to -0.390)**"
 
 
 def test_seeds_are_told_apart_from_episodes() -> None:
