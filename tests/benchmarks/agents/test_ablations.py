@@ -87,8 +87,14 @@ def test_transfer_in_the_streets(folders: list[str], tmp_path: Path, monkeypatch
     page = tmp_path / "page.md"
     page.write_text(f"{transfer.BEGIN}\n{transfer.END}\n")
     quick = ["--seconds", "0.01", "--navigation-seconds", "0.01", "--phases", "assembly,navigation"]
-    run(monkeypatch, transfer, *folders, *quick, "--rows", "word-en+hi,word-en", "--page", str(page))
+    before = page.read_text()
+    run(
+        monkeypatch, transfer, *folders, *quick, "--rows", "word-en", "--seeds", "2", "--page", str(page), "--play-only"
+    )
+    assert page.read_text() == before
+    run(monkeypatch, transfer, *folders, *quick, "--rows", "word-en+hi", "--page", str(page))
     text = page.read_text()
+    assert text.count("| `word` | en | ") == text.count("| `word` | en and hi | ") == 3  # What was measured before too.
     for heading in ("## In the room: PTC", "## In the streets: nDTW", "## In the streets: CTC-3"):
         assert heading in text
 
