@@ -12,7 +12,7 @@ from agents.follower.navigation_body import Body
 from agents.follower.room import Find, RoomFollower
 from agents.learning.memory.landmarks import SeenLandmarks
 from agents.learning.memory.room import SeenRoom
-from agents.learning.memory.sight import LABELS, Sight, see
+from agents.learning.memory.sight import LABELS, FrameMemory, Sight
 from agents.learning.reader.reader import LearnedReader
 from agents.learning.reader.reader import load as load_reader
 from agents.learning.vision.encoder import resize
@@ -39,6 +39,7 @@ class Agent(Follower):
     def __init__(self, eyes: Eyes | None = None, reader: LearnedReader | str | None = None) -> None:
         super().__init__()
         self._eyes = eyes or load_eyes()
+        self._frames = FrameMemory(self._eyes)
         self._sights: dict[str, Sight] = {}
         self._reader = reader if isinstance(reader, LearnedReader) else load_reader(Path(reader) if reader else None)
 
@@ -65,7 +66,7 @@ class Agent(Follower):
     def act(self, observations: Sequence[Observation]) -> list[Action]:
         """Return one action for each observation; frames are seen together, which takes less time."""
         images = [_images(observation, self._eyes.image_size) for observation in observations]
-        sights = see(self._eyes, *(np.stack(part) for part in zip(*images, strict=True)))
+        sights = self._frames.see(*(np.stack(part) for part in zip(*images, strict=True)))
         self._sights = {each.episode_id: sight for each, sight in zip(observations, sights, strict=True)}
         return super().act(observations)
 

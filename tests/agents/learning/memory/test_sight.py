@@ -8,7 +8,7 @@ import torch
 
 from agents.learning.eyes.lens import EYE_HEIGHT, rays
 from agents.learning.eyes.vocabulary import COLOURS, KINDS, LOOKS
-from agents.learning.memory.sight import LABELS, see
+from agents.learning.memory.sight import LABELS, FrameMemory, see
 from agents.learning.vision.eyes import Eyes
 
 SIZE, BLOCKS = 224, 28
@@ -56,3 +56,33 @@ def test_a_facade_is_known_where_its_blocks_at_eye_height_agree() -> None:
         looks = {("facade", "brick"): share, ("facade", "glass"): 1.0 - share}
         eyes = _Blocks({"building": 0.4, "road": 0.6}, looks)
         assert _labels(eyes, rgb, depth)[112][60] == expected
+
+
+class _Counting(_Blocks):
+    """An encoder that counts the frames that it sees."""
+
+    def __init__(self) -> None:
+        super().__init__({"road": 1.0}, {})
+        self.frames = 0
+
+    def blocks(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[torch.Tensor]:
+        self.frames += len(rgb)
+        return [part.expand(len(rgb), -1, -1, -1) for part in super().blocks(rgb, depth)]
+
+
+def test_a_frame_is_seen_once_as_long_as_it_is_remembered() -> None:
+    eyes = _Counting()
+    memory = FrameMemory(cast(Eyes, eyes), most=3)
+    depth = np.ones((4, SIZE, SIZE), np.float32)
+    rgb = np.zeros((4, SIZE, SIZE, 3), np.uint8)
+    rgb[1:, 0, 0, 0] = 1, 2, 3
+    first = memory.see(rgb[[0, 1, 0]], depth[:3])
+    assert first[0] is first[2]
+    assert eyes.frames == 2
+    assert memory.see(rgb[[1, 0]], depth[:2]) == [first[1], first[0]]
+    assert eyes.frames == 2
+    memory.see(rgb[[0]], 2.0 * depth[:1])  # The same colours at another distance.
+    assert eyes.frames == 3
+    memory.see(rgb[2:], depth[:2])  # Now the first ones are forgotten.
+    memory.see(rgb[[1]], depth[:1])
+    assert eyes.frames == 6
