@@ -8,6 +8,7 @@ import threading
 import time
 import traceback
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -39,7 +40,8 @@ class ForkedProcess:
         self.output, write_stdout = os.pipe()
         self.returncode: int | None = None
         for stream in (sys.stdout, sys.stderr):
-            stream.flush()
+            with suppress(OSError):  # On a disk that is full the text stays in the buffer, as without a fork.
+                stream.flush()
         self.pid = os.fork()
         if self.pid == 0:
             work(read_stdin, write_stdout)
