@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,10 @@ import numpy.typing as npt
 from agents.follower.agent import Agent as Follower
 from agents.follower.navigation_body import Body
 from agents.follower.room import Find, RoomFollower
+from agents.learning.frames import SeenFrames
 from agents.learning.memory.landmarks import SeenLandmarks
 from agents.learning.memory.room import SeenRoom
-from agents.learning.memory.sight import LABELS, FrameMemory, Sight
+from agents.learning.memory.sight import LABELS, Sight, see
 from agents.learning.reader.reader import LearnedReader
 from agents.learning.reader.reader import load as load_reader
 from agents.learning.vision.encoder import resize
@@ -20,6 +22,9 @@ from agents.learning.vision.eyes import Eyes
 from agents.learning.vision.eyes import load as load_eyes
 from arramon_client.agent import Action, Episode, Observation
 from lang.meaning import Assembly, Navigation
+
+REMEMBERED = 512
+"""Frames, of all episodes, whose sights are kept, 0.1 MB each: a third of all frames were seen before."""
 
 Look = Callable[[Observation], Sight]
 """Returns the labels and things seen in an observation."""
@@ -39,7 +44,7 @@ class Agent(Follower):
     def __init__(self, eyes: Eyes | None = None, reader: LearnedReader | str | None = None) -> None:
         super().__init__()
         self._eyes = eyes or load_eyes()
-        self._frames = FrameMemory(self._eyes)
+        self._frames = SeenFrames(partial(see, self._eyes), REMEMBERED)
         self._sights: dict[str, Sight] = {}
         self._reader = reader if isinstance(reader, LearnedReader) else load_reader(Path(reader) if reader else None)
 
@@ -66,7 +71,7 @@ class Agent(Follower):
     def act(self, observations: Sequence[Observation]) -> list[Action]:
         """Return one action for each observation; frames are seen together, which takes less time."""
         images = [_images(observation, self._eyes.image_size) for observation in observations]
-        sights = self._frames.see(*(np.stack(part) for part in zip(*images, strict=True)))
+        sights = self._frames.find(*(np.stack(part) for part in zip(*images, strict=True)))
         self._sights = {each.episode_id: sight for each, sight in zip(observations, sights, strict=True)}
         return super().act(observations)
 

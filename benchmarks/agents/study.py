@@ -1,7 +1,6 @@
 """Variations of `agents.vl` at equal compute: each phase trained alone for some CPU seconds, and played in process."""
 
 import argparse
-import hashlib
 import json
 import sys
 import time
@@ -16,6 +15,7 @@ import numpy.typing as npt
 
 from agents.learning.agent import LearnedAgent
 from agents.learning.checkpoint import SUFFIX, Policy, load_policy, save_policy
+from agents.learning.frames import SeenFrames
 from agents.learning.training.demonstrations import ROOMS, Demonstration, Source, collect
 from agents.learning.training.imitation import Imitation
 from agents.learning.training.recipe import RECIPES, Place, Recipe
@@ -63,19 +63,11 @@ class RememberedEyes:
     def __init__(self, eyes: VisualEncoder) -> None:
         self.name, self.fingerprint, self.channel_names = eyes.name, eyes.fingerprint, eyes.channel_names
         self.channels, self.image_size = eyes.channels, eyes.image_size
-        self._eyes = eyes
-        self._known: dict[bytes, npt.NDArray[np.float32]] = {}
+        self._seen: SeenFrames[npt.NDArray[np.float32]] = SeenFrames(eyes.encode, sys.maxsize)
 
     def encode(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
         """Return the features of a batch of images."""
-        marks = [
-            hashlib.sha256(one.tobytes() + other.tobytes()).digest() for one, other in zip(rgb, depth, strict=True)
-        ]
-        new = {mark: number for number, mark in enumerate(marks) if mark not in self._known}
-        if new:
-            chosen = list(new.values())
-            self._known.update(zip(new, self._eyes.encode(rgb[chosen], depth[chosen]), strict=True))
-        return np.stack([self._known[mark] for mark in marks])
+        return np.stack(self._seen.find(rgb, depth))
 
 
 @dataclass(frozen=True)

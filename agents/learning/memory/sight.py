@@ -1,7 +1,5 @@
 """Output of the visual encoder for one frame, as a label image and named things, for agents that keep maps."""
 
-import hashlib
-from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -89,40 +87,6 @@ def see(eyes: Eyes, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) 
             frame = some[0][number], some[1][number]
             sights.append(Sight(_labels(kinds[number], looks[number], *frame, things), things))
     return sights
-
-
-class FrameMemory:
-    """The sights of the last frames: a third of the frames of an agent that looks around are ones that it has seen.
-
-    Args:
-        eyes: the encoder.
-        most: number of frames that are remembered, of all episodes; each takes about 0.1 MB.
-    """
-
-    def __init__(self, eyes: Eyes, most: int = 512) -> None:
-        self._eyes, self._most = eyes, most
-        self._known: OrderedDict[bytes, Sight] = OrderedDict()
-
-    def see(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[Sight]:
-        """Return what `see` returns, without looking at a frame twice; the sights are shared: do not change them."""
-        marks = [_mark(*frame) for frame in zip(rgb, depth, strict=True)]
-        new = {mark: number for number, mark in enumerate(marks) if mark not in self._known}
-        if new:
-            chosen = list(new.values())
-            self._known.update(zip(new, see(self._eyes, rgb[chosen], depth[chosen]), strict=True))
-        found = [self._known[mark] for mark in marks]
-        for mark in marks:
-            self._known.move_to_end(mark)
-        while len(self._known) > self._most:
-            self._known.popitem(last=False)
-        return found
-
-
-def _mark(rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> bytes:
-    """Return what tells a frame from any other."""
-    mark = hashlib.sha256(np.ascontiguousarray(rgb).data)
-    mark.update(np.ascontiguousarray(depth).data)
-    return mark.digest()
 
 
 def _labels(

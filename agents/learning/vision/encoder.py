@@ -1,14 +1,14 @@
 """Visual encoders behind one interface: from RGB and depth to a 7-by-7 grid of features."""
 
-import hashlib
 import importlib
-from collections import OrderedDict
 from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol, cast
 
 import numpy as np
 import numpy.typing as npt
+
+from agents.learning.frames import SeenFrames
 
 GRID = 7
 """Number of rows, and of columns, of cells into which an image is divided."""
@@ -104,8 +104,10 @@ class FrameMemory:
     """
 
     def __init__(self, encoder: VisualEncoder, frames: int = 1024) -> None:
-        self._encoder, self._frames = encoder, frames
-        self._known: OrderedDict[bytes, npt.NDArray[np.uint8]] = OrderedDict()
+        self._image_size = encoder.image_size
+        self._seen: SeenFrames[npt.NDArray[np.uint8]] = SeenFrames(
+            lambda rgb, depth: quantise(encoder.encode(rgb, depth)), frames
+        )
 
     def features(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
         """Return the quantised features of a batch of images, (B, 7, 7, C).
@@ -114,22 +116,4 @@ class FrameMemory:
             rgb: (B, H, H, 3) uint8, of any side length.
             depth: (B, H, H) float32, in metres; 0 where there is nothing.
         """
-        rgb, depth = resize(rgb, depth, self._encoder.image_size)
-        marks = [_mark(*images) for images in zip(rgb, depth, strict=True)]
-        new = {mark: number for number, mark in enumerate(marks) if mark not in self._known}
-        if new:
-            chosen = list(new.values())
-            self._known.update(zip(new, quantise(self._encoder.encode(rgb[chosen], depth[chosen])), strict=True))
-        found = np.stack([self._known[mark] for mark in marks])
-        for mark in marks:
-            self._known.move_to_end(mark)
-        while len(self._known) > self._frames:
-            self._known.popitem(last=False)
-        return found
-
-
-def _mark(rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> bytes:
-    """Return a digest of one image."""
-    digest = hashlib.blake2b(np.ascontiguousarray(rgb).data, digest_size=16)
-    digest.update(np.ascontiguousarray(depth).data)
-    return digest.digest()
+        return np.stack(self._seen.find(*resize(rgb, depth, self._image_size)))

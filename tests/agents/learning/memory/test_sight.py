@@ -1,5 +1,6 @@
 """The label image of a frame, from the encoder's blocks."""
 
+from functools import partial
 from typing import cast
 
 import numpy as np
@@ -8,7 +9,8 @@ import torch
 
 from agents.learning.eyes.lens import EYE_HEIGHT, rays
 from agents.learning.eyes.vocabulary import COLOURS, KINDS, LOOKS
-from agents.learning.memory.sight import LABELS, FrameMemory, see
+from agents.learning.frames import SeenFrames
+from agents.learning.memory.sight import LABELS, see
 from agents.learning.vision.eyes import Eyes
 
 SIZE, BLOCKS = 224, 28
@@ -72,17 +74,17 @@ class _Counting(_Blocks):
 
 def test_a_frame_is_seen_once_as_long_as_it_is_remembered() -> None:
     eyes = _Counting()
-    memory = FrameMemory(cast(Eyes, eyes), most=3)
+    memory = SeenFrames(partial(see, cast(Eyes, eyes)), frames=3)
     depth = np.ones((4, SIZE, SIZE), np.float32)
     rgb = np.zeros((4, SIZE, SIZE, 3), np.uint8)
     rgb[1:, 0, 0, 0] = 1, 2, 3
-    first = memory.see(rgb[[0, 1, 0]], depth[:3])
+    first = memory.find(rgb[[0, 1, 0]], depth[:3])
     assert first[0] is first[2]
     assert eyes.frames == 2
-    assert memory.see(rgb[[1, 0]], depth[:2]) == [first[1], first[0]]
+    assert memory.find(rgb[[1, 0]], depth[:2]) == [first[1], first[0]]
     assert eyes.frames == 2
-    memory.see(rgb[[0]], 2.0 * depth[:1])  # The same colours at another distance.
+    memory.find(rgb[[0]], 2.0 * depth[:1])  # The same colours at another distance.
     assert eyes.frames == 3
-    memory.see(rgb[2:], depth[:2])  # Now the first ones are forgotten.
-    memory.see(rgb[[1]], depth[:1])
+    memory.find(rgb[2:], depth[:2])  # Now the first ones are forgotten.
+    memory.find(rgb[[1]], depth[:1])
     assert eyes.frames == 6
