@@ -16,6 +16,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +51,12 @@ AWAY = {"en": r"(toward|towards|face|facing|direction of|see|spot|notice|for)$",
 STANDING = frozenset({"parked", "खड़ी", "खड़ा", "खड़े"})
 """Words that may stand between a noun and its colour, and say nothing else."""
 
+JOINING = frozenset({"with", "वाला", "वाले", "वाली"})
+"""Words in looks that join other words too."""
+
+LINKS = frozenset({"of", "in", "and", "has"})
+"""Words in looks that may also be the last before a noun phrase."""
+
 PLACES = ("intersection", "t_junction", "corner", "building_corner", "street", "alley", "square", "street_end")
 SKIPPED = (*PLACES, "wall", "", "building", "you")
 """Kinds that the files do not list one by one."""
@@ -70,7 +77,11 @@ class Object:
 
 @dataclass(frozen=True)
 class Mention:
-    """A noun phrase: its kind, its colour ("" if none is told), its marker, and whether one comes to it."""
+    """A noun phrase: its kind, its colour ("" if none is told), its marker, and whether one comes to it.
+
+    `start` and `end` are where its noun begins, with the words before it that describe it, and where it ends in the text
+    that `plain` returns.
+    """
 
     kind: str
     colour: str
@@ -78,13 +89,20 @@ class Mention:
     marker: str
     reached: bool
     words: str
+    start: int = 0
+    end: int = 0
+
+
+def plain(text: str, code: str) -> str:
+    """Return a text in lower case without punctuation, its words apart by single spaces, as `mentions` reads it."""
+    text = re.sub(r"[.,;।]", " ", text.lower())
+    text = re.sub(r"\s+", " ", text).replace("एक और ", "और_एक ")
+    return re.sub(STRIPED, WHITE[code], text)
 
 
 def mentions(text: str, code: str) -> Iterator[Mention]:
     """Yield the things that a text tells of, in order."""
-    text = re.sub(r"[.,;।]", " ", text.lower())
-    text = re.sub(r"\s+", " ", text).replace("एक और ", "और_एक ")
-    text = re.sub(STRIPED, WHITE[code], text)
+    text = plain(text, code)
     taken = 0
     for match in _nouns(code).finditer(text):
         if match.start() < taken:
@@ -107,6 +125,7 @@ def mentions(text: str, code: str) -> Iterator[Mention]:
         yield Mention(
             kind, colours[0] if colours else "", looks[0] if looks else "", markers[0] if markers else "", not away,
             " ".join(word for word in [*told, *shown_words] if word not in _determiners(code)),
+            len(" ".join([*before, *takewhile(LINKS.__contains__, told), ""])), match.end(),
         )  # fmt: skip
 
 
@@ -155,7 +174,7 @@ def _looks(code: str, kind: str) -> dict[str, list[str]]:
     for look, wordings in grammar.looks.get(grammar.look_kind(kind), {}).items():
         for wording in (each for each in wordings if each.weight):
             for text in grammar.spellings(wording.wording):
-                for word in text.split():
+                for word in set(text.split()) - _determiners(code) - JOINING:
                     found.setdefault(word, set()).add(look)
     return {word: sorted(looks) for word, looks in found.items() if len(looks) == 1}
 

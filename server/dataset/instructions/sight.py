@@ -71,6 +71,7 @@ class Landmark:
             ("junction/2", "corner/7"), or "collectible/" and its place among the turn's. An opening has that of its
             junction, or "" without a graph.
         pixels: how many pixels of a frame of SIZE it covers, for each of `seen`; 0 for places.
+        heading: direction of its front in degrees; of a zebra crossing, that of the street. 0 for all but furniture.
     """
 
     label: Label
@@ -80,6 +81,7 @@ class Landmark:
     glimpsed: int | None = None
     identity: str = ""
     pixels: tuple[int, ...] = ()
+    heading: float = 0.0
 
 
 def identified(scene: Scene) -> Scene:
@@ -153,7 +155,8 @@ def _things(
     found = []
     for prop in section.props:
         number = counts[prop.kind] = counts.get(prop.kind, -1) + 1
-        found.append(Landmark(label_of_prop(prop), prop.x, prop.z, (), identity=f"{prop.kind}/{number}"))
+        identity = f"{prop.kind}/{number}"
+        found.append(Landmark(label_of_prop(prop), prop.x, prop.z, (), identity=identity, heading=prop.heading))
     for number, item in enumerate(street):
         x, z = item.position.x, item.position.z
         found.append(Landmark(Label.of(item.type), x, z, (), identity=f"collectible/{number}"))

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from lang.meaning import PLACES, Thing, Where
 from lang.street import COUNTED_ASIDE
 from server.dataset.instructions.gate.progress import AT, BY, HINDSIGHT, Progress
+from server.dataset.instructions.gate.sides import stands_on
 from server.dataset.instructions.gate.streets import ORDINALS
 from server.dataset.instructions.gate.world import GateWorld
 from server.dataset.instructions.sight import Landmark
@@ -14,6 +15,10 @@ from server.sim.geometry import Pose
 
 NEAR = 4.0
 """Maximum distance of a target from the landmark that tells where it is, in units; BY for a building."""
+
+VIEWS, OFF_RELATION = 5, 75.0
+"""Last places of the path from all of which the target is on the side of a thing that is told, and maximum angle between
+that side and where it is from there, in degrees."""
 
 TWIN_NEAR = 6.0
 """Distance from an object that looks like the target within which nothing is called as what tells the target's place,
@@ -149,7 +154,9 @@ def faults_of_relations(world: GateWorld, progress: Progress, thing: Thing) -> I
         for landmark in where.things:
             yield from faults_of_description(world, progress, landmark)
         others = [mark for landmark in where.things for mark in world.landmarks(landmark.identity)]
-        if marks and others and not _holds(world, where, marks[0], others):
+        if marks and any(stands_on(marks[0], other) for other in others):
+            yield f"{thing.identity} stands on {where.things[0].identity}, not {where.relation} it"
+        elif marks and others and not _holds(world, where, marks[0], others):
             yield f"{thing.identity} is not {where.relation} {where.things[0].identity}"
         elif marks and others and not _is_nearest(world, where.things[0], marks[0], others):
             yield f"another is nearer to {thing.identity} than {where.things[0].identity}"
@@ -158,12 +165,15 @@ def faults_of_relations(world: GateWorld, progress: Progress, thing: Thing) -> I
 def _holds(world: GateWorld, where: Where, mark: Landmark, others: list[Landmark]) -> bool:
     if min(_distance(mark, other) for other in others) > (BY if others[0].label.kind == "building" else NEAR):
         return False
-    view = world.path[max(len(world.path) - 5, 0)]
+    return all(_is_so_from(view, where.relation, mark, others[0]) for view in world.path[-VIEWS:])
+
+
+def _is_so_from(view: tuple[float, float], relation: str, mark: Landmark, other: Landmark) -> bool:
+    """Return whether one thing is left of another, and so on, to who looks at it from a place."""
     heading = math.degrees(math.atan2(mark.x - view[0], mark.z - view[1]))
-    right, ahead = Pose(others[0].x, others[0].z, heading % 360.0).local(mark.x, mark.z)
-    return {
-        "left_of": right < 0.0, "right_of": right > 0.0, "in_front_of": ahead < 0.0, "behind": ahead > 0.0,
-    }.get(where.relation, True)  # fmt: skip
+    right, ahead = Pose(other.x, other.z, heading % 360.0).local(mark.x, mark.z)
+    least = {"left_of": -right, "right_of": right, "in_front_of": -ahead, "behind": ahead}.get(relation)
+    return least is None or least > math.cos(math.radians(OFF_RELATION)) * math.hypot(right, ahead)
 
 
 def _is_nearest(world: GateWorld, thing: Thing, mark: Landmark, others: list[Landmark]) -> bool:

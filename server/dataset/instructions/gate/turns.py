@@ -13,7 +13,7 @@ from server.dataset.instructions.gate.streets import (
     faults_of_turn_by,
     is_beyond_turn,
 )
-from server.dataset.instructions.gate.world import PEAK, GateWorld, turn_between
+from server.dataset.instructions.gate.world import PEAK, TOLD_BEND, GateWorld, turn_between
 
 TURN_AT = 4.0
 """Maximum distance from a thing of a turn that is made at it, in units."""
@@ -31,8 +31,8 @@ within so many degrees of it: what turns back so soon is only a step aside."""
 TOLD_NEAR = 8
 """Places of the path between a wide bend and what is said of a turn, if that is another one."""
 
-TOLD_BEND, AT_GOAL = 37.0, 5.0
-"""A bend of the path by more degrees is said, unless it is within this distance of the target, in units."""
+AT_GOAL = 5.0
+"""Maximum distance from the target of a bend that need not be said, in units."""
 
 AGAIN = range(2, 6)
 """Places of the path after a turn to a side in which it must not bend as much again: nobody is told of the second."""

@@ -6,12 +6,9 @@ from dataclasses import replace
 
 from lang.meaning import Thing, Walk
 from server.dataset.instructions.gate.progress import AT, BY, Progress, middle, nearest, places_ahead
+from server.dataset.instructions.gate.sides import faults_of_side, poses_of_part
 from server.dataset.instructions.gate.turns import TURN_REACH
 from server.dataset.instructions.gate.world import GateWorld, turn_between
-from server.sim.geometry import Pose
-
-ASIDE, ASIDE_ZEBRA = 0.9, 3.0
-"""Minimum distances from the path of what is "on your left", in units; the second of a zebra crossing: it is wide."""
 
 STRAIGHT = 18.0
 """Maximum angle from the path of what one walks straight to, in degrees."""
@@ -35,8 +32,9 @@ def walk(world: GateWorld, progress: Progress, step: Walk, faults: list[str]) ->
     if near is None:
         faults.append(f"the path does not come {step.way} {step.things[0].identity}")
         return progress
-    faults += _faults_of_side(world, step, near)
-    if step.way == "between" and not _is_amid(world, step.things, near):
+    if step.side:
+        faults += faults_of_side(world, progress.at, step)
+    if step.way == "between" and not _is_amid(world, step.things, progress.at, near):
         faults.append(f"the path does not lead between {step.things[0].identity} and {step.things[1].identity}")
     return replace(progress, at=max(progress.at, near))
 
@@ -52,19 +50,11 @@ def _approach(world: GateWorld, progress: Progress, step: Walk, faults: list[str
     return replace(progress, at=max(progress.at, world.closest(x, z, progress.at, BY) or 0))
 
 
-def _faults_of_side(world: GateWorld, step: Walk, near: int) -> Iterator[str]:
-    least = ASIDE_ZEBRA if step.things[0].kind == "zebra_crossing" else ASIDE
-    sign = 1.0 if step.side == "right" else -1.0
-    marks = [mark for each in step.things for mark in world.landmarks(each.identity)]
-    if step.side and any(sign * world.side_of(mark.x, mark.z, near) < least for mark in marks):
-        yield f"{step.things[0].identity} is not on the {step.side}"
-
-
-def _is_amid(world: GateWorld, things: Sequence[Thing], near: int) -> bool:
-    """Return whether two things stand on both sides of the path, more beside each other than one behind another."""
-    before, after = world.path[max(near - 2, 0)], world.path[min(near + 2, len(world.path) - 1)]
-    heading = math.degrees(math.atan2(after[0] - before[0], after[1] - before[1]))
-    here = Pose(*world.path[near], heading)
+def _is_amid(world: GateWorld, things: Sequence[Thing], since: int, near: int) -> bool:
+    """Return whether two things stand on both sides of the way, more beside each other than one behind another."""
+    here = poses_of_part(world, since).get(near)
+    if here is None:
+        return False
     places = [here.local(mark.x, mark.z) for each in things for mark in world.landmarks(each.identity)]
     (right, along), (other, far) = min(places), max(places)
     return right < 0.0 < other and abs(right + other) <= 5.0 and abs(along - far) <= other - right

@@ -24,6 +24,9 @@ BEND = 8.0
 PEAK = 2
 """Places on both sides of a bend's sharpest one that belong to it."""
 
+TOLD_BEND = 37.0
+"""A bend of the path by more degrees is told."""
+
 FACING = 35.0
 """Maximum angle between the way on and a heading in which one looks along it, in degrees."""
 
@@ -106,6 +109,10 @@ class GateWorld:
         after = min(index + STRIDE, len(self.path) - 1)
         return _bearing(self.path[index], self.path[after] if after > index else self.goal)
 
+    def heading_between(self, first: int, last: int) -> float:
+        """Return the direction of the path from one of its places to a later one, in degrees; else that of its start."""
+        return self.start.heading if first >= last else _bearing(self.path[first], self.path[last])
+
     def heading_of_move(self, index: int) -> float:
         """Return the direction of the path from one of its places to the next, in degrees; before the first, its start.
 
@@ -178,14 +185,6 @@ class GateWorld:
             and abs(turn_between(self.poses[number].heading, on)) <= FACING
             for number in mark.seen
         )
-
-    def side_of(self, x: float, z: float, index: int) -> float:
-        """Return how far to the right of the path a place is, at one of the path's places, in units."""
-        before = self.path[max(index - STRIDE, 0)]
-        after = self.path[min(index + STRIDE, len(self.path) - 1)]
-        heading = self.start.heading if before == after else _bearing(before, after)
-        right, _ = Pose(*self.path[index], heading).local(x, z)
-        return right
 
 
 def turn_between(before: float, after: float) -> float:

@@ -7,6 +7,7 @@ faults to find with is not taken, but the next best one.
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from random import Random
 from typing import Protocol
 
@@ -173,9 +174,15 @@ class _Planner:
         return options if ahead is None else [*options, ahead]
 
     def _tellings(self, waypoint: Waypoint, option: Option, *, is_first: bool) -> list[tuple[Step, ...]]:
-        """Return the steps of an option as they are told, and if that is in more words, as they are."""
+        """Return the steps of an option as they are told, then in fewer words: as they are, and without a side."""
         told = self._with_facing(option) if is_first else (*self._along_street(waypoint, option), *option.steps)
-        return [told] if told == option.steps else [told, option.steps]
+        tellings = [told] if told == option.steps else [told, option.steps]
+        step = option.steps[-1]
+        if (
+            isinstance(step, Walk) and step.way == "past" and step.side
+        ):  # Where the side is refused, the rest may be so.
+            tellings.append((*option.steps[:-1], replace(step, side="")))
+        return tellings
 
     def _may_say_more(self, waypoint: Waypoint) -> bool:
         far = math.dist((waypoint.pose.x, waypoint.pose.z), self._route.goal)

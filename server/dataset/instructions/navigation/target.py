@@ -8,6 +8,7 @@ from lang.meaning import Thing, Where
 from server.dataset.instructions.navigation.choice import full_name
 from server.dataset.instructions.navigation.groups import groups_around
 from server.dataset.instructions.sight import Landmark
+from server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
 from server.sim.catalogue import KINDS
 from server.sim.geometry import Pose
 from server.sim.labels import Label
@@ -34,6 +35,13 @@ place, in units."""
 
 GROUP_SHARE = 0.8
 """Probability that things that stand together by the target are named together."""
+
+LAST_VIEWS, OFF_SIDE = 6, 65.0
+"""Last poses from all of which the target is on the told side of a landmark, and maximum angle between that side and
+where it is, in degrees."""
+
+ON_ZEBRA = (ZEBRA_WIDTH / 2 + 0.4, ZEBRA_LENGTH / 2 + 0.4)
+"""Half the size of the ground that a zebra crossing covers, with half of an object that stands at its edge, in units."""
 
 FULL = 0.85
 """Probability that the name is complete though fewer words suffice."""
@@ -112,6 +120,7 @@ def _where(
             or distance > NEAR
             or distance < 0.1
             or mark.seen[-1] < len(poses) - 10
+            or _is_under(mark, x, z)
             or any(mark.label == other.label for other in elsewhere or ())
         ):
             continue
@@ -127,7 +136,32 @@ def _where(
             relation = "left_of" if right > 0.0 else "right_of"
         elif abs(ahead) > 1.5 * abs(right):
             relation = "in_front_of" if ahead > 0.0 else "behind"
+    if not all(_is_so_from(pose, relation, (x, z), mark) for pose in poses[-LAST_VIEWS:]):
+        relation = "near"
     group = next(groups_around(mark, every, marks, len(poses)), None)
     if group is not None and is_alone and random.random() < GROUP_SHARE:
         return (Where("near", (group.name,)),)
     return (Where(relation, (name,)),)
+
+
+def _is_under(mark: Landmark, x: float, z: float) -> bool:
+    """Return whether a landmark is what a place is on, a zebra crossing, and so not next to it."""
+    across, along = Pose(mark.x, mark.z, mark.heading).local(x, z)
+    return mark.label.kind == "zebra_crossing" and abs(across) <= ON_ZEBRA[0] and abs(along) <= ON_ZEBRA[1]
+
+
+def _is_so_from(view: Pose, relation: str, place: tuple[float, float], mark: Landmark) -> bool:
+    """Return whether a place is clearly on the told side of a landmark, for who looks at the place from a pose."""
+    x, z = place
+    towards = math.degrees(math.atan2(x - view.x, z - view.z))
+    right, ahead = Pose(x, z, towards % 360.0).local(mark.x, mark.z)
+    sides = {
+        "left_of": (right, ahead),
+        "right_of": (-right, ahead),
+        "in_front_of": (ahead, right),
+        "behind": (-ahead, right),
+    }
+    if relation not in sides:
+        return True
+    along, across = sides[relation]
+    return along > 0.0 and abs(across) <= math.tan(math.radians(OFF_SIDE)) * along

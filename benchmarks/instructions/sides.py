@@ -1,0 +1,254 @@
+"""Sides that a navigation text tells of things, and neighbours that it tells of its target, held against the street.
+
+Written apart from planner and gate: it knows the words for left, right and next to, and the files of a data set. A side
+is so if what is named is beside the walker on that side, by the direction of the way there, between the turn told before
+and the turn told after. What is told as next to a zebra crossing does not lie on it.
+"""
+
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+from benchmarks.instructions.references import Mention, mentions, plain
+from benchmarks.instructions.ways import BENT, STRONG, Bend, Place, Way, nearest, rectangle
+
+SIDES = {
+    "en": {"left": "left", "right": "right"},
+    "hi": {
+        "बाएँ": "left", "बाईं": "left", "बायाँ": "left", "बाएं": "left",
+        "दाएँ": "right", "दाईं": "right", "दायाँ": "right", "दाएं": "right",
+    },
+}  # fmt: skip
+"""Words for sides."""
+
+NO_SIDE = {
+    "en": r"(?<=left )right (?:before|after|past|beyond|by)\b|(?<=right )right (?:before|after|past|beyond|by)\b"
+    r"|\bright (?:in front|next to|beside|behind|against|between)\b",
+    "hi": r"(?!)",
+}
+"""What holds such a word and tells no side."""
+
+RELATION = {
+    "en": r"\b(?:left|right)(?: hand)?(?: side)? of\b|\bits (?:left|right)\b",
+    "hi": r"(?:के|की|से|उसके|उसकी|जिसके|जिसकी)(?: ठीक)? (?:बाएँ|बाईं|दाएँ|दाईं)(?: ओर| तरफ़| हाथ| दिशा में)?",
+}
+"""The place of one thing by another."""
+
+SLIGHT = {"en": r"(?:slight|slightly|a bit|a little|gentle|bear|bearing|veer|veering|(?:slightly|a bit|a little) to the)$",
+          "hi": r"(?:थोड़ा|सा|ज़रा|हल्का|हल्के|से|मामूली)$"}  # fmt: skip
+"""What stands before the side of a slight turn."""
+
+TOLD_SIDE = {
+    "en": re.compile(r"\b(?:on|to) (?:your |the )?(left|right)\b(?! hand side of| side of| of)"),
+    "hi": re.compile(r"(बाईं|दाईं) (?:ओर|तरफ़)"),
+}
+
+AFTER_THING = re.compile(r"(?: (?:with|showing) (?:an? )?\S+)?(?: is| keeping it)? ?")
+"""What may stand between a noun and the side of its thing, in English."""
+
+BACK = {
+    "en": r"\b(?:turn\w*|spin\w*|about|pivot\w*) (?:yourself )?(?:around|turn)\b|(?:other|opposite) (?:way|direction)|revers\w+ direction",
+    "hi": r"(?:पीछे(?: की ओर| की तरफ़)?|पूरा पीछे|उल्टी दिशा में|उल्टी तरफ़) (?:मुड़|घूम|पलट)|पलटकर|उल्टे मुड़|यू टर्न|मुँह (?:पीछे|उल्टी)",
+}
+"""What tells that one turns around."""
+
+FACED = {
+    "en": r"^(?:\w+ ){0,2}?(?:fac(?:e|ing)|turn\w* (?:\S+ ){0,3}?(?:towards?|fac(?:e|ing)|see|direction)|look\w*|align\w*|orient\w*"
+    r"|position\w*|direct\w*|rotat\w+ (?:to|until)|point\w*)\b",
+    "hi": r"^(?:\S+ ){0,7}?(?:की (?:ओर|तरफ़|दिशा में) (?:मुड़|घूम|मुँह|रुख़|नज़र)|अपना मुँह|सामने न|जब तक|तब तक)",
+}
+"""What tells at the beginning of a text that one turns to a thing."""
+
+STREETS = ("street", "alley")
+"""Kinds of what one turns into: the side is that of the turn."""
+
+ON_GROUND = {"zebra_crossing": (4.55 / 2, 1.4 / 2)}
+"""Kinds of things that one may stand on, with half their sizes across and along their heading, in units."""
+
+BY = {
+    "en": (r"(?:next to|near|beside|close to|adjacent to|alongside|at the side of|side by side with|adjoining|proximity to"
+           r"|over by|front of|ahead of|behind|(?:left|right)(?: hand)?(?: side)? of|side of|back of)$"),
+    "hi": (r"^ ?(?:(?:के|की) (?:ठीक |ही )?(?:पास|बगल|नज़दीक|क़रीब|बराबर|साथ|समीप|सामने|आगे|पीछे|पिछली|बाईं|दाईं|बाएँ|दाएँ)"
+           r"|से (?:बाईं|दाईं))(?! (?:से|तक|पहुँच|जाकर|आकर|रुक|मुड़|घूम|छूट|छोड़))"),
+}  # fmt: skip
+"""What tells that something lies by a thing: before its noun phrase in English, behind it in Hindi."""
+
+STEP_ASIDE, AROUND, MAY_BE_AROUND = 4.5, 165.0, 120.0
+"""Maximum length of a step aside, in units; a turn by more degrees may be called one to either side, and one around."""
+
+IN_NOUN = 14
+"""Maximum number of letters of a noun phrase in Hindi before those words that `mentions` finds."""
+
+LAST = 3
+"""The target's place is told among so many last mentions."""
+
+
+@dataclass(frozen=True)
+class Side:
+    """A thing with the side that is told of it, the turns told before and after it, and whether one faces a thing first."""
+
+    mention: Mention
+    side: str
+    before: tuple[str, ...]
+    after: tuple[str, ...]
+    faced: bool
+
+
+def told_sides(text: str, code: str) -> list[Side]:
+    """Return the things on the way of which a text tells a side, in order."""
+    text, told = plain(text, code), list(mentions(text, code))
+    aside = [
+        (match, found) for match in TOLD_SIDE[code].finditer(text) if (found := _thing_of(text, code, told, match))
+    ]
+    taken = [match.span() for match, _ in aside]
+    for pattern in (RELATION[code], NO_SIDE[code]):
+        taken += [match.span() for match in re.finditer(pattern, text)]
+    turns = []
+    for match in re.finditer("|".join(rf"(?<!\S){word}(?!\S)" for word in SIDES[code]), text):
+        if not any(first <= match.start() < last for first, last in taken):
+            slight = re.search(SLIGHT[code], text[: match.start()].strip()) is not None
+            turns.append((match.start(), f"{'slightly ' if slight else ''}{SIDES[code][match[0]]}"))
+    turns = sorted([*turns, *((match.start(), "around") for match in re.finditer(BACK[code], text))])
+    faced = re.match(FACED[code], text)
+    is_faced = faced is not None and (not turns or faced.end() <= turns[0][0])
+    return [
+        Side(
+            found,
+            SIDES[code][match[1]],
+            tuple(turn for at, turn in turns if at < match.start()),
+            tuple(turn for at, turn in turns if at > match.start()),
+            is_faced,
+        )
+        for match, found in aside
+    ]
+
+
+def _thing_of(text: str, code: str, told: Sequence[Mention], match: re.Match[str]) -> Mention | None:
+    """Return the mention whose side words tell; None if they tell of a turn, or of a thing by another."""
+    before = [mention for mention in told if mention.end <= match.start()]
+    lead, rest = text[: match.start()], text[match.end() :]
+    found = None
+    if code == "en":
+        is_it = re.search(r"\bit(?: is)? $", lead) is not None and re.search(r"\bat it $", lead) is None
+        if before and (is_it or AFTER_THING.fullmatch(text[before[-1].end : match.start()])):
+            found = before[-1]
+    elif re.search(r"(?:के|की|से|उसके|उसकी)(?: ठीक)? $", lead) is None or re.match(r" (?:न आ|आने)", rest):
+        joined = re.match(r" (?:वाला|वाले|वाली|के|की|का) ", rest)
+        following = [mention for mention in told if mention.end > match.end()]
+        if joined and following and following[0].start <= match.end() + joined.end() + IN_NOUN:
+            found = following[0]
+        elif before and (re.match(r" (?:रख|छोड़|न आ|आने)", rest) or (" जो " in lead and re.match(r" है", rest))):
+            found = before[-1]
+    return None if found is None or found.kind in STREETS else found
+
+
+def parts(told: Side, way: Way) -> Iterator[tuple[float, float]]:
+    """Yield the parts of a way in which a side may be told: between the bends that the turns around it can be.
+
+    Of the ways to find the turns among the bends those count that leave the fewest bends untold. A step aside
+    need not be told, nor has the last turn to be a bend: it may be made at the target.
+    """
+    turns = [turn for turn in (*told.before, *told.after) if not turn.startswith("slightly")]
+    number = sum(not turn.startswith("slightly") for turn in told.before)
+    bends = [bend for bend in way.bends if abs(bend.angle) >= BENT and not (told.faced and bend.end == 0.0)]
+    found: list[tuple[int, tuple[Bend, ...]]] = []
+    for listed in (bends, _without_steps_aside(bends)):
+        for count in {len(turns), max(len(turns) - 1, 0)}:
+            for chosen in combinations(listed, count):
+                if all(map(_may_be, turns, chosen)):
+                    untold = sum(bend not in chosen for bend in listed if abs(bend.angle) >= STRONG)
+                    found.append((untold, chosen))
+    fewest = min((untold for untold, _ in found), default=0)
+    for untold, chosen in found:
+        if untold == fewest and number <= len(chosen):
+            yield (
+                chosen[number - 1].start if number else 0.0,
+                chosen[number].end if number < len(chosen) else way.length,
+            )
+
+
+def _without_steps_aside(bends: Sequence[Bend]) -> list[Bend]:
+    """Return the bends without those that the next one takes back at once."""
+    kept: list[Bend] = []
+    for bend in bends:
+        if kept and bend.start - kept[-1].end <= STEP_ASIDE and abs(bend.angle + kept[-1].angle) < BENT:
+            kept.pop()
+        else:
+            kept.append(bend)
+    return kept
+
+
+def _may_be(turn: str, bend: Bend) -> bool:
+    if turn == "around" or abs(bend.angle) > AROUND:
+        return abs(bend.angle) > MAY_BE_AROUND
+    return (turn == "right") == (bend.angle > 0.0)
+
+
+def false_sides(text: str, code: str, way: Way, grounds: Sequence[tuple[Mention, list[Place]]]) -> list[str]:
+    """Return the sides that a text tells of things that are not so.
+
+    Args:
+        text: an instruction of navigation.
+        code: of its language.
+        way: its turn's.
+        grounds: what there is in the street, as a mention of it, with its outline.
+    """
+    faults = []
+    for told in told_sides(text, code):
+        fitting = [ground for thing, ground in grounds if _fits(told.mention, thing)]
+        spans = list(parts(told, way))
+        if spans and not any(way.is_passed(ground, told.side, *span) for ground in fitting for span in spans):
+            faults.append(f"{told.mention.words} {told.mention.kind} is not passed on the {told.side}".strip())
+    return faults
+
+
+def false_neighbours(text: str, code: str, target: Place, grounds: Sequence[tuple[Mention, list[Place]]]) -> list[str]:
+    """Return what a text tells the target to lie by, though it lies on it."""
+    text, told = plain(text, code), list(mentions(text, code))
+    faults = []
+    for mention in told[-LAST:]:
+        around = text[: mention.start].strip() if code == "en" else text[mention.end :]
+        if mention.kind in ON_GROUND and re.search(BY[code], around):
+            if any(_fits(mention, thing) and covers(ground, target) for thing, ground in grounds):
+                faults.append(f"the target lies on the {mention.kind}, not by it")
+    return faults
+
+
+def grounds_of(turn: dict[str, Any], section: dict[str, Any]) -> list[tuple[Mention, list[Place]]]:
+    """Return all things in a turn's street, each as a mention of it, with its corners or its place."""
+    found = []
+    for prop in section["props"]:
+        place = prop["x"], prop["z"]
+        halves = ON_GROUND.get(prop["kind"])
+        ground = [place] if halves is None else rectangle(*place, prop["heading"], halves)
+        found.append((_named(prop["kind"], prop["colour"], prop["shape"]), ground))
+    for item in turn["street"]:
+        kind, (x, _, z) = item["type"], item["position"]
+        found.append((_named(kind["kind"], kind["colour"], kind["pattern"]), [(x, z)]))
+    for house in section["buildings"]:
+        halves = house["half_width"], house["half_length"]
+        found.append(
+            (_named("building", "", house["facade"]), rectangle(house["x"], house["z"], house["heading"], halves))
+        )
+    return found
+
+
+def covers(ground: Sequence[Place], place: Place) -> bool:
+    """Return whether a place lies on a rectangle."""
+    inside = [
+        (b[0] - a[0]) * (place[1] - a[1]) - (b[1] - a[1]) * (place[0] - a[0])
+        for a, b in zip(ground, [*ground[1:], ground[0]], strict=True)
+    ]
+    return all(each <= 0.0 for each in inside) or all(each >= 0.0 for each in inside)
+
+
+def _named(kind: str, colour: str, look: str) -> Mention:
+    return Mention(kind, colour, look, "", False, "")
+
+
+def _fits(told: Mention, thing: Mention) -> bool:
+    is_colour = told.colour in ("", thing.colour) or thing.kind == "building"  # Its look has the colour.
+    return told.kind == thing.kind and is_colour and told.look in ("", thing.look)

@@ -1,0 +1,167 @@
+"""The way of a turn as straight legs between bends, and what it passes on which side, from the files of a data set."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+Place = tuple[float, float]
+
+OFF_LEG = 1.0
+"""Maximum distance of a path from the straight legs that it is reduced to, in units."""
+
+BENT, STRONG = 35.0, 50.0
+"""Minimum angles of a bend that a turn to a side can tell, and of one that must be told, in degrees."""
+
+ONE_BEND = 4.6
+"""Bends that are nearer to each other belong together, in units: who walks turns over several steps."""
+
+ABEAM = (60.0, 120.0)
+"""Angles between the way and what one has beside oneself, in degrees."""
+
+REACH, ASIDE = 6.0, 0.7
+"""Maximum distance of what one passes, and minimum distance from the way of what is on a side of it, in units."""
+
+SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
+"""Where along a step of the path one looks around."""
+
+
+@dataclass(frozen=True)
+class Bend:
+    """A change of direction.
+
+    Attributes:
+        start, end: the path's lengths where it begins and ends, in units.
+        angle: in degrees, positive clockwise.
+    """
+
+    start: float
+    end: float
+    angle: float
+
+
+@dataclass(frozen=True)
+class Step:
+    """A part of a path between two of its places: the path's length before it, its ends, and the heading of its leg."""
+
+    since: float
+    start: Place
+    end: Place
+    heading: float
+
+
+class Way:
+    """A turn's path.
+
+    Args:
+        path: places (x, z).
+        heading: before the first step, in degrees.
+
+    Attributes:
+        steps: in order, each with the direction of the straight leg that it belongs to, in degrees.
+        bends: between the legs, in order; the first may be at the start.
+        length: of the path, in units.
+    """
+
+    def __init__(self, path: Sequence[Place], heading: float) -> None:
+        self.steps: list[Step] = []
+        self.length, legs = 0.0, []
+        for first, last in pairwise(_reduced(path, 0, len(path) - 1)):
+            towards = bearing(path[first], path[last])
+            legs.append((self.length, turned(heading, towards)))
+            heading = towards
+            for start, end in pairwise(path[first : last + 1]):
+                self.steps.append(Step(self.length, start, end, towards))
+                self.length += math.dist(start, end)
+        self.bends = list(_joined_bends(legs))
+
+    def is_passed(self, ground: Sequence[Place], side: str, since: float, until: float) -> bool:
+        """Return whether something is beside one on a side in a part of the way.
+
+        Args:
+            ground: its corners, or its place alone.
+            side: "left" or "right".
+            since, until: the path's lengths where the part begins and ends, in units.
+        """
+        sign = 1.0 if side == "right" else -1.0
+        for step in self.steps:
+            for share in SHARES:
+                at = step.since + share * math.dist(step.start, step.end)
+                place = (
+                    (1.0 - share) * step.start[0] + share * step.end[0],
+                    (1.0 - share) * step.start[1] + share * step.end[1],
+                )
+                to = nearest(ground, place)
+                far, angle = math.dist(place, to), sign * turned(step.heading, bearing(place, to))
+                if since <= at <= until and ABEAM[0] <= angle <= ABEAM[1] and ASIDE <= far <= REACH:
+                    return True
+        return False
+
+
+def _joined_bends(legs: Sequence[tuple[float, float]]) -> Iterator[Bend]:
+    """Yield the bends between legs, those near each other to one side as one."""
+    group: list[tuple[float, float]] = []
+    for since, angle in legs:
+        is_apart = group and (since - group[-1][0] > ONE_BEND or group[-1][0] == 0.0)
+        if group and (is_apart or angle * group[-1][1] < 0.0):
+            yield Bend(group[0][0], group[-1][0], sum(each for _, each in group))
+            group = []
+        group.append((since, angle))
+    if group:
+        yield Bend(group[0][0], group[-1][0], sum(each for _, each in group))
+
+
+def way_of(turn: dict[str, Any], start: dict[str, float], before: Sequence[int]) -> Way:
+    """Return the way of a turn of a data set's file.
+
+    Args:
+        turn: of an episode.
+        start: the episode's.
+        before: actions of the navigation of the turn before it; none for the first.
+    """
+    heading = start["heading"] + 30.0 * (list(before).count(2) - list(before).count(1))
+    return Way([(x, z) for x, z in turn["path"]], heading % 360.0)
+
+
+def bearing(start: Place, end: Place) -> float:
+    """Return the direction from one place to another, in degrees clockwise from +z."""
+    return math.degrees(math.atan2(end[0] - start[0], end[1] - start[1]))
+
+
+def turned(before: float, after: float) -> float:
+    """Return the turn from one direction to another, in degrees from -180 to 180, positive clockwise."""
+    return (after - before + 180.0) % 360.0 - 180.0
+
+
+def nearest(ground: Sequence[Place], place: Place) -> Place:
+    """Return the place of a thing's outline that is nearest to another place."""
+    if len(ground) == 1:
+        return ground[0]
+    edges = zip(ground, [*ground[1:], ground[0]], strict=True)
+    return min((_onto(place, *edge) for edge in edges), key=lambda found: math.dist(found, place))
+
+
+def rectangle(x: float, z: float, heading: float, halves: tuple[float, float]) -> list[Place]:
+    """Return the corners of a rectangle with half sizes across and along its heading, in units."""
+    sin, cos = math.sin(math.radians(heading)), math.cos(math.radians(heading))
+    signs = ((-1, -1), (-1, 1), (1, 1), (1, -1))
+    across, along = halves
+    return [(x + a * across * cos + b * along * sin, z - a * across * sin + b * along * cos) for a, b in signs]
+
+
+def _reduced(path: Sequence[Place], first: int, last: int) -> list[int]:
+    """Return the indices of a path's ends and bends, by Douglas and Peucker."""
+    apart = [math.dist(path[at], _onto(path[at], path[first], path[last])) for at in range(first, last + 1)]
+    farthest = max(range(len(apart)), key=apart.__getitem__)
+    if apart[farthest] <= OFF_LEG:
+        return [first, last] if last > first else [first]
+    return _reduced(path, first, first + farthest)[:-1] + _reduced(path, first + farthest, last)
+
+
+def _onto(place: Place, start: Place, end: Place) -> Place:
+    dx, dz = end[0] - start[0], end[1] - start[1]
+    square = dx * dx + dz * dz
+    share = ((place[0] - start[0]) * dx + (place[1] - start[1]) * dz) / square if square else 0.0
+    share = min(max(share, 0.0), 1.0)
+    return start[0] + share * dx, start[1] + share * dz
