@@ -1,19 +1,18 @@
 """Sides that a navigation text tells of things, and neighbours that it tells of its target, held against the street.
 
 Written apart from planner and gate: it knows the words for left, right and next to, and the files of a data set. A side
-is so if what is named is beside the walker on that side, by the direction of the way there, between the turn told before
-and the turn told after. What is told as next to a zebra crossing does not lie on it.
+is so if what is named is beside the walker on that side, by the direction of the way there, after the turn told before
+it and before the next one. What is told as next to a zebra crossing does not lie on it.
 """
 
-import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
-from benchmarks.instructions.references import Mention, mentions, plain
-from benchmarks.instructions.ways import BENT, STRONG, Bend, Place, Way, nearest, rectangle
+from benchmarks.instructions.mentions import Mention, mentions, plain
+from benchmarks.instructions.ways import BENT, STRONG, Bend, Place, Way, rectangle
 
 SIDES = {
     "en": {"left": "left", "right": "right"},
@@ -37,8 +36,10 @@ RELATION = {
 }
 """The place of one thing by another."""
 
-SLIGHT = {"en": r"(?:slight|slightly|a bit|a little|gentle|bear|bearing|veer|veering|(?:slightly|a bit|a little) to the)$",
-          "hi": r"(?:थोड़ा|सा|ज़रा|हल्का|हल्के|से|मामूली)$"}  # fmt: skip
+SLIGHT = {
+    "en": r"(?:slight|slightly|a bit|a little|gentle|bear|bearing|veer|veering)(?: to the)?$",
+    "hi": r"(?:थोड़ा|सा|ज़रा|हल्का|हल्के|से|मामूली)$",
+}
 """What stands before the side of a slight turn."""
 
 TOLD_SIDE = {
@@ -50,14 +51,16 @@ AFTER_THING = re.compile(r"(?: (?:with|showing) (?:an? )?\S+)?(?: is| keeping it
 """What may stand between a noun and the side of its thing, in English."""
 
 BACK = {
-    "en": r"\b(?:turn\w*|spin\w*|about|pivot\w*) (?:yourself )?(?:around|turn)\b|(?:other|opposite) (?:way|direction)|revers\w+ direction",
-    "hi": r"(?:पीछे(?: की ओर| की तरफ़)?|पूरा पीछे|उल्टी दिशा में|उल्टी तरफ़) (?:मुड़|घूम|पलट)|पलटकर|उल्टे मुड़|यू टर्न|मुँह (?:पीछे|उल्टी)",
+    "en": r"\b(?:turn\w*|spin\w*|about|pivot\w*) (?:yourself )?(?:around|turn)\b|(?:other|opposite) (?:way|direction)"
+    r"|revers\w+ direction",
+    "hi": r"(?:पीछे(?: की ओर| की तरफ़)?|पूरा पीछे|उल्टी दिशा में|उल्टी तरफ़) (?:मुड़|घूम|पलट)|पलटकर|उल्टे मुड़|यू टर्न"
+    r"|मुँह (?:पीछे|उल्टी)",
 }
 """What tells that one turns around."""
 
 FACED = {
-    "en": r"^(?:\w+ ){0,2}?(?:fac(?:e|ing)|turn\w* (?:\S+ ){0,3}?(?:towards?|fac(?:e|ing)|see|direction)|look\w*|align\w*|orient\w*"
-    r"|position\w*|direct\w*|rotat\w+ (?:to|until)|point\w*)\b",
+    "en": r"^(?:\w+ ){0,2}?(?:fac(?:e|ing)|turn\w* (?:\S+ ){0,3}?(?:towards?|fac(?:e|ing)|see|direction)|look\w*"
+    r"|align\w*|orient\w*|position\w*|direct\w*|rotat\w+ (?:to|until)|point\w*)\b",
     "hi": r"^(?:\S+ ){0,7}?(?:की (?:ओर|तरफ़|दिशा में) (?:मुड़|घूम|मुँह|रुख़|नज़र)|अपना मुँह|सामने न|जब तक|तब तक)",
 }
 """What tells at the beginning of a text that one turns to a thing."""
@@ -69,11 +72,11 @@ ON_GROUND = {"zebra_crossing": (4.55 / 2, 1.4 / 2)}
 """Kinds of things that one may stand on, with half their sizes across and along their heading, in units."""
 
 BY = {
-    "en": (r"(?:next to|near|beside|close to|adjacent to|alongside|at the side of|side by side with|adjoining|proximity to"
-           r"|over by|front of|ahead of|behind|(?:left|right)(?: hand)?(?: side)? of|side of|back of)$"),
-    "hi": (r"^ ?(?:(?:के|की) (?:ठीक |ही )?(?:पास|बगल|नज़दीक|क़रीब|बराबर|साथ|समीप|सामने|आगे|पीछे|पिछली|बाईं|दाईं|बाएँ|दाएँ)"
-           r"|से (?:बाईं|दाईं))(?! (?:से|तक|पहुँच|जाकर|आकर|रुक|मुड़|घूम|छूट|छोड़))"),
-}  # fmt: skip
+    "en": r"(?:next to|near|beside|close to|adjacent to|alongside|at the side of|side by side with|adjoining|over by"
+    r"|proximity to|front of|ahead of|behind|(?:left|right)(?: hand)?(?: side)? of|side of|back of)$",
+    "hi": r"^ ?(?:(?:के|की) (?:ठीक |ही )?(?:पास|बगल|नज़दीक|क़रीब|बराबर|साथ|समीप|सामने|आगे|पीछे|पिछली|बाईं|दाईं|बाएँ"
+    r"|दाएँ)|से (?:बाईं|दाईं))(?! (?:से|तक|पहुँच|जाकर|आकर|रुक|मुड़|घूम|छूट|छोड़))",
+}
 """What tells that something lies by a thing: before its noun phrase in English, behind it in Hindi."""
 
 STEP_ASIDE, AROUND, MAY_BE_AROUND = 4.5, 165.0, 120.0
@@ -88,7 +91,7 @@ LAST = 3
 
 @dataclass(frozen=True)
 class Side:
-    """A thing with the side that is told of it, the turns told before and after it, and whether one faces a thing first."""
+    """A thing with its told side, the turns told before and after it, and whether one faces some thing at the start."""
 
     mention: Mention
     side: str
@@ -205,16 +208,20 @@ def false_sides(text: str, code: str, way: Way, grounds: Sequence[tuple[Mention,
     return faults
 
 
-def false_neighbours(text: str, code: str, target: Place, grounds: Sequence[tuple[Mention, list[Place]]]) -> list[str]:
-    """Return what a text tells the target to lie by, though it lies on it."""
+def neighbours(
+    text: str, code: str, target: Place, grounds: Sequence[tuple[Mention, list[Place]]]
+) -> tuple[int, list[str]]:
+    """Return how often a text tells the target to lie by what one may stand on, and each time that it lies on it."""
     text, told = plain(text, code), list(mentions(text, code))
-    faults = []
+    count, faults = 0, []
     for mention in told[-LAST:]:
         around = text[: mention.start].strip() if code == "en" else text[mention.end :]
-        if mention.kind in ON_GROUND and re.search(BY[code], around):
-            if any(_fits(mention, thing) and covers(ground, target) for thing, ground in grounds):
-                faults.append(f"the target lies on the {mention.kind}, not by it")
-    return faults
+        if mention.kind not in ON_GROUND or re.search(BY[code], around) is None:
+            continue
+        count += 1
+        if any(_fits(mention, thing) and covers(ground, target) for thing, ground in grounds):
+            faults.append(f"the target lies on the {mention.kind}, not by it")
+    return count, faults
 
 
 def grounds_of(turn: dict[str, Any], section: dict[str, Any]) -> list[tuple[Mention, list[Place]]]:

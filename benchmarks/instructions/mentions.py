@@ -1,0 +1,158 @@
+"""Things that a navigation text names, found by the nouns of a language alone: no grammar, no plan."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from itertools import takewhile
+
+from lang import load
+from lang.grammar import INSIDE
+
+MARKERS = {
+    "en": {
+        "same": {"that", "same", "this"}, "other": {"another", "next"}, "two": {"both", "two"},
+        "first": {"first"}, "second": {"second"}, "third": {"third"}, "": {"the", "a", "an"},
+    },
+    "hi": {
+        "same": {"उस", "उसी", "वही", "वह", "यह", "इस", "इसी"}, "other": {"और_एक", "अगला", "अगले", "अगली"},
+        "two": {"दोनों"}, "first": {"पहला", "पहले", "पहली"}, "second": {"दूसरा", "दूसरे", "दूसरी"},
+        "third": {"तीसरा", "तीसरे", "तीसरी"}, "": {"एक"},
+    },
+}  # fmt: skip
+"""Words before a noun that say which thing is meant."""
+
+STRIPED = r"orange and white|white and orange|नारंगी-सफ़ेद|नारंगी और सफ़ेद"
+WHITE = {"en": "white", "hi": "सफ़ेद"}
+"""What a barrier of two colours is called, and the colour that the files give it."""
+
+AWAY = {"en": r"(toward|towards|face|facing|direction of|see|spot|notice|for)$", "hi": r"^(की (ओर|तरफ़|दिशा)|दिख|न दिख)"}
+"""What tells of a thing that one does not come to: before its noun phrase in English, behind it in Hindi."""
+
+STANDING = frozenset({"parked", "खड़ी", "खड़ा", "खड़े"})
+"""Words that may stand between a noun and its colour, and say nothing else."""
+
+JOINING = frozenset({"with", "वाला", "वाले", "वाली"})
+"""Words in looks that join other words too."""
+
+LINKS = frozenset({"of", "in", "and", "has"})
+"""Words in looks that may also be the last before a noun phrase."""
+
+
+@dataclass(frozen=True)
+class Mention:
+    """A noun phrase: its kind, its colour ("" if none is told), its marker, and whether one comes to it.
+
+    `start` and `end` are where its noun begins, with the words before it that describe it, and where it ends in what
+    `plain` returns.
+    """
+
+    kind: str
+    colour: str
+    look: str
+    marker: str
+    reached: bool
+    words: str
+    start: int = 0
+    end: int = 0
+
+
+def plain(text: str, code: str) -> str:
+    """Return a text in lower case without punctuation, its words apart by single spaces, as `mentions` reads it."""
+    text = re.sub(r"[.,;।]", " ", text.lower())
+    text = re.sub(r"\s+", " ", text).replace("एक और ", "और_एक ")
+    return re.sub(STRIPED, WHITE[code], text)
+
+
+def mentions(text: str, code: str) -> Iterator[Mention]:
+    """Yield the things that a text tells of, in order."""
+    text = plain(text, code)
+    taken = 0
+    for match in _nouns(code).finditer(text):
+        if match.start() < taken:
+            continue
+        taken = match.end()
+        kind = _kinds(code)[re.sub(r"\s+", " ", _bare(match))]
+        before = text[: match.start()].split()
+        told: list[str] = [word for group in match.groups()[1:] if group for word in group.split()]
+        while before and before[-1] in _describing(code):
+            told.insert(0, before.pop())
+        colours = [_colours(code)[word] for word in told if word in _colours(code)]
+        shown = re.match(r" (?:with|showing) (?:an? )?(\S+)", text[match.end() :])
+        shown_words = [shown[1]] if shown and shown[1] in _looks(code, kind) else []
+        looks = [look for word in [*told, *shown_words] for look in _looks(code, kind).get(word, ())]
+        markers = [m for word in told for m, words in MARKERS[code].items() if m and word in words]
+        if code == "hi" and " जो " in text[match.end() :]:  # "Take that mug which lies there" refers to none before.
+            markers = [marker for marker in markers if marker != "same"]
+        beside = " ".join(before[-2:]) if code == "en" else text[match.end() :].strip()
+        away = re.search(AWAY[code], beside) is not None
+        yield Mention(
+            kind, colours[0] if colours else "", looks[0] if looks else "", markers[0] if markers else "", not away,
+            " ".join(word for word in [*told, *shown_words] if word not in _determiners(code)),
+            len(" ".join([*before, *takewhile(LINKS.__contains__, told), ""])), match.end(),
+        )  # fmt: skip
+
+
+@cache
+def _forms(code: str) -> dict[str, str]:
+    """The kind of each form of each noun, with INSIDE where it has its adjectives."""
+    return {
+        form.lower(): kind for kind, nouns in load(code).grammar.nouns.items() for n in nouns for _, form in n.forms
+    }
+
+
+@cache
+def _nouns(code: str) -> re.Pattern[str]:
+    listed = sorted((form for form, kind in _forms(code).items() if kind), key=len, reverse=True)
+    inside = r" ?((?:\S+ ){0,4}?)"
+    return re.compile(
+        r"(?<!\S)(" + "|".join(re.escape(f).replace(re.escape(INSIDE), inside) for f in listed) + r")(?!\S)"
+    )
+
+
+@cache
+def _kinds(code: str) -> dict[str, str]:
+    return {form.replace(INSIDE, ""): kind for form, kind in _forms(code).items()}
+
+
+def _bare(match: re.Match[str]) -> str:
+    """Return a noun as listed, without the words inside it."""
+    inside = [match.span(number) for number in range(2, len(match.groups()) + 1) if match[number]]
+    text, (start, _) = match[1], match.span(1)
+    for first, last in reversed(inside):
+        text = text[: first - start] + text[last - start :]
+    return text
+
+
+@cache
+def _colours(code: str) -> dict[str, str]:
+    grammar = load(code).grammar
+    return {w: c for c, ps in grammar.colours.items() for p in ps for s in grammar.spellings(p) for w in s.split()[:1]}
+
+
+@cache
+def _looks(code: str, kind: str) -> dict[str, list[str]]:
+    """For each word of the wordings of a kind's looks, the looks; words of several looks tell nothing."""
+    grammar = load(code).grammar
+    found: dict[str, set[str]] = {}
+    for look, wordings in grammar.looks.get(grammar.look_kind(kind), {}).items():
+        for wording in (each for each in wordings if each.weight):
+            for text in grammar.spellings(wording.wording):
+                for word in set(text.split()) - _determiners(code) - JOINING:
+                    found.setdefault(word, set()).add(look)
+    return {word: sorted(looks) for word, looks in found.items() if len(looks) == 1}
+
+
+@cache
+def _determiners(code: str) -> frozenset[str]:
+    return frozenset(word for words in MARKERS[code].values() for word in words)
+
+
+@cache
+def _describing(code: str) -> frozenset[str]:
+    """All words that may stand between a noun and what comes before its phrase."""
+    grammar = load(code).grammar
+    words = {w for ps in grammar.colours.values() for p in ps for s in grammar.spellings(p) for w in s.split()}
+    for looks in grammar.looks.values():
+        words |= {w for ws in looks.values() for x in ws for s in grammar.spellings(x.wording) for w in s.split()}
+    return frozenset(words - {"a", "with", "on", "it"}) | _determiners(code) | STANDING
