@@ -26,6 +26,9 @@ REACH, ASIDE = 6.0, 0.7
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Where along a step of the path one looks around."""
 
+MARGIN = 1e-6
+"""Inexactness of the path's lengths, in units."""
+
 
 @dataclass(frozen=True)
 class Bend:
@@ -86,15 +89,12 @@ class Way:
         """
         sign = 1.0 if side == "right" else -1.0
         for step in self.steps:
-            for share in SHARES:
-                at = step.since + share * math.dist(step.start, step.end)
-                place = (
-                    (1.0 - share) * step.start[0] + share * step.end[0],
-                    (1.0 - share) * step.start[1] + share * step.end[1],
-                )
+            if step.since < since - MARGIN or step.since + math.dist(step.start, step.end) > until + MARGIN:
+                continue
+            for place in (_between(step.start, step.end, share) for share in SHARES):
                 to = nearest(ground, place)
                 far, angle = math.dist(place, to), sign * turned(step.heading, bearing(place, to))
-                if since <= at <= until and ABEAM[0] <= angle <= ABEAM[1] and ASIDE <= far <= REACH:
+                if ABEAM[0] <= angle <= ABEAM[1] and ASIDE <= far <= REACH:
                     return True
         return False
 
@@ -150,6 +150,10 @@ def rectangle(x: float, z: float, heading: float, halves: tuple[float, float]) -
     return [(x + a * across * cos + b * along * sin, z - a * across * sin + b * along * cos) for a, b in signs]
 
 
+def _between(start: Place, end: Place, share: float) -> Place:
+    return start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])
+
+
 def _reduced(path: Sequence[Place], first: int, last: int) -> list[int]:
     """Return the indices of a path's ends and bends, by Douglas and Peucker."""
     apart = [math.dist(path[at], _onto(path[at], path[first], path[last])) for at in range(first, last + 1)]
@@ -164,4 +168,4 @@ def _onto(place: Place, start: Place, end: Place) -> Place:
     square = dx * dx + dz * dz
     share = ((place[0] - start[0]) * dx + (place[1] - start[1]) * dz) / square if square else 0.0
     share = min(max(share, 0.0), 1.0)
-    return start[0] + share * dx, start[1] + share * dz
+    return _between(start, end, share)
