@@ -95,6 +95,15 @@ def test_the_side_of_a_thing_is_that_before_the_next_turn(
     assert (not found) == is_so, found
 
 
+@pytest.mark.parametrize(
+    ("x", "z", "is_so"),
+    [(4.0, -2.0, True), (4.0, 2.0, True), (4.0, 0.2, True), (8.5, 0.5, True), (11.0, 1.0, False), (11.0, 4.0, False)],
+)
+def test_who_passes_a_thing_passes_it_before_the_next_turn(x: float, z: float, is_so: bool) -> None:
+    found = walk_between_turns(Walk("past", (Thing("tree", identity="tree/0"),)), world(GUIDE, mark("tree/0", x, z)))
+    assert ("tree/0 is not passed before the path bends" not in found) == is_so, found
+
+
 def test_all_of_several_things_are_on_the_side() -> None:
     two = Thing("tree", number="two", identity="tree/0+tree/1")
     for second, is_so in (((6.0, -2.0), True), ((10.5, -1.0), False)):

@@ -22,6 +22,9 @@ BESIDE, BEHIND = 70.0, 125.0
 SIDE_REACH = 7.0
 """Maximum distance of the path from what is on one's side, in units."""
 
+STOOD_AT = 1.2
+"""Maximum distance of the path from what one walks over or around, on neither side, in units."""
+
 SINCE = 2
 """Places of the path before the one that the steps have come to, where what is told may begin already."""
 
@@ -45,8 +48,24 @@ def faults_of_side(world: GateWorld, since: int, step: Walk) -> Iterator[str]:
             yield f"{mark.identity} is not on the {step.side}"
 
 
+def faults_of_passing(world: GateWorld, since: int, step: Walk) -> Iterator[str]:
+    """Yield each thing that one does not come to have beside oneself, or stand at, before the path bends again.
+
+    Args:
+        world: of its turn.
+        since: index of the path's place where the step begins.
+        step: past something, on either side.
+    """
+    for mark in (mark for thing in step.things for mark in world.landmarks(thing.identity)):
+        ground = ground_of(world, mark)
+        places = [(pose.x, pose.z) for pose in poses_of_part(world, since).values()]
+        is_reached = any(math.dist(nearest_place(ground, place), place) <= STOOD_AT for place in places)
+        if not is_reached and not any(True for _ in sides_of(world, since, mark)):
+            yield f"{mark.identity} is not passed before the path bends"
+
+
 def sides_of(world: GateWorld, since: int, mark: Landmark) -> Iterator[float]:
-    """Yield how far to the right of the way a thing is at each place of a straight part where one has it beside oneself.
+    """Yield how far to the right of the way a thing is, at each place of a straight part where one has it beside one.
 
     Args:
         world: of its turn.

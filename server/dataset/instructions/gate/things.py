@@ -17,8 +17,8 @@ NEAR = 4.0
 """Maximum distance of a target from the landmark that tells where it is, in units; BY for a building."""
 
 VIEWS, OFF_RELATION = 5, 75.0
-"""Last places of the path from all of which the target is on the side of a thing that is told, and maximum angle between
-that side and where it is from there, in degrees."""
+"""Last places of the path from all of which the target is on the told side of a thing, and maximum angle between that
+side and where it is from there, in degrees."""
 
 TWIN_NEAR = 6.0
 """Distance from an object that looks like the target within which nothing is called as what tells the target's place,

@@ -4,9 +4,9 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from lang.meaning import Thing, Walk
+from lang.meaning import PLACES, Thing, Walk
 from server.dataset.instructions.gate.progress import AT, BY, Progress, middle, nearest, places_ahead
-from server.dataset.instructions.gate.sides import faults_of_side, poses_of_part
+from server.dataset.instructions.gate.sides import faults_of_passing, faults_of_side, poses_of_part
 from server.dataset.instructions.gate.turns import TURN_REACH
 from server.dataset.instructions.gate.world import GateWorld, turn_between
 
@@ -34,6 +34,8 @@ def walk(world: GateWorld, progress: Progress, step: Walk, faults: list[str]) ->
         return progress
     if step.side:
         faults += faults_of_side(world, progress.at, step)
+    elif step.way == "past" and step.things[0].kind not in PLACES:
+        faults += faults_of_passing(world, progress.at, step)
     if step.way == "between" and not _is_amid(world, step.things, progress.at, near):
         faults.append(f"the path does not lead between {step.things[0].identity} and {step.things[1].identity}")
     return replace(progress, at=max(progress.at, near))

@@ -110,7 +110,7 @@ class GateWorld:
         return _bearing(self.path[index], self.path[after] if after > index else self.goal)
 
     def heading_between(self, first: int, last: int) -> float:
-        """Return the direction of the path from one of its places to a later one, in degrees; else that of its start."""
+        """Return the direction of the path from a place to a later one, in degrees; that of its start without one."""
         return self.start.heading if first >= last else _bearing(self.path[first], self.path[last])
 
     def heading_of_move(self, index: int) -> float:

@@ -41,7 +41,7 @@ LAST_VIEWS, OFF_SIDE = 6, 65.0
 where it is, in degrees."""
 
 ON_ZEBRA = (ZEBRA_WIDTH / 2 + 0.4, ZEBRA_LENGTH / 2 + 0.4)
-"""Half the size of the ground that a zebra crossing covers, with half of an object that stands at its edge, in units."""
+"""Half the size of the ground that a zebra crossing covers, with half of an object at its edge, in units."""
 
 FULL = 0.85
 """Probability that the name is complete though fewer words suffice."""
