@@ -176,7 +176,8 @@ def check(data: Path, splits: Sequence[str], show: int) -> None:
         counts: dict[tuple[str, str], Counts] = {}
         sections = {path.stem: json.loads(path.read_text()) for path in (split / "sections").glob("*.json")}
         for line in (split / "episodes.jsonl").read_text().splitlines()[1:]:
-            episode, before = json.loads(line), []
+            episode = json.loads(line)
+            before: list[int] = []
             for number, turn in enumerate(episode["turns"]):
                 way, before = way_of(turn, episode["start"], before), turn["actions"]
                 for code, texts in episode["instructions"].items():
