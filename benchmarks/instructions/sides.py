@@ -37,7 +37,7 @@ RELATION = {
 """The place of one thing by another."""
 
 SLIGHT = {
-    "en": r"(?:slight|slightly|a bit|a little|gentle|bear|bearing|veer|veering)(?: to the)?$",
+    "en": r"(?:slight|slightly|a bit|a little|gentle|bear|bearing|veer|veering)(?: to (?:the|your))?$",
     "hi": r"(?:थोड़ा|सा|ज़रा|हल्का|हल्के|से|मामूली)$",
 }
 """What stands before the side of a slight turn."""
@@ -78,6 +78,9 @@ BY = {
     r"|दाएँ)|से (?:बाईं|दाईं))(?! (?:से|तक|पहुँच|जाकर|आकर|रुक|मुड़|घूम|छूट|छोड़))",
 }
 """What tells that something lies by a thing: before its noun phrase in English, behind it in Hindi."""
+
+AT_START = 2.5
+"""Length of the way in which who faces a thing at the start has turned to it, in units."""
 
 STEP_ASIDE, AROUND, MAY_BE_AROUND = 4.5, 165.0, 120.0
 """Maximum length of a step aside, in units; a turn by more degrees may be called one to either side, and one around."""
@@ -156,7 +159,7 @@ def parts(told: Side, way: Way) -> Iterator[tuple[float, float]]:
     """
     turns = [turn for turn in (*told.before, *told.after) if not turn.startswith("slightly")]
     number = sum(not turn.startswith("slightly") for turn in told.before)
-    bends = [bend for bend in way.bends if abs(bend.angle) >= BENT and not (told.faced and bend.end == 0.0)]
+    bends = [bend for bend in way.bends if abs(bend.angle) >= BENT and not (told.faced and bend.end <= AT_START)]
     found: list[tuple[int, tuple[Bend, ...]]] = []
     for listed in (bends, _without_steps_aside(bends)):
         for count in {len(turns), max(len(turns) - 1, 0)}:

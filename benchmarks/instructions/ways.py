@@ -20,7 +20,7 @@ ONE_BEND = 4.6
 ABEAM = (60.0, 120.0)
 """Angles between the way and what one has beside oneself, in degrees."""
 
-REACH, ASIDE = 6.0, 0.7
+REACH, ASIDE = 7.0, 0.7
 """Maximum distance of what one passes, and minimum distance from the way of what is on a side of it, in units."""
 
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
