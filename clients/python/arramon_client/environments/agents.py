@@ -8,11 +8,15 @@ from gymnasium import spaces
 from gymnasium.utils import seeding
 
 from arramon_client.agent import Observation
+from arramon_client.environments.arguments import seed_of, whole
 from arramon_client.environments.backend import ASSEMBLY, NAVIGATION, PHASES, Player
 from arramon_client.environments.episodes import Episodes, checked
 from arramon_client.environments.errors import BadArgument
-from arramon_client.environments.options import make_options, open_player
-from arramon_client.environments.spaces import NO_ACTION, Dict, Translator, action_space, observation_space
+from arramon_client.environments.options import make_options
+from arramon_client.environments.players import open_player
+from arramon_client.environments.snapshots import restore, take
+from arramon_client.environments.spaces import NO_ACTION, Dict, action_space
+from arramon_client.environments.tokens import Tokenizer
 
 NAVIGATOR, ASSEMBLER = "navigator", "assembler"
 AGENTS = (NAVIGATOR, ASSEMBLER)
@@ -20,6 +24,12 @@ AGENT_OF = {NAVIGATION: NAVIGATOR, ASSEMBLY: ASSEMBLER}
 """Which agent acts in a phase."""
 
 PHASE_OF = {agent: phase for phase, agent in AGENT_OF.items()}
+
+OWN = ("render_mode", "message_length")
+"""Arguments besides those of a single environment."""
+
+ACTIVE, MESSAGE = "active", "message"
+"""Keys of an observation besides those of a single environment; the latter only where there are messages."""
 
 MESSAGE_SYMBOLS = 32
 """Symbols of a message; 0 stands for nothing."""
@@ -43,26 +53,40 @@ class TwoAgents:
     """
 
     def __init__(self, message_length: int, **options: object) -> None:
-        if not isinstance(message_length, int) or message_length < 0:
-            raise BadArgument(f"message_length is {message_length!r}, expected a number from 0")
+        self._length = whole("message_length", message_length, "a number from 0", 0)
         if options.get("phases") is not None:
             raise BadArgument("phases is given, but here each phase has its agent; leave it out")
-        self._length = message_length
-        opened = open_player(make_options(**options))
-        self._episodes = Episodes(opened)
-        self._translator = Translator(opened.tokenizer)
-        self.tokenizer = opened.tokenizer
+        more = (ACTIVE, MESSAGE) if self._length else (ACTIVE,)
+        opened = open_player(make_options(OWN, more, **options))
+        observe = opened.options.observe
+        self._more = tuple(key for key in more if observe is None or key in observe)
+        self._play_with(Episodes(opened))
         self.action_spaces = {agent: self._action_space() for agent in AGENTS}
-        self.observation_spaces = {
-            agent: self._observation_space(observation_space(opened.settings, opened.player.split, opened.tokenizer))
-            for agent in AGENTS
-        }
+        self.observation_spaces = {agent: self._observation_space(opened.observation_space()) for agent in AGENTS}
         self._random: np.random.Generator | None = None
         self._seen: dict[str, Observation | None] = {}
         self._last_actions: dict[str, int] = {}
         self._messages: dict[str, Any] = {}
         self.active = NAVIGATOR
         self.is_over = True
+
+    def _play_with(self, episodes: Episodes) -> None:
+        """Set what is not part of a copy's state, as it is made again."""
+        self._episodes = episodes
+        self._translator = episodes.opened.translator()
+
+    def __getstate__(self) -> dict[str, Any]:
+        kept = {name: value for name, value in self.__dict__.items() if name not in ("_episodes", "_translator")}
+        return {**kept, "snapshot": take(self._episodes)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update({name: value for name, value in state.items() if name != "snapshot"})
+        self._play_with(restore(state["snapshot"]))
+
+    @property
+    def tokenizer(self) -> Tokenizer:
+        """The tokenizer of the instructions."""
+        return self._episodes.opened.tokenizer
 
     @property
     def player(self) -> Player:
@@ -76,7 +100,7 @@ class TwoAgents:
             BadArgument: if there is no episode of a given id.
         """
         if seed is not None or self._random is None:
-            self._random, _ = seeding.np_random(seed)
+            self._random, _ = seeding.np_random(seed_of(seed))
         seen, info = self._episodes.begin(self._random, options)
         self._seen = dict.fromkeys(AGENTS)
         self._last_actions = dict.fromkeys(AGENTS, NO_ACTION)
@@ -114,24 +138,22 @@ class TwoAgents:
         Raises:
             gymnasium.error.ResetNeeded: if no episode has begun.
         """
-        if not self._seen:
-            raise gymnasium.error.ResetNeeded("no episode has begun; call reset() first")
-        seen = self._seen[agent]
-        values = self._blank(agent) if seen is None else self._translator.observation(seen, self._last_actions[agent])
+        values = self._translator.chosen(self._whole(agent))
         # The same observation is returned more than once, and never shares an array with an earlier one.
         values = {name: value.copy() if isinstance(value, np.ndarray) else value for name, value in values.items()}
-        values["active"] = np.int64(agent == self.active and not self.is_over)
-        if self._length:
-            values["message"] = self._messages[agent].copy()
+        if ACTIVE in self._more:
+            values[ACTIVE] = np.int64(agent == self.active and not self.is_over)
+        if MESSAGE in self._more:
+            values[MESSAGE] = self._messages[agent].copy()
         return values
 
     def shown(self) -> Dict:
-        """Return the observation of the agent that acts, for a picture."""
-        return self.observation(self.active)
+        """Return the observation of the agent that acts, with all keys, for a picture."""
+        return self._whole(self.active)
 
     def close(self) -> None:
         """Close the player."""
-        self.player.close()
+        self._episodes.close()
 
     def _see(self, seen: Observation) -> None:
         self.active = AGENT_OF[seen.phase]
@@ -144,16 +166,27 @@ class TwoAgents:
         return spaces.Dict({"action": action_space(), "message": message})
 
     def _observation_space(self, space: spaces.Dict) -> spaces.Dict:
-        space["active"] = spaces.Discrete(2)
-        text = space["instruction"]
-        assert isinstance(text, spaces.Text)
-        space["instruction"] = spaces.Text(text.max_length, min_length=0, charset=text.characters)
-        if self._length:
-            space["message"] = spaces.MultiDiscrete([MESSAGE_SYMBOLS] * self._length)
+        if ACTIVE in self._more:
+            space[ACTIVE] = spaces.Discrete(2)
+        text = space.spaces.get("instruction")
+        if isinstance(text, spaces.Text):
+            space["instruction"] = spaces.Text(text.max_length, min_length=0, charset=text.characters)
+        if MESSAGE in self._more:
+            space[MESSAGE] = spaces.MultiDiscrete([MESSAGE_SYMBOLS] * self._length)
         return space
 
-    def _blank(self, agent: str) -> Dict:
-        """Return the observation of an agent that has not seen anything yet: no instruction, black images."""
+    def _whole(self, agent: str) -> Dict:
+        """Return an agent's observation with the keys of a single environment; blank before its first phase.
+
+        Raises:
+            gymnasium.error.ResetNeeded: if no episode has begun.
+        """
+        if not self._seen:
+            raise gymnasium.error.ResetNeeded("no episode has begun; call reset() first")
+        seen = self._seen[agent]
+        if seen is not None:
+            return self._translator.whole(seen, self._last_actions[agent])
+        # No instruction, black images, no steps left.
         values: Dict = {}
         for name, space in self.observation_spaces[agent].items():
             if isinstance(space, spaces.Box):

@@ -1,15 +1,16 @@
 """One episode after another as Gymnasium has them: what the single environment, the vector and the two agents share."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import gymnasium
 import numpy as np
 
 from arramon_client.agent import Action, Observation
+from arramon_client.environments.arguments import is_whole, one_of
 from arramon_client.environments.backend import Images, Player, Step
 from arramon_client.environments.errors import BadArgument
-from arramon_client.environments.options import Opened
+from arramon_client.environments.players import Opened
 from arramon_client.errors import UsageError
 
 ACTIONS = len(Action)
@@ -19,20 +20,28 @@ DRAWN_SEEDS = 2**31 - 1
 
 
 class Episodes:
-    """Episodes of one player: which comes next, and what is told about each.
+    """Episodes of one environment: which comes next, and what is told about each.
 
     Args:
         opened: what is played with.
 
     Attributes:
-        player: plays the episodes.
+        opened: what is played with.
+        player: plays the present episode, or the next one.
         is_over: whether there is no episode that takes actions.
+        begun: language, id (None for a drawn one or the run's next) and seed of the present episode; None before the
+            first.
+        actions: of the present episode, in order.
+        advised: the expert's action in each of its states, in order; empty without an expert.
     """
 
     def __init__(self, opened: Opened) -> None:
+        self.opened = opened
         self.player: Player = opened.player
         self.is_over = True
-        self._ids = self.player.split.episode_ids
+        self.begun: tuple[str, str | None, int] | None = None
+        self.actions: list[int] = []
+        self.advised: list[int] = []
         self._settings, self._tokenizer = opened.settings, opened.tokenizer.name
 
     def begin(
@@ -41,31 +50,62 @@ class Episodes:
         """Begin an episode, and return its first observation and its info.
 
         Args:
-            random: draws the episode.
-            options: `{"episode": ID}` names it instead. Other keys are ignored, as Gymnasium's own are passed on.
+            random: draws the episode, and where there are several its language.
+            options: `{"episode": ID}` names the episode instead, `{"lang": LANGUAGE}` one of the languages. Other keys
+                are ignored, as Gymnasium's own are passed on.
             into: arrays to write the images to.
 
         Raises:
             BadArgument: if there is no such episode.
         """
-        named = (options or {}).get("episode")
-        seed = 0
-        if named is None and self._ids is not None:
-            named = self._ids[int(random.integers(len(self._ids)))]
-        elif named is None:
-            seed = int(random.integers(DRAWN_SEEDS))
+        language, named, seed = self._draw(random, options or {})
         try:
-            seen = self.player.begin(None if named is None else str(named), seed, into)
+            seen = self.open(language, named, seed, into)
         except UsageError as error:
             raise BadArgument(str(error)) from error
-        self.is_over = False
         info = {
             "episode_id": seen.episode_id,
             "split": self._settings.split,
-            "language": self._settings.language,
+            "language": language,
             "tokenizer": self._tokenizer,
         }
         return seen, self._advised(info)
+
+    def open(self, language: str, named: str | None, seed: int, into: Images | None = None) -> Observation:
+        """Begin the episode of a language, an id and a seed, as in `begun`, and return its first observation.
+
+        Raises:
+            UsageError: if there is no such episode.
+        """
+        self.player = self.opened.players[language]
+        seen = self.player.begin(named, seed, into)
+        self.is_over, self.begun, self.actions, self.advised = False, (language, named, seed), [], []
+        return seen
+
+    def _draw(self, random: np.random.Generator, options: Mapping[str, Any]) -> tuple[str, str | None, int]:
+        """Return language, id and seed of the next episode."""
+        players = self.opened.players
+        if (wanted := options.get("lang")) is not None:
+            one_of("options['lang']", wanted, tuple(players))
+            players = {wanted: players[wanted]}
+        named = options.get("episode")
+        if named is not None:
+            named = str(named)
+            languages = list(players)
+            if len(players) > 1:
+                has = {name: player.split.episode_ids for name, player in players.items()}
+                languages = [name for name, ids in has.items() if ids is None or named in ids] or languages
+            return _drawn(random, languages), named, 0
+        ids = {name: player.split.episode_ids for name, player in players.items()}
+        counts = [len(some) for some in ids.values() if some is not None]
+        if not counts:  # Tasks without end, or the next of a run on a host.
+            return _drawn(random, list(players)), None, int(random.integers(DRAWN_SEEDS))
+        number = int(random.integers(sum(counts)))
+        for name, some in ids.items():
+            if some is not None and number < len(some):
+                return name, some[number], 0
+            number -= len(some or ())
+        raise AssertionError("the numbers add up")
 
     def step(self, action: Any) -> tuple[Step, dict[str, Any]]:
         """Apply an action, and return what it led to, with an observation, and its info.
@@ -75,7 +115,10 @@ class Episodes:
             gymnasium.error.InvalidAction: if the action is none of the four.
         """
         self._check_begun()
-        return self._with_info(self.player.step(checked(action)))
+        number = checked(action)
+        step = self.player.step(number)
+        self.actions.append(number)
+        return self._with_info(step)
 
     def advance(self, action: int) -> tuple[Step, dict[str, Any]]:
         """Apply an action from 0 to 3, and return what it led to, without an observation, and its info.
@@ -84,7 +127,15 @@ class Episodes:
             gymnasium.error.ResetNeeded: if the episode has ended, or none has begun.
         """
         self._check_begun()
-        return self._with_info(self.player.advance(action))
+        step = self.player.advance(action)
+        self.actions.append(action)
+        return self._with_info(step)
+
+    def close(self) -> None:
+        """Close all players."""
+        self.is_over = True
+        for player in self.opened.players.values():
+            player.close()
 
     def _check_begun(self) -> None:
         if self.is_over:
@@ -106,7 +157,13 @@ class Episodes:
     def _advised(self, info: dict[str, Any]) -> dict[str, Any]:
         if self._settings.expert is not None:
             info["expert_action"] = self.player.expert_action()
+            self.advised.append(info["expert_action"])
         return info
+
+
+def _drawn(random: np.random.Generator, languages: Sequence[str]) -> str:
+    """Return one of some languages; of one, without a random number, as before there were several."""
+    return languages[0] if len(languages) == 1 else languages[int(random.integers(len(languages)))]
 
 
 def checked(action: Any) -> int:
@@ -117,10 +174,10 @@ def checked(action: Any) -> int:
     """
     if type(action) is int and 0 <= action < ACTIONS:
         return action
-    if isinstance(action, int | np.integer) or (isinstance(action, np.ndarray) and action.shape == ()):
-        number = int(action)
-        if 0 <= number < ACTIONS and not isinstance(action, bool):
-            return number
+    if isinstance(action, np.ndarray) and action.shape == ():
+        action = action[()]
+    if is_whole(action) and 0 <= action < ACTIONS:
+        return int(action)
     raise gymnasium.error.InvalidAction(
         f"the action is {action!r}, expected 0 (forward), 1 (left), 2 (right) or 3 (interact)"
     )

@@ -13,8 +13,9 @@ from arramon_client.agent import Observation
 from arramon_client.environments.backend import PHASES, Images, Player
 from arramon_client.environments.batches import Arrays
 from arramon_client.environments.episodes import Episodes
-from arramon_client.environments.options import Opened, Options, open_player
-from arramon_client.environments.spaces import NO_ACTION, Dict, Translator
+from arramon_client.environments.options import Options
+from arramon_client.environments.players import Opened, open_player
+from arramon_client.environments.spaces import NO_ACTION, Dict
 
 IMAGES = ("rgb", "depth", "segmentation")
 
@@ -47,7 +48,7 @@ class Group:
     def __init__(self, options: Options, numbers: range, autoreset: AutoresetMode) -> None:
         self._numbers, self._autoreset = numbers, autoreset
         self._opened = [open_player(options) for _ in numbers]
-        self._translator = Translator(self._opened[0].tokenizer)
+        self._translator = self._opened[0].translator()
         self._episodes = [Episodes(opened) for opened in self._opened]
         count = len(numbers)
         self._randoms: list[np.random.Generator | None] = [None] * count
@@ -119,7 +120,7 @@ class Group:
     def observation(self, here: int) -> Dict:
         """Return the latest observation of an episode of the group, for a picture."""
         last_action = int(self._facts["last_action"][here])
-        return self._translator.observation(self._episodes[here].player.again(), last_action)
+        return self._translator.whole(self._episodes[here].player.again(), last_action)
 
     def player(self, here: int) -> Player:
         """Return what plays an episode of the group."""
@@ -193,7 +194,8 @@ class Group:
         """Write all of the latest observations but their images."""
         rows = slice(self._numbers.start, self._numbers.stop)
         for name, values in self._facts.items():
-            batch[name][rows] = values
+            if name in batch:
+                batch[name][rows] = values
 
 
 def _no_facts(count: int, opened: Opened) -> Arrays:

@@ -1,29 +1,22 @@
-"""Options of the environments: from the arguments of `gymnasium.make` to settings and an opened player."""
+"""Options of the environments: from the arguments of `gymnasium.make` to checked options."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from importlib.metadata import entry_points
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import cast
+from typing import Any
 
+from arramon_client.environments.arguments import check_names, folder, listed, names, one_of, text, whole
 from arramon_client.environments.backend import (
     ASSEMBLY,
     EXPERTS,
     NAVIGATION,
     PHASES,
     REWARDS,
-    Backend,
-    Player,
-    Settings,
 )
-from arramon_client.environments.errors import BadArgument, NoBackend
-from arramon_client.environments.tokens import ByteTokenizer, Tokenizer, WordTokenizer
-from arramon_client.errors import ArramonClientError, UsageError
-from arramon_client.local.embedded import default_data
+from arramon_client.environments.errors import BadArgument
+from arramon_client.environments.spaces import KEYS, SENSORS
+from arramon_client.environments.tokens import Tokenizer
 from arramon_client.transport.access import Access
-
-BACKENDS = "arramon.environments"
-"""Entry-point group in which the server package registers its backend."""
 
 SMALLEST, LARGEST, STRIDE = 8, 448, 8
 """Sizes of images in this process, in pixels: multiples of STRIDE, and SIZES."""
@@ -31,8 +24,7 @@ SMALLEST, LARGEST, STRIDE = 8, 448, 8
 SIZES = (84,)
 """Further sizes, which learners commonly use."""
 
-SENSORS = ("rgb", "depth", "segmentation", "pose")
-"""Sensors of the environments, in the order of the observation."""
+DEFAULT_SENSORS = ("rgb", "depth")
 
 
 @dataclass(frozen=True)
@@ -40,7 +32,7 @@ class Options:
     """The arguments of an environment. `docs/environments.md` explains them.
 
     Attributes:
-        lang: language of the instructions.
+        lang: language of the instructions; or several, one of which is drawn for each episode.
         split: name of the split.
         sensors: names of `SENSORS`, in any order.
         image_size: side length of images, in pixels.
@@ -53,11 +45,12 @@ class Options:
         turn, start: where the agent begins.
         steps_per_phase: the step limit of a phase; None for the benchmark's, or the host's.
         access: token and encryption, on a host.
+        observe: keys of the observation, in any order; None for all. Sensors that are not observed are not drawn.
     """
 
-    lang: str = "en"
+    lang: str | tuple[str, ...] = "en"
     split: str = "val_seen"
-    sensors: tuple[str, ...] = ("rgb", "depth")
+    sensors: tuple[str, ...] = DEFAULT_SENSORS
     image_size: int = 224
     server: str | None = None
     data: Path | None = None
@@ -69,56 +62,109 @@ class Options:
     start: str = NAVIGATION
     steps_per_phase: int | None = None
     access: Access = field(default_factory=Access)
+    observe: tuple[str, ...] | None = None
+
+    @property
+    def languages(self) -> tuple[str, ...]:
+        """The languages, as a tuple also where there is one."""
+        return (self.lang,) if isinstance(self.lang, str) else self.lang
 
 
-def make_options(**given: object) -> Options:
+def make_options(own: Sequence[str] = (), keys: Sequence[str] = (), /, **given: object) -> Options:
     """Return checked options from the arguments of `gymnasium.make`.
 
+    Args:
+        own: names of further arguments, which the caller has taken out: errors list them too.
+        keys: further keys of the caller's observations, which `observe` may name.
+        given: by name.
+
     Raises:
-        BadArgument: if one is unknown or wrong in itself.
+        UnknownArgument: if there is no argument of a name.
+        BadArgument: if one is wrong in itself.
     """
-    known = Options.__dataclass_fields__
-    for name in given:
-        if name not in known:
-            raise BadArgument(f"there is no argument {name!r}; there are {_listed(known)}")
-    for name in ("sensors", "phases", "access"):
-        if given.get(name, ...) is None:
-            del given[name]
-    for name, example in (("sensors", '("rgb",)'), ("phases", '("assembly",)')):
-        value = given.get(name, ())
-        if isinstance(value, str) or not isinstance(value, Sequence):
-            raise BadArgument(f"{name} is {value!r}, expected a tuple of names, e.g. {example}")
-        if name in given:
-            given[name] = tuple(value)
-    if given.get("data") is not None:
-        given["data"] = Path(str(given["data"]))
-    options = Options(**given)  # type: ignore[arg-type]  # checked one by one
+    check_names(given, (*Options.__dataclass_fields__, *own))
+    plain: dict[str, Any] = {}
+    for name, value in given.items():
+        if value is None and name in DEFAULT_BY_NONE:
+            continue
+        plain[name] = value if value is None and name in OPTIONAL else PLAIN.get(name, lambda as_it_is: as_it_is)(value)
+    if plain.get("observe") is not None:
+        plain["observe"], plain["sensors"] = _observed(plain["observe"], plain.get("sensors"), keys)
+    options = Options(**plain)
     _check(options)
     return options
+
+
+def _languages(given: object) -> str | tuple[str, ...]:
+    if isinstance(given, str) and given:
+        return str(given)
+    several = names("lang", given, '("en", "hi"), or one name')
+    if not several or "" in several:
+        raise BadArgument(f"lang is {given!r}, expected a language, or several")
+    return several[0] if len(several) == 1 else several
+
+
+PLAIN: Mapping[str, Callable[[object], object]] = {
+    "lang": _languages,
+    "split": lambda value: text("split", value, "the name of a split"),
+    "sensors": lambda value: names("sensors", value, '("rgb",)'),
+    "image_size": lambda value: whole("image_size", value, "a number of pixels"),
+    "server": lambda value: text("server", value, "an address, HOST:PORT"),
+    "data": lambda value: folder("data", value),
+    "phases": lambda value: names("phases", value, '("assembly",)'),
+    "turn": lambda value: whole("turn", value, "1, 2"),
+    "steps_per_phase": lambda value: whole("steps_per_phase", value, "a number from 1", 1),
+    "observe": lambda value: names("observe", value, '("rgb", "instruction_tokens")'),
+}
+"""Return what was given for an argument in the type that `Options` has, or raise BadArgument."""
+
+DEFAULT_BY_NONE = ("sensors", "phases", "access")
+"""Arguments of which None means the default."""
+
+OPTIONAL = ("server", "data", "steps_per_phase", "observe")
+"""Arguments that may be None."""
+
+
+def _observed(
+    chosen: tuple[str, ...], sensors: tuple[str, ...] | None, keys: Sequence[str]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the keys of the observation, and the sensors among them."""
+    there = (*KEYS, *keys)
+    for key in chosen:
+        if key not in there:
+            raise BadArgument(f"there is no key {key!r} to observe; there are {listed(there)}")
+    if not set(chosen) & set(KEYS):
+        raise BadArgument(f"observe is {chosen}, expected at least one of {listed(KEYS)}")
+    wanted = tuple(key for key in chosen if key in SENSORS)
+    for key in wanted:
+        if sensors is not None and key not in sensors:
+            raise BadArgument(
+                f"observe names {key!r}, but sensors is {sensors}: name it there too, or leave sensors out"
+            )
+    return chosen, wanted
 
 
 def _check(options: Options) -> None:
     for sensor in options.sensors:
         if sensor not in SENSORS:
-            raise BadArgument(f"there is no sensor {sensor!r}; there are {_listed(SENSORS)}")
-    _among("reward", options.reward, (*REWARDS, None))
-    _among("expert", options.expert, (*EXPERTS, None))
-    _among("start", options.start, PHASES)
-    _among("turn", options.turn, (1, 2))
+            raise BadArgument(f"there is no sensor {sensor!r}; there are {listed(SENSORS)}")
+    one_of("reward", options.reward, (*REWARDS, None))
+    one_of("expert", options.expert, (*EXPERTS, None))
+    one_of("start", options.start, PHASES)
+    one_of("turn", options.turn, (1, 2))
     if not options.phases:
-        raise BadArgument(f"phases is empty, expected some of {_listed(PHASES)}")
+        raise BadArgument(f"phases is empty, expected some of {listed(PHASES)}")
     for phase in options.phases:
-        _among("phases", phase, PHASES)
+        one_of("phases", phase, PHASES)
     if (options.turn, options.start) == (2, ASSEMBLY) and ASSEMBLY not in options.phases:
         raise BadArgument(
             f"phases is {options.phases}, expected {ASSEMBLY!r} among them, as the episode begins with its last one"
         )
     _check_objects(options)
     _check_size(options)
-    steps = options.steps_per_phase
-    if steps is not None and (not isinstance(steps, int) or isinstance(steps, bool) or steps < 1):
-        raise BadArgument(f"steps_per_phase is {steps!r}, expected a number from 1")
     if options.server is not None:
+        if len(options.languages) > 1:
+            raise BadArgument(f"lang is {options.lang}, but a run on a host has one language: name one")
         local = {name: getattr(options, name) for name in ("expert", "data")} | {
             "reward": None if options.reward == "none" else options.reward,
             "phases": None if set(options.phases) == set(PHASES) else options.phases,
@@ -135,7 +181,7 @@ def _check(options: Options) -> None:
 def _check_objects(options: Options) -> None:
     tokenizer = options.tokenizer
     if isinstance(tokenizer, str):
-        _among("tokenizer", tokenizer, ("bytes", "words"))
+        one_of("tokenizer", tokenizer, ("bytes", "words"))
     elif not all(hasattr(tokenizer, name) for name in ("name", "size", "length", "encode")):
         expected = "'bytes', 'words', or an object with name, size, length, encode"
         raise BadArgument(f"tokenizer is {tokenizer!r}, expected {expected}")
@@ -145,109 +191,7 @@ def _check_objects(options: Options) -> None:
 
 def _check_size(options: Options) -> None:
     size = options.image_size
-    if not isinstance(size, int) or isinstance(size, bool):
-        raise BadArgument(f"image_size is {size!r}, expected a number of pixels")
     if options.server is None and size not in SIZES and (size % STRIDE or not SMALLEST <= size <= LARGEST):
         raise BadArgument(
-            f"image_size is {size}, expected a multiple of {STRIDE} from {SMALLEST} to {LARGEST}, or {_listed(SIZES)}"
+            f"image_size is {size}, expected a multiple of {STRIDE} from {SMALLEST} to {LARGEST}, or {listed(SIZES)}"
         )
-
-
-def _among(name: str, value: object, allowed: Sequence[object]) -> None:
-    if value not in allowed or isinstance(value, bool):
-        raise BadArgument(f"{name} is {value!r}, expected {_listed(repr(each) for each in allowed)}")
-
-
-@dataclass(frozen=True)
-class Opened:
-    """What an environment plays with.
-
-    Attributes:
-        player: plays the episodes.
-        settings: as the player has them.
-        tokenizer: of the instructions.
-        options: as they were given.
-    """
-
-    player: Player
-    settings: Settings
-    tokenizer: Tokenizer
-    options: Options
-
-
-def open_player(options: Options) -> Opened:
-    """Open a player for an environment.
-
-    Raises:
-        NoBackend: if there is no host, and the server package is not installed.
-        BadArgument: if the split does not have what the options name.
-        ArramonClientError: if the host does not answer, or refuses.
-    """
-    backend = open_backend(options)
-    settings = Settings(
-        language=options.lang,
-        split=options.split,
-        sensors=tuple(name for name in SENSORS if name in options.sensors),
-        image_size=options.image_size,
-        reward=options.reward or "none",
-        expert=options.expert,
-        phases=options.phases,
-        turn=options.turn,
-        start=options.start,
-        steps_per_phase=options.steps_per_phase,
-    )
-    try:
-        player = backend.player(settings)
-        split = player.split
-        for sensor in settings.sensors:
-            if sensor not in split.sensors:
-                raise BadArgument(
-                    f"the split {split.name!r} does not offer the sensor {sensor!r}; it offers {_listed(split.sensors)}"
-                )
-        if split.hidden and options.reward not in (None, "none"):
-            raise BadArgument(f"the split {split.name!r} is hidden: it has no rewards; use reward='none'")
-        if split.hidden and options.expert is not None:
-            raise BadArgument(f"the split {split.name!r} is hidden: it has no expert; use expert=None")
-        if options.reward is None and not split.hidden and options.server is None:
-            settings = replace(settings, reward="sparse")
-            player = backend.player(settings)
-        tokenizer = _tokenizer(options, backend, player)
-    except UsageError as error:
-        raise BadArgument(str(error)) from error
-    return Opened(player, settings, tokenizer, options)
-
-
-def open_backend(options: Options) -> Backend:
-    """Return the backend of a host, or the server package's own.
-
-    Raises:
-        NoBackend: if there is no host, and the server package is not installed.
-        ArramonClientError: if the host does not answer.
-    """
-    if options.server is not None:
-        from arramon_client.environments.remote import RemoteBackend
-
-        return RemoteBackend(options.server, options.access)
-    registered = next(iter(entry_points(group=BACKENDS)), None)
-    if registered is None:
-        raise NoBackend(
-            "without server=... an environment plays in this process, but arramon-server is not installed: install it, "
-            "or name a host with server='HOST:PORT'"
-        )
-    try:
-        backend = cast(Backend, registered.load()(options.data or default_data()))
-    except ArramonClientError as error:
-        raise BadArgument(str(error)) from error
-    return backend
-
-
-def _tokenizer(options: Options, backend: Backend, player: Player) -> Tokenizer:
-    if not isinstance(options.tokenizer, str):
-        return options.tokenizer
-    if options.tokenizer == "words":
-        return WordTokenizer.of(backend.instructions(options.split, options.lang))
-    return ByteTokenizer(player.split.texts[options.lang].longest_utf8)
-
-
-def _listed(names: object) -> str:
-    return ", ".join(str(name) for name in names)  # type: ignore[attr-defined]

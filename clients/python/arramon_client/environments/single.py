@@ -1,5 +1,6 @@
 """The Gymnasium environment: one agent, one episode at a time."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import gymnasium
@@ -8,13 +9,17 @@ import numpy.typing as npt
 from gymnasium import spaces
 
 from arramon_client.agent import Label
+from arramon_client.environments.arguments import check_names, seed_of
 from arramon_client.environments.backend import ASSEMBLY, Player
 from arramon_client.environments.episodes import Episodes
 from arramon_client.environments.errors import BadArgument
 from arramon_client.environments.labels import FactoredLabels, factored
-from arramon_client.environments.options import make_options, open_player
+from arramon_client.environments.options import Options, make_options
 from arramon_client.environments.pictures import Picture, Window
-from arramon_client.environments.spaces import NO_ACTION, Dict, Translator, action_space, observation_space
+from arramon_client.environments.players import open_player
+from arramon_client.environments.registration import PlainSpec
+from arramon_client.environments.snapshots import restore, take
+from arramon_client.environments.spaces import NO_ACTION, Dict, action_space
 from arramon_client.environments.tokens import Tokenizer
 
 RENDER_MODES = ("human", "rgb_array")
@@ -23,11 +28,24 @@ ROOMS, DRAWN = "rooms", "drawn_rooms"
 """Splits of tasks in the room alone: in a data folder, and drawn as they are played."""
 
 
-class ArraMonEnv(gymnasium.Env[Dict, np.int64]):
+OWN = ("render_mode",)
+"""Arguments besides those of `Options`."""
+
+NOT_IN_ROOM = ("split", "server", "phases", "start", "access")
+"""Options that an environment in the room alone does not have."""
+
+MADE_AGAIN = ("_episodes", "_translator", "_picture", "_window")
+"""Attributes that a copy makes for itself."""
+
+
+class ArraMonEnv(PlainSpec, gymnasium.Env[Dict, np.int64]):  # type: ignore[misc]  # `spec` is an attribute there
     """The benchmark as a Gymnasium environment; `gymnasium.make("arramon/ArraMon-v0")` makes one.
 
     An episode has two turns of two phases each. `terminated` is its end; the step limit of a phase is a transition to
     the next phase, so nothing is ever truncated. The observation that comes with `terminated` repeats the last one.
+
+    In this process it can be pickled and copied at any time: the copy is made from the arguments and the actions so
+    far, and gives the same observations, rewards and scores for the same further actions.
 
     Args:
         render_mode: None, "rgb_array" or "human".
@@ -36,9 +54,6 @@ class ArraMonEnv(gymnasium.Env[Dict, np.int64]):
     Raises:
         BadArgument: if an argument is wrong; the message says what would be right.
         NoBackend: if there is no host, and the server package is not installed.
-
-    Attributes:
-        tokenizer: of the instructions.
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012 - as Gymnasium declares it
@@ -48,16 +63,32 @@ class ArraMonEnv(gymnasium.Env[Dict, np.int64]):
 
     def __init__(self, render_mode: str | None = None, **options: object) -> None:
         check_render_mode(render_mode)
-        opened = open_player(make_options(**options))
+        opened = open_player(make_options(OWN, **options))
         self.render_mode = render_mode
         self.action_space: spaces.Discrete = action_space()
-        self.observation_space = observation_space(opened.settings, opened.player.split, opened.tokenizer)
-        self.tokenizer: Tokenizer = opened.tokenizer
-        self._episodes = Episodes(opened)
-        self._translator = Translator(opened.tokenizer)
+        self.observation_space = opened.observation_space()
+        self._last_action: int | None = None
+        self._play_with(Episodes(opened))
+
+    def _play_with(self, episodes: Episodes) -> None:
+        """Set what is not part of a copy's state, as it is made again."""
+        self._episodes = episodes
+        self._translator = episodes.opened.translator()
         self._picture = Picture()
         self._window: Window | None = None
-        self._values: Dict | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        kept = {name: value for name, value in self.__dict__.items() if name not in MADE_AGAIN}
+        return {**kept, "snapshot": take(self._episodes)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update({name: value for name, value in state.items() if name != "snapshot"})
+        self._play_with(restore(state["snapshot"]))
+
+    @property
+    def tokenizer(self) -> Tokenizer:
+        """The tokenizer of the instructions."""
+        return self._episodes.opened.tokenizer
 
     @property
     def player(self) -> Player:
@@ -79,16 +110,16 @@ class ArraMonEnv(gymnasium.Env[Dict, np.int64]):
 
         Args:
             seed: of the random numbers that draw episodes; on a host the run's order counts instead.
-            options: `{"episode": ID}` names the episode.
+            options: `{"episode": ID}` names the episode; `{"lang": LANGUAGE}` its language, where there are several.
 
         Raises:
             BadArgument: if there is no such episode.
         """
-        super().reset(seed=seed)
+        super().reset(seed=seed_of(seed))
         seen, info = self._episodes.begin(self.np_random, options)
-        self._values = self._translator.observation(seen, NO_ACTION)
+        self._last_action = NO_ACTION
         self._show()
-        return self._values, info
+        return self._translator.observation(seen, NO_ACTION), info
 
     def step(self, action: np.int64 | int) -> tuple[Dict, float, bool, bool, dict[str, Any]]:
         """Apply an action, 0 to 3, and return observation, reward, terminated, False and info.
@@ -99,9 +130,9 @@ class ArraMonEnv(gymnasium.Env[Dict, np.int64]):
         """
         step, info = self._episodes.step(action)
         seen = self.player.again() if step.observation is None else step.observation
-        self._values = self._translator.observation(seen, int(action))
+        self._last_action = int(action)
         self._show()
-        return self._values, step.reward, step.ending is not None, False, info
+        return self._translator.observation(seen, int(action)), step.reward, step.ending is not None, False, info
 
     def render(self) -> npt.NDArray[np.uint8] | None:
         """Return what the agent sees beside map and instruction, (height, width, 3) uint8; None unless "rgb_array".
@@ -118,7 +149,7 @@ class ArraMonEnv(gymnasium.Env[Dict, np.int64]):
         if self._window is not None:
             self._window.close()
             self._window = None
-        self._episodes.player.close()
+        self._episodes.close()
 
     def _show(self) -> None:
         if self.render_mode == "human":
@@ -126,9 +157,9 @@ class ArraMonEnv(gymnasium.Env[Dict, np.int64]):
             self._window.show(self._drawn())
 
     def _drawn(self) -> npt.NDArray[np.uint8]:
-        if self._values is None:
+        if self._last_action is None:
             raise gymnasium.error.ResetNeeded("no episode has begun; call reset() before render()")
-        return self._picture.draw(self._values, self.player)
+        return self._picture.draw(self._translator.whole(self.player.again(), self._last_action), self.player)
 
 
 def make_room(render_mode: str | None = None, **options: object) -> ArraMonEnv:
@@ -142,15 +173,21 @@ def make_room(render_mode: str | None = None, **options: object) -> ArraMonEnv:
     return ArraMonEnv(render_mode, **room_options(options))
 
 
-def room_options(options: dict[str, object]) -> dict[str, object]:
+def room_options(options: dict[str, object], own: Sequence[str] = OWN) -> dict[str, object]:
     """Return the options of an environment in the room alone.
+
+    Args:
+        options: as they were given.
+        own: names of the environment's further arguments, for the error.
 
     Raises:
         BadArgument: for an option that such an environment does not have.
     """
-    for name in ("split", "server", "phases", "start"):
+    for name in NOT_IN_ROOM:
         if options.get(name) is not None:
             raise BadArgument(f"{name} is {options[name]!r}, but tasks in the room alone have no such argument")
+    there = (name for name in Options.__dataclass_fields__ if name not in NOT_IN_ROOM)
+    check_names((name for name in options if name not in NOT_IN_ROOM), (*there, *own))
     return {**options, "split": DRAWN if options.get("data") is None else ROOMS, "phases": (ASSEMBLY,)}
 
 

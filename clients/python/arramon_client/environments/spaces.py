@@ -1,6 +1,6 @@
 """Spaces of observations and actions, and observations as Gymnasium has them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
@@ -10,11 +10,21 @@ import numpy.typing as npt
 from gymnasium import spaces
 
 from arramon_client.agent import Action, Observation
-from arramon_client.environments.backend import PHASES, Settings, SplitInfo
+from arramon_client.environments.backend import PHASES, Settings, Texts
 from arramon_client.environments.tokens import Tokenizer
 
 NO_ACTION = len(Action)
 """`last_action` before the first step."""
+
+SENSORS = ("rgb", "depth", "segmentation", "pose")
+"""Sensors of the environments, in the order of the observation."""
+
+KEYS = (*SENSORS, "instruction", "instruction_tokens", "turn", "phase", "steps_left", "last_action")
+"""Keys of an observation, in its order."""
+
+TURN_NUMBERS = 3
+"""Size of the space of turns, which are 1 and 2 as everywhere else: 0 never occurs. `Discrete(2, start=1)` would say
+the same, but libraries that one-hot it ignore its start, and fail at turn 2."""
 
 FARTHEST_DEPTH = 65.535
 """Greatest depth, in units."""
@@ -31,27 +41,45 @@ def action_space() -> "spaces.Discrete":
     return spaces.Discrete(len(Action))
 
 
-def observation_space(settings: Settings, split: SplitInfo, tokenizer: Tokenizer) -> "spaces.Dict":
-    """Return a new space of observations, as `docs/environments.md` describes it."""
+def united(texts: Iterable[Texts]) -> Texts:
+    """Return the alphabet and the lengths of texts in several languages."""
+    all_texts = list(texts)
+    return Texts(
+        alphabet="".join(sorted(set().union(*(each.alphabet for each in all_texts)))),
+        longest=max(each.longest for each in all_texts),
+        longest_utf8=max(each.longest_utf8 for each in all_texts),
+    )
+
+
+def observation_space(
+    settings: Settings, texts: Texts, steps_per_phase: int, tokenizer: Tokenizer, keys: Sequence[str] | None = None
+) -> "spaces.Dict":
+    """Return a new space of observations, as `docs/environments.md` describes it.
+
+    Args:
+        settings: what is played.
+        texts: alphabet and lengths of the instructions.
+        steps_per_phase: the step limit of a phase.
+        tokenizer: of the instructions.
+        keys: of the observation; None for all.
+    """
     size = settings.image_size
-    texts = split.texts[settings.language]
-    sensors: dict[str, Callable[[], spaces.Space[Any]]] = {
+    made: dict[str, Callable[[], spaces.Space[Any]]] = {
         "rgb": lambda: spaces.Box(0, 255, (size, size, 3), np.uint8),
         "depth": lambda: spaces.Box(0.0, FARTHEST_DEPTH, (size, size), np.float32),
         "segmentation": lambda: spaces.Box(0, 65535, (size, size), np.uint16),
         "pose": lambda: spaces.Box(
             np.array((-WIDEST, -WIDEST, 0.0)), np.array((WIDEST, WIDEST, 360.0)), dtype=np.float64
         ),
+        "instruction": lambda: spaces.Text(texts.longest, min_length=1, charset=texts.alphabet),
+        "instruction_tokens": lambda: spaces.Box(0, tokenizer.size - 1, (tokenizer.length,), np.int32),
+        "turn": lambda: spaces.Discrete(TURN_NUMBERS),
+        "phase": lambda: spaces.Discrete(len(PHASES)),
+        "steps_left": lambda: spaces.Box(0, steps_per_phase, (1,), np.int32),
+        "last_action": lambda: spaces.Discrete(len(Action) + 1),
     }
-    return spaces.Dict({
-        **{name: sensors[name]() for name in settings.sensors},
-        "instruction": spaces.Text(texts.longest, min_length=1, charset=texts.alphabet),
-        "instruction_tokens": spaces.Box(0, tokenizer.size - 1, (tokenizer.length,), np.int32),
-        "turn": spaces.Discrete(2, start=1),
-        "phase": spaces.Discrete(len(PHASES)),
-        "steps_left": spaces.Box(0, split.steps_per_phase, (1,), np.int32),
-        "last_action": spaces.Discrete(len(Action) + 1),
-    })  # fmt: skip
+    there = (key for key in KEYS if key not in SENSORS or key in settings.sensors)
+    return spaces.Dict({key: made[key]() for key in there if keys is None or key in keys})
 
 
 @dataclass
@@ -60,9 +88,11 @@ class Translator:
 
     Args:
         tokenizer: of the instructions.
+        keys: of the observation; None for all.
     """
 
     tokenizer: Tokenizer
+    keys: Sequence[str] | None = None
     _encode: Callable[[str], npt.NDArray[np.int32]] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -73,7 +103,15 @@ class Translator:
         return self._encode(text)
 
     def observation(self, seen: Observation, last_action: int) -> Dict:
-        """Return the observation; its images are those of `seen`."""
+        """Return the observation, with the chosen keys; its images are those of `seen`."""
+        return self.chosen(self.whole(seen, last_action))
+
+    def chosen(self, whole: Dict) -> Dict:
+        """Return the part of an observation that has the chosen keys."""
+        return whole if self.keys is None else {key: value for key, value in whole.items() if key in self.keys}
+
+    def whole(self, seen: Observation, last_action: int) -> Dict:
+        """Return the observation with all keys, for pictures too; its images are those of `seen`."""
         values: Dict = {}
         if seen.rgb is not None:
             values["rgb"] = seen.rgb

@@ -60,6 +60,13 @@ class _TwoAgentsBase:
         self.observation_spaces = dict(self._episode.observation_spaces)
         self.action_spaces = dict(self._episode.action_spaces)
 
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "_shown"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._shown = _Shown(self.render_mode)
+
     @property
     def tokenizer(self) -> Tokenizer:
         """The tokenizer of the instructions."""

@@ -12,22 +12,28 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from arramon_client.agent import Label
+from arramon_client.environments.arguments import seed_of
 from arramon_client.environments.batches import Arrays, Layout, Leases
 from arramon_client.environments.episodes import checked
-from arramon_client.environments.errors import BadArgument
+from arramon_client.environments.errors import BadArgument, CannotCopy
 from arramon_client.environments.group import Group, Told
 from arramon_client.environments.labels import FactoredLabels, factored
-from arramon_client.environments.options import make_options, open_backend
+from arramon_client.environments.options import make_options
 from arramon_client.environments.pictures import Picture
+from arramon_client.environments.players import open_backend
+from arramon_client.environments.registration import PlainSpec
 from arramon_client.environments.single import RENDER_MODES, room_options
-from arramon_client.environments.spaces import Dict, action_space, observation_space
+from arramon_client.environments.spaces import Dict, action_space
 from arramon_client.environments.tokens import Tokenizer
 from arramon_client.environments.worker import Worker, context_of
+
+OWN = ("num_envs", "processes", "autoreset_mode", "context", "render_mode")
+"""Arguments besides those of a single environment."""
 
 VectorStep = tuple[Dict, npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.NDArray[np.bool_], dict[str, Any]]
 
 
-class ArraMonVectorEnv(VectorEnv[Dict, npt.NDArray[np.int64], npt.NDArray[Any]]):
+class ArraMonVectorEnv(PlainSpec, VectorEnv[Dict, npt.NDArray[np.int64], npt.NDArray[Any]]):
     """The benchmark as a vector environment; `gymnasium.make_vec("arramon/ArraMon-v0", num_envs=16)` makes one.
 
     Observations are those of `ArraMonEnv` in arrays of (num_envs, ...); `instruction` is a tuple of whole texts. Arrays
@@ -65,18 +71,19 @@ class ArraMonVectorEnv(VectorEnv[Dict, npt.NDArray[np.int64], npt.NDArray[Any]])
         if render_mode not in (None, "rgb_array"):
             raise BadArgument(f"render_mode is {render_mode!r}, expected None or 'rgb_array'")
         self._autoreset = _autoreset_mode(autoreset_mode)
-        checked_options = make_options(**options)
+        checked_options = make_options(OWN, **options)
         shares = _shares(num_envs, processes)
         if processes > 1:
             open_backend(checked_options).prepare()
         self._group = Group(checked_options, shares[0], self._autoreset)
         opened = self._group.opened
         self.num_envs, self.render_mode = num_envs, render_mode
+        self.autoreset_mode = self._autoreset  # Where TorchRL looks for it.
         self.metadata = {"render_modes": list(RENDER_MODES), "render_fps": 10, "autoreset_mode": self._autoreset}
         self.tokenizer: Tokenizer = opened.tokenizer
         self.single_action_space = action_space()
         self.action_space = batch_space(self.single_action_space, num_envs)
-        single = observation_space(opened.settings, opened.player.split, opened.tokenizer)
+        single = opened.observation_space()
         self.single_observation_space = single
         self.observation_space = batch_space(single, num_envs)
         self._layout = Layout(single, num_envs)
@@ -90,6 +97,9 @@ class ArraMonVectorEnv(VectorEnv[Dict, npt.NDArray[np.int64], npt.NDArray[Any]])
         self._shares = shares
         self._texts = [""] * num_envs
         self._has_begun = False
+
+    def __getstate__(self) -> dict[str, Any]:
+        raise CannotCopy("a vector environment cannot be pickled or copied: make another, or copy single environments")
 
     @property
     def process_ids(self) -> list[int]:
@@ -209,7 +219,8 @@ class ArraMonVectorEnv(VectorEnv[Dict, npt.NDArray[np.int64], npt.NDArray[Any]])
 
     def _observation(self, batch: Arrays) -> Dict:
         whole: Dict = dict(batch)
-        whole["instruction"] = tuple(self._texts)
+        if "instruction" in self.single_observation_space.spaces:
+            whole["instruction"] = tuple(self._texts)
         return whole
 
     def _cut(self, *lists: Sequence[Any]) -> list[tuple[Any, ...]]:
@@ -219,11 +230,12 @@ class ArraMonVectorEnv(VectorEnv[Dict, npt.NDArray[np.int64], npt.NDArray[Any]])
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
         if seed is None:
             return [None] * self.num_envs
-        if isinstance(seed, int | np.integer):
-            return [int(seed) + number for number in range(self.num_envs)]
+        if np.ndim(seed) == 0:  # type: ignore[arg-type]
+            first = seed_of(seed)
+            return [None if first is None else first + number for number in range(self.num_envs)]
         if len(seed) != self.num_envs:
             raise BadArgument(f"there are {len(seed)} seeds, expected {self.num_envs}")
-        return list(seed)
+        return [seed_of(each) for each in seed]
 
     def _mask(self, options: Mapping[str, Any] | None) -> list[bool]:
         mask = (options or {}).get("reset_mask")
@@ -239,7 +251,7 @@ class ArraMonVectorEnv(VectorEnv[Dict, npt.NDArray[np.int64], npt.NDArray[Any]])
         named = (options or {}).get("episode")
         if named is None:
             return [None] * self.num_envs
-        if isinstance(named, str | int):
+        if np.ndim(named) == 0:
             return [{"episode": named}] * self.num_envs
         if len(named) != self.num_envs:
             raise BadArgument(f"there are {len(named)} episodes, expected {self.num_envs}")
@@ -260,7 +272,7 @@ def make_room_vector(
     **options: object,
 ) -> ArraMonVectorEnv:
     """Return the vector environment of tasks in the room alone, for `gymnasium.make_vec`."""
-    return ArraMonVectorEnv(num_envs, processes, autoreset_mode, context, render_mode, **room_options(options))
+    return ArraMonVectorEnv(num_envs, processes, autoreset_mode, context, render_mode, **room_options(options, OWN))
 
 
 def _is_number(value: object) -> bool:

@@ -1,0 +1,102 @@
+"""Checks of single arguments: each returns the plain value, or raises an error that says what was expected."""
+
+import difflib
+import os
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from arramon_client.environments.errors import BadArgument, UnknownArgument
+
+
+def check_names(given: Iterable[str], known: Iterable[str]) -> None:
+    """Check that there are arguments of the given names.
+
+    Raises:
+        UnknownArgument: if one is not known; the message lists those that are.
+    """
+    there = list(known)
+    for name in given:
+        if name not in there:
+            near = difflib.get_close_matches(name, there, 1)
+            hint = f"; did you mean {near[0]!r}?" if near else ""
+            # The first half as Python says it: TorchRL, for one, looks for it.
+            raise UnknownArgument(
+                f"got an unexpected keyword argument {name!r}: there is no argument {name!r}; there are "
+                f"{listed(there)}{hint}"
+            )
+
+
+def is_whole(value: object) -> bool:
+    """Return whether a value is an int or an integer of NumPy; a bool is neither."""
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
+
+
+def whole(name: str, value: object, expected: str, least: int | None = None) -> int:
+    """Return a whole number, which may be NumPy's, as an int.
+
+    Raises:
+        BadArgument: if it is none, or less than the least.
+    """
+    if isinstance(value, int | np.integer) and is_whole(value) and (least is None or value >= least):
+        return int(value)
+    raise BadArgument(f"{name} is {value!r}, expected {expected}")
+
+
+def seed_of(seed: object) -> int | None:
+    """Return a seed of `reset`, which may be an integer of NumPy, as an int; None for none.
+
+    Raises:
+        BadArgument: if it is no whole number from 0.
+    """
+    return None if seed is None else whole("seed", seed, "None or a whole number from 0", 0)
+
+
+def one_of(name: str, value: object, allowed: Sequence[str | int | None]) -> None:
+    """Check that a value is one of those allowed.
+
+    Raises:
+        BadArgument: if it is not.
+    """
+    if not isinstance(value, str | int | None) or isinstance(value, bool) or value not in allowed:
+        raise BadArgument(f"{name} is {value!r}, expected {listed(repr(each) for each in allowed)}")
+
+
+def names(name: str, value: object, example: str) -> tuple[str, ...]:
+    """Return a sequence of names, or a one-dimensional array of them, as a tuple without repetitions.
+
+    Raises:
+        BadArgument: if it is none.
+    """
+    plain = value.tolist() if isinstance(value, np.ndarray) else value
+    if isinstance(plain, str) or not isinstance(plain, Sequence) or not all(isinstance(each, str) for each in plain):
+        raise BadArgument(f"{name} is {value!r}, expected a tuple of names, e.g. {example}")
+    return tuple(dict.fromkeys(map(str, plain)))
+
+
+def text(name: str, value: object, expected: str) -> str:
+    """Return a text that is not empty.
+
+    Raises:
+        BadArgument: if it is none.
+    """
+    if not isinstance(value, str) or not value:
+        raise BadArgument(f"{name} is {value!r}, expected {expected}")
+    return str(value)
+
+
+def folder(name: str, value: object) -> Path:
+    """Return the path of a folder.
+
+    Raises:
+        BadArgument: if it is no path.
+    """
+    if not isinstance(value, str | os.PathLike) or not isinstance(os.fspath(value), str):
+        raise BadArgument(f"{name} is {value!r}, expected a path")
+    return Path(value)
+
+
+def listed(values: Iterable[object]) -> str:
+    """Return values separated by commas, for a message."""
+    return ", ".join(map(str, values))

@@ -1,0 +1,103 @@
+"""Snapshots of an environment in this process: its arguments and the actions so far, from which it is made again.
+
+So an environment can be pickled and copied in the middle of an episode: the actions are played again by the rules,
+without drawing a frame.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from arramon_client.environments.episodes import Episodes
+from arramon_client.environments.errors import CannotCopy
+from arramon_client.environments.options import Options
+from arramon_client.environments.players import open_player
+from arramon_client.errors import ArramonClientError
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """What episodes are made from again.
+
+    Attributes:
+        options: with the tokenizer itself, and the data folder spelled out.
+        data_hashes: of the split, by language.
+        begun: language, id and seed of the present episode; None before the first.
+        actions: of the present episode, in order.
+        advised: the expert's action in each state, in order; empty without an expert.
+        is_over: whether the episode takes no action.
+    """
+
+    options: Options
+    data_hashes: Mapping[str, str]
+    begun: tuple[str, str | None, int] | None
+    actions: tuple[int, ...]
+    advised: tuple[int, ...]
+    is_over: bool
+
+
+def take(episodes: Episodes) -> Snapshot:
+    """Return a snapshot of the episodes of an environment.
+
+    Raises:
+        CannotCopy: on a host, whose run goes on there.
+    """
+    opened = episodes.opened
+    if opened.options.server is not None:
+        raise CannotCopy(
+            f"an environment on a host cannot be pickled or copied, as its run goes on at {opened.options.server}: "
+            "play in this process (server=None), or make another environment"
+        )
+    return Snapshot(
+        options=replace(opened.options, tokenizer=opened.tokenizer),
+        data_hashes={language: player.split.data_hash for language, player in opened.players.items()},
+        begun=episodes.begun,
+        actions=tuple(episodes.actions),
+        advised=tuple(episodes.advised),
+        is_over=episodes.is_over,
+    )
+
+
+def restore(snapshot: Snapshot) -> Episodes:
+    """Return the episodes of a snapshot, with the present one where it was.
+
+    Raises:
+        CannotCopy: if the data is not there any more, or has changed since.
+    """
+    try:
+        opened = open_player(snapshot.options)
+    except ValueError as error:
+        raise CannotCopy(f"the environment cannot be restored: {error}") from error
+    for language, player in opened.players.items():
+        if player.split.data_hash != snapshot.data_hashes[language]:
+            raise CannotCopy(
+                f"the environment cannot be restored: the split {player.split.name!r} in {opened.options.data} is "
+                f"{player.split.data_hash[:12]} now, and was {snapshot.data_hashes[language][:12]}"
+            )
+    episodes = Episodes(opened)
+    if snapshot.begun is None:
+        return episodes
+    try:
+        episodes.open(*snapshot.begun)
+        _replay(episodes, snapshot)
+    except ArramonClientError as error:
+        raise CannotCopy(f"the environment cannot be restored: {error}") from error
+    return episodes
+
+
+def _replay(episodes: Episodes, snapshot: Snapshot) -> None:
+    """Play the actions of a snapshot again, and ask the expert where its advice depends on having been asked."""
+    first = len(snapshot.actions) + 1
+    if snapshot.options.expert == "reference":  # It plans once, in a state that depends on the way there.
+        first = 0
+    elif snapshot.options.expert is not None:  # It plans anew where its advice was not followed.
+        taken = enumerate(zip(snapshot.actions, snapshot.advised, strict=False), start=1)
+        first = max((number for number, (action, advice) in taken if action != advice), default=0)
+    player = episodes.player
+    for number, action in enumerate(snapshot.actions):
+        if number >= first:
+            player.expert_action()
+        player.advance(action)
+    if first <= len(snapshot.actions) < len(snapshot.advised):
+        player.expert_action()
+    episodes.actions, episodes.advised = list(snapshot.actions), list(snapshot.advised)
+    episodes.is_over = snapshot.is_over
