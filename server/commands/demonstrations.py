@@ -62,6 +62,11 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
     export.add_argument(
         "--reward", default="sparse", metavar="R", help=f"one of {', '.join(REWARDS)} (default: %(default)s)"
     )
+    export.add_argument(
+        "--single-dataset",
+        action="store_true",
+        help="with --format minari, one dataset for all languages (default: one for each)",
+    )
     export.add_argument("--run", metavar="RUN", help="id of a run that is over, to export instead of ground truth")
     export.add_argument("--episodes", type=int, metavar="N", help="export only N episodes, a fair sample of the split")
     export.add_argument("--output", type=Path, metavar="FOLDER", help=f"folder (default: {OUTPUT}/SPLIT-FORMAT)")
@@ -99,6 +104,7 @@ def _request(arguments: argparse.Namespace, split: str, languages: Sequence[str]
         reward=arguments.reward,
         run_id=arguments.run,
         episodes=arguments.episodes,
+        single_dataset=arguments.single_dataset,
     )
 
 

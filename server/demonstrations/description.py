@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from server.demonstrations.request import Export
+from server.demonstrations.request import MINARI, Export
 from server.sim.labels import LABELS
 
 UNITS = {
@@ -23,11 +23,16 @@ def shape_of(sensor: str, size: int) -> tuple[int, ...]:
     return {"rgb": (size, size, 3), "pose": (3,)}.get(sensor, (size, size))
 
 
+def dtype_of(sensor: str, export: Export) -> str:
+    """Return the type of a sensor's values; that of segmentations in Minari is the environment's."""
+    return "int16" if (sensor, export.request.format) == ("segmentation", MINARI) else UNITS[sensor][0]
+
+
 def sensors_of(export: Export) -> dict[str, dict[str, Any]]:
     """Return type, shape and unit of each exported sensor, as plain data."""
     return {
         sensor: {
-            "dtype": UNITS[sensor][0],
+            "dtype": dtype_of(sensor, export),
             "shape": list(shape_of(sensor, export.request.size)),
             "unit": UNITS[sensor][1],
         }

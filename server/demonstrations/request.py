@@ -44,6 +44,7 @@ class Request:
         run_id: the recorded run to export; None for the ground truth.
         episodes: export only the first so many, in the split's playing order; None for all.
         part_size: episodes in one part.
+        single_dataset: whether Minari has one dataset for all languages; otherwise one for each.
     """
 
     data: Path
@@ -56,6 +57,7 @@ class Request:
     run_id: str | None = None
     episodes: int | None = None
     part_size: int = EPISODES_PER_PART
+    single_dataset: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +86,8 @@ class Export:
     def settings(self) -> dict[str, Any]:
         """Return everything that the exported files depend on, as plain data."""
         request = {name: value for name, value in asdict(self.request).items() if name != "data"}
+        if not self.request.single_dataset:  # As in the records of exports from before there was a choice.
+            del request["single_dataset"]
         counts = {name: getattr(self, name) for name in ("data_hash", "source", "camera", "steps_per_phase")}
         more = {
             "server_version": __version__,
@@ -106,6 +110,7 @@ def make_request(
     run_id: str | None = None,
     episodes: int | None = None,
     part_size: int = EPISODES_PER_PART,
+    single_dataset: bool = False,
 ) -> Request:
     """Return valid settings; `check_request` compares them with the split.
 
@@ -119,6 +124,10 @@ def make_request(
             f"the format {PLAIN!r} holds no frames, so it takes neither sensors nor a size: leave them out, or choose "
             f"one of {', '.join(FORMATS[:-1])}"
         )
+    if single_dataset and format_ != MINARI:
+        raise BadInput(
+            f"the format {format_!r} holds all languages together anyway: --single-dataset is for {MINARI!r} alone"
+        )
     if reward not in REWARDS:
         raise BadInput(f"there is no reward {reward!r}; there are {', '.join(REWARDS)}")
     if episodes is not None and episodes < 1:
@@ -127,7 +136,17 @@ def make_request(
         raise BadInput(f"the number of episodes in a part is {part_size}; expected at least 1")
     sensors, size = ((), 0) if format_ == PLAIN else (_sensors(sensors), _size(size))
     return Request(
-        data, split, format_, tuple(sorted(set(languages))), sensors, size, reward, run_id, episodes, part_size
+        data,
+        split,
+        format_,
+        tuple(sorted(set(languages))),
+        sensors,
+        size,
+        reward,
+        run_id,
+        episodes,
+        part_size,
+        single_dataset,
     )
 
 

@@ -23,6 +23,7 @@ from server.errors import BadInput, Forbidden, NotFound
         ("minari", {"reward": "gold"}, "there is no reward 'gold'; there are sparse, progress, none"),
         ("minari", {"episodes": 0}, "the number of episodes is 0; expected at least 1"),
         ("minari", {"part_size": 0}, "the number of episodes in a part is 0"),
+        ("plain", {"single_dataset": True}, "holds all languages together anyway: --single-dataset is for 'minari'"),
         ("plain", {"size": 64}, "the format 'plain' holds no frames"),
         ("plain", {"sensors": ("rgb",)}, "it takes neither sensors nor a size"),
     ],

@@ -1,4 +1,4 @@
-"""The format Minari: a dataset for each language, with the observations of the Gymnasium environment, lossless.
+"""The format Minari: a dataset for each language, or one for all, with the environment's observations.
 
 Minari stores images as JPEG by default; here they are stored without loss, in Arrow files compressed by Zstandard.
 """
@@ -17,9 +17,9 @@ import pyarrow as pa
 from minari.data_collector.episode_buffer import EpisodeBuffer
 from minari.dataset.minari_storage import METADATA_FILE_NAME, MinariStorage
 
-from arramon_client.environments.backend import SplitInfo
+from arramon_client.environments.backend import Texts
 from arramon_client.environments.registration import NAMESPACE, register
-from arramon_client.environments.spaces import NO_ACTION, Translator, action_space, observation_space
+from arramon_client.environments.spaces import NO_ACTION, Translator, action_space, observation_space, united
 from arramon_client.environments.tokens import ByteTokenizer
 from server.demonstrations.croissant import Records, write_croissant
 from server.demonstrations.description import describe
@@ -36,38 +36,49 @@ STORAGE = "arrow"
 COMPRESSION = "zstd"
 
 
-def dataset_id(export: Export, language: str) -> str:
-    """Return the name of the dataset of a language, such as "arramon/train-en-v0"."""
+def datasets_of(export: Export) -> list[tuple[str, ...]]:
+    """Return the languages of each dataset."""
+    languages = export.request.languages
+    return [languages] if export.request.single_dataset else [(language,) for language in languages]
+
+
+def dataset_id(export: Export, languages: Sequence[str]) -> str:
+    """Return the name of the dataset of some languages, such as "arramon/train-en-v0" or "arramon/train-en_hi-v0"."""
     split = re.sub(r"[^-\w]", "_", export.request.split)
-    return f"{NAMESPACE}/{split}-{language}-v0"
+    return f"{NAMESPACE}/{split}-{'_'.join(languages)}-v0"
 
 
 def write_part(export: Export, split: Split, part: Part, made: Path) -> Mapping[str, Any]:  # noqa: ARG001
     """Write a folder for each demonstration, by Minari itself."""
-    numbers = dict(part.before)
+    groups = datasets_of(export)
+    numbers = [sum(part.before[language] for language in languages) for languages in groups]
+    ends = dict(part.before)
     for source in part.sources:
         rendered = render(export, source)
-        for language in source.languages:
-            folder = made / dataset_id(export, language) / "data"
-            _write_episode(export, rendered, language, numbers[language], folder)
-            numbers[language] += 1
-    return {"end": numbers, "steps": {language: _steps(part, language) for language in numbers}}
+        for group, languages in enumerate(groups):
+            folder = made / dataset_id(export, languages) / "data"
+            for language in (each for each in source.languages if each in languages):
+                _write_episode(export, rendered, language, languages, numbers[group], folder)
+                numbers[group] += 1
+                ends[language] += 1
+    return {"end": ends, "steps": {language: _steps(part, language) for language in ends}}
 
 
 def finish(export: Export, split: Split, folder: Folder, parts: Sequence[Mapping[str, Any]]) -> None:  # noqa: ARG001
     """Write what describes the datasets, and the Croissant file."""
-    languages = [language for language in export.request.languages if parts[-1]["end"][language]]
-    for language in languages:
-        name = dataset_id(export, language)
+    ends = parts[-1]["end"]
+    groups = [languages for languages in datasets_of(export) if any(ends[language] for language in languages)]
+    for languages in groups:
+        name = dataset_id(export, languages)
         made = folder.scratch("minari")
-        storage = _new_storage(export, language, made)
+        storage = _new_storage(export, languages, made)
         sizes = [path.stat().st_size for path in (folder.path / name).rglob("*") if path.is_file()]
         storage.update_metadata(
             {
                 "dataset_id": name,
                 "minari_version": minari.__version__,
-                "total_episodes": parts[-1]["end"][language],
-                "total_steps": sum(part["steps"][language] for part in parts),
+                "total_episodes": sum(ends[language] for language in languages),
+                "total_steps": sum(part["steps"][language] for part in parts for language in languages),
                 "dataset_size": round(sum(sizes) / 1e6, 1),
                 "algorithm_name": "ground truth" if export.request.run_id is None else f"run {export.request.run_id}",
                 "description": describe(export),
@@ -76,8 +87,8 @@ def finish(export: Export, split: Split, folder: Folder, parts: Sequence[Mapping
         )
         folder.place(made / METADATA_FILE_NAME, f"{name}/data/{METADATA_FILE_NAME}")
     sets = [
-        Records(language, f"{dataset_id(export, language)}/data/*/*.arrow", "application/vnd.apache.arrow.file")
-        for language in languages
+        Records("_".join(each), f"{dataset_id(export, each)}/data/*/*.arrow", "application/vnd.apache.arrow.file")
+        for each in groups
     ]
     write_croissant(export, folder, sets)
 
@@ -86,15 +97,17 @@ def _steps(part: Part, language: str) -> int:
     return sum(len(source.actions) for source in part.sources if language in source.languages)
 
 
-def _write_episode(export: Export, rendered: Rendered, language: str, number: int, folder: Path) -> None:
+def _write_episode(
+    export: Export, rendered: Rendered, language: str, languages: Sequence[str], number: int, folder: Path
+) -> None:
     """Write an episode as `number` of a dataset: by Minari to a folder of its own, then compressed to its place."""
     own = folder.parent / "own"
-    storage = _new_storage(export, language, own)
+    storage = _new_storage(export, languages, own)
     storage.update_episodes(
         [
             EpisodeBuffer(
                 id=number,
-                observations=_observations(_split_info(export, language), rendered, language),
+                observations=_observations(_tokenizer(_texts(export, languages)), rendered, language),
                 actions=np.asarray(rendered.source.actions, np.int64),
                 rewards=list(rendered.rewards),
                 terminations=rendered.terminated(),
@@ -114,9 +127,9 @@ def _write_episode(export: Export, rendered: Rendered, language: str, number: in
     shutil.rmtree(own)
 
 
-def _observations(info: SplitInfo, rendered: Rendered, language: str) -> dict[str, Any]:
+def _observations(tokenizer: ByteTokenizer, rendered: Rendered, language: str) -> dict[str, Any]:
     """Return the environment's observations by key, one more than there are actions."""
-    translator = Translator(_tokenizer(info, language))
+    translator = Translator(tokenizer)
     last = [NO_ACTION, *rendered.source.actions]
     values = [translator.observation(each, action) for each, action in zip(rendered.observations, last, strict=True)]
     texts = rendered.instructions(language, rendered.observations)
@@ -127,24 +140,25 @@ def _observations(info: SplitInfo, rendered: Rendered, language: str) -> dict[st
     return {key: texts if key == "instruction" else columns[key] for key in values[0]}
 
 
-def _new_storage(export: Export, language: str, folder: Path) -> Any:
+def _new_storage(export: Export, languages: Sequence[str], folder: Path) -> Any:
     """Return a new storage of Minari, which the environment can be made from again."""
     register()
     request = export.request
-    info = _split_info(export, language)
+    texts = _texts(export, languages)
     folder.parent.mkdir(parents=True, exist_ok=True)
     spec = copy.deepcopy(gymnasium.spec(ENVIRONMENT))
     spec.kwargs = {
-        "lang": language,
+        "lang": languages[0] if len(languages) == 1 else list(languages),
         "split": request.split,
         "sensors": list(request.sensors),
         "image_size": request.size,
         "reward": request.reward,
         "steps_per_phase": export.steps_per_phase,
     }
+    settings = settings_of(export, languages[0])
     return MinariStorage.new(
-        folder,
-        observation_space=observation_space(settings_of(export, language), info, _tokenizer(info, language)),
+        folder.absolute(),  # Minari joins a relative one to itself.
+        observation_space=observation_space(settings, texts, export.steps_per_phase, _tokenizer(texts)),
         action_space=action_space(),
         env_spec=spec,
         data_format=STORAGE,
@@ -152,12 +166,13 @@ def _new_storage(export: Export, language: str, folder: Path) -> Any:
     )
 
 
-def _split_info(export: Export, language: str) -> SplitInfo:
-    return player_of(export, language).split
+def _texts(export: Export, languages: Sequence[str]) -> Texts:
+    """Return alphabet and lengths of the instructions in all languages of a dataset."""
+    return united(player_of(export, language).split.texts[language] for language in languages)
 
 
-def _tokenizer(info: SplitInfo, language: str) -> ByteTokenizer:
-    return ByteTokenizer(info.texts[language].longest_utf8)
+def _tokenizer(texts: Texts) -> ByteTokenizer:
+    return ByteTokenizer(texts.longest_utf8)
 
 
 def _compress(file: Path, target: Path) -> None:

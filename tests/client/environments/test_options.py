@@ -8,7 +8,7 @@ from typing import Any
 import gymnasium
 import pytest
 
-from arramon_client.environments import ArraMonEnv, BadArgument, NoBackend, options
+from arramon_client.environments import ArraMonEnv, BadArgument, NoBackend, players
 from arramon_client.environments.two_agents import raw_env
 
 WRONG: list[tuple[dict[str, Any], str]] = [
@@ -85,7 +85,7 @@ def test_without_the_server_package(monkeypatch: pytest.MonkeyPatch) -> None:
         assert group == "arramon.environments"
         return ()
 
-    monkeypatch.setattr(options, "entry_points", none)
+    monkeypatch.setattr(players, "entry_points", none)
     with pytest.raises(NoBackend, match=r"arramon-server is not installed: install it, or name a host with server="):
         gymnasium.make("arramon/ArraMon-v0")
 

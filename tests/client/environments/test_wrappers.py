@@ -33,3 +33,8 @@ def test_poses_from_the_start_of_each_phase(data: Path) -> None:
 def test_it_needs_the_pose(data: Path) -> None:
     with pytest.raises(BadArgument, match="StartFrame needs the sensor 'pose'"):
         StartFrame(gymnasium.make("arramon/ArraMon-v0", data=data, split="tiny", sensors=()))
+
+
+def test_it_needs_to_know_the_phase(data: Path) -> None:
+    with pytest.raises(BadArgument, match=r"needs the key 'phase' in the observation: add it to observe="):
+        StartFrame(gymnasium.make("arramon/ArraMon-v0", data=data, split="tiny", observe=("pose", "turn")))

@@ -26,6 +26,10 @@ TURN_NUMBERS = 3
 """Size of the space of turns, which are 1 and 2 as everywhere else: 0 never occurs. `Discrete(2, start=1)` would say
 the same, but libraries that one-hot it ignore its start, and fail at turn 2."""
 
+MOST_LABELS = 32767
+"""Greatest index of a label. The space of segmentations is int16, and not uint16 as an agent's: TorchRL has none, and
+labels are a few hundred."""
+
 FARTHEST_DEPTH = 65.535
 """Greatest depth, in units."""
 
@@ -67,7 +71,7 @@ def observation_space(
     made: dict[str, Callable[[], spaces.Space[Any]]] = {
         "rgb": lambda: spaces.Box(0, 255, (size, size, 3), np.uint8),
         "depth": lambda: spaces.Box(0.0, FARTHEST_DEPTH, (size, size), np.float32),
-        "segmentation": lambda: spaces.Box(0, 65535, (size, size), np.uint16),
+        "segmentation": lambda: spaces.Box(0, MOST_LABELS, (size, size), np.int16),
         "pose": lambda: spaces.Box(
             np.array((-WIDEST, -WIDEST, 0.0)), np.array((WIDEST, WIDEST, 360.0)), dtype=np.float64
         ),
@@ -118,7 +122,7 @@ class Translator:
         if seen.depth is not None:
             values["depth"] = seen.depth
         if seen.segmentation is not None:
-            values["segmentation"] = seen.segmentation
+            values["segmentation"] = seen.segmentation.view(np.int16)
         if seen.pose is not None:
             values["pose"] = np.array(seen.pose)
         values["instruction"] = seen.instruction

@@ -22,10 +22,10 @@ class StartFrame(gymnasium.ObservationWrapper[Dict, np.int64, Dict]):
     At the start of each phase it is (0, 0, 0): an agent learns nothing of where in the city it is.
 
     Args:
-        env: with the sensor "pose".
+        env: with the sensor "pose", and the keys "turn" and "phase" in its observation.
 
     Raises:
-        BadArgument: without it.
+        BadArgument: without them.
     """
 
     def __init__(self, env: gymnasium.Env[Dict, np.int64]) -> None:
@@ -33,6 +33,9 @@ class StartFrame(gymnasium.ObservationWrapper[Dict, np.int64, Dict]):
         inner = env.observation_space
         if not isinstance(inner, spaces.Dict) or "pose" not in inner.spaces:
             raise BadArgument("StartFrame needs the sensor 'pose': add it to sensors=(...)")
+        for key in ("turn", "phase"):
+            if key not in inner.spaces:
+                raise BadArgument(f"StartFrame needs the key {key!r} in the observation: add it to observe=(...)")
         pose = inner["pose"]
         assert isinstance(pose, spaces.Box)
         reach = float(2 * pose.high[0])
