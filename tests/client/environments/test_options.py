@@ -86,6 +86,7 @@ def test_without_the_server_package(monkeypatch: pytest.MonkeyPatch) -> None:
         return ()
 
     monkeypatch.setattr(players, "entry_points", none)
+    players.local_backend.cache_clear()
     with pytest.raises(NoBackend, match=r"arramon-server is not installed: install it, or name a host with server="):
         gymnasium.make("arramon/ArraMon-v0")
 

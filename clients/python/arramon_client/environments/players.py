@@ -1,8 +1,10 @@
 """Players of an environment: opened from its options, with the tokenizer and the spaces that go with them."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from importlib.metadata import entry_points
+from pathlib import Path
 from typing import cast
 
 from gymnasium import spaces
@@ -110,17 +112,27 @@ def open_backend(options: Options) -> Backend:
         from arramon_client.environments.remote import RemoteBackend
 
         return RemoteBackend(options.server, options.access)
+    make_backend = local_backend()
+    try:
+        return make_backend(options.data or default_data())
+    except ArramonClientError as error:
+        raise BadArgument(str(error)) from error
+
+
+@cache
+def local_backend() -> Callable[[Path], Backend]:
+    """Return what makes the server package's backend from a data folder. Looked up once: it takes milliseconds.
+
+    Raises:
+        NoBackend: if the server package is not installed.
+    """
     registered = next(iter(entry_points(group=BACKENDS)), None)
     if registered is None:
         raise NoBackend(
             "without server=... an environment plays in this process, but arramon-server is not installed: install it, "
             "or name a host with server='HOST:PORT'"
         )
-    try:
-        backend = cast(Backend, registered.load()(options.data or default_data()))
-    except ArramonClientError as error:
-        raise BadArgument(str(error)) from error
-    return backend
+    return cast(Callable[[Path], Backend], registered.load())
 
 
 def _tokenizer(options: Options, backend: Backend, players: Mapping[str, Player]) -> Tokenizer:
