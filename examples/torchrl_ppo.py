@@ -58,7 +58,7 @@ def instructions(data: str, split: str) -> list[str]:
     """Return the instructions of an episode that is played at random, as they come."""
     env = GymEnv("arramon/ArraMon-v0", data=data, split=split, observe=(TEXT, "turn"), steps_per_phase=3)
     rollout = env.rollout(100)
-    return list(dict.fromkeys(rollout[TEXT].tolist()))
+    return list(dict.fromkeys(rollout[TEXT]))
 
 
 def networks(env: Any) -> tuple[Any, Any]:
@@ -83,7 +83,10 @@ def learn(env: Any, steps: int, seed: int) -> tuple[int, float]:
     loss_of, advantage = ClipPPOLoss(actor, value), GAE(gamma=0.99, lmbda=0.95, value_network=value)
     optimizer = torch.optim.Adam(TensorDictSequential(actor, value).parameters(), lr=1e-3)
     second, reward = 0, 0.0
-    for batch in Collector(env, actor, frames_per_batch=FRAMES, total_frames=steps):
+    collector = Collector(
+        env, actor, frames_per_batch=FRAMES, total_frames=steps, auto_register_policy_transforms=False
+    )  # fmt: skip
+    for batch in collector:
         second += int((batch["turn"].argmax(-1) == 2).sum())
         reward = float(batch["next", "reward"].mean())
         for _ in range(EPOCHS):
@@ -103,7 +106,7 @@ def main(arguments: Sequence[str]) -> None:
     print("instructions:", *instructions(data, split), sep="\n  ")
     with_texts = make_vector(data, split, observe=(TEXT, "turn"), lang=("en", "hi"), steps_per_phase=3)
     texts = with_texts.rollout(4, break_when_any_done=False)[TEXT]
-    print(f"a vector's texts: {texts.batch_size[0]} episodes, {texts.batch_size[1]} steps")
+    print(f"a vector's texts: {len(texts)} episodes, {len(texts[0])} steps")
     with_texts.close()
     vector = make_vector(data, split, observe=KEYS, sensors=("pose",), reward="progress", steps_per_phase=20)
     env = TransformedEnv(vector)

@@ -60,6 +60,21 @@ def test_ppo(rooms: Path) -> None:
     assert re.fullmatch(r"seed 7: PTC [01]\.\d{3} before, [01]\.\d{3} after 2048 steps\n", said)
 
 
+def test_stable_baselines_on_a_vector(data: Path) -> None:
+    said = run("-m", "examples.sb3_vector", data, "sample", 1024)
+    assert re.fullmatch(r"1024 steps, ([1-9]\d*) episodes, mean return -?\d\.\d\d\n", said)
+
+
+def test_torchrl(data: Path) -> None:
+    said = run("-m", "examples.torchrl_ppo", data, "sample", 512).splitlines()
+    assert said[0] == "instructions:"
+    assert len([line for line in said if line.startswith("  ")]) == 4
+    assert said[-2] == "a vector's texts: 4 episodes, 4 steps"
+    found = re.fullmatch(r"512 steps, (\d+) of them in turn 2, mean reward -?\d\.\d{4}", said[-1])
+    assert found is not None
+    assert int(found[1]) > 0
+
+
 def test_imitation(rooms: Path, tmp_path: Path) -> None:
     """In short form: it learns the exported actions of twelve tasks, almost by heart."""
     export = ["export-demos", "--data", rooms, "--split", "rooms", "--format", "plain", "--lang", "en", "--jobs", "1"]
