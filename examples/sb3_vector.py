@@ -36,7 +36,7 @@ EMBEDDING, HIDDEN = 32, 64
 """Sizes of a word's embedding, and of the GRU's state."""
 
 
-class VectorForSB3(VecEnv):  # type: ignore[misc]  # Stable-Baselines3 is not followed by mypy
+class VectorForSB3(VecEnv):
     """A vector environment of Gymnasium, in the mode SAME_STEP, as Stable-Baselines3 knows vectors.
 
     Args:
@@ -102,7 +102,7 @@ class VectorForSB3(VecEnv):  # type: ignore[misc]  # Stable-Baselines3 is not fo
         ]
 
 
-class Reader(BaseFeaturesExtractor):  # type: ignore[misc]
+class Reader(BaseFeaturesExtractor):
     """Features of an observation: the view by a CNN, the instruction by an embedding and a GRU, the rest as it is.
 
     Args:
@@ -118,7 +118,7 @@ class Reader(BaseFeaturesExtractor):  # type: ignore[misc]
             nn.Conv2d(3, 16, 8, 4), nn.ReLU(), nn.Conv2d(16, 32, 4, 2), nn.ReLU(), nn.Flatten(),
             nn.LazyLinear(128), nn.ReLU(),
         )  # fmt: skip
-        self.view(torch.zeros(1, *observation_space["rgb"].shape))  # type: ignore[misc]  # Sets the lazy layer's size.
+        self.view(torch.zeros(1, *observation_space["rgb"].shape))  # Sets the lazy layer's size.
         self.embedding = nn.Embedding(words, EMBEDDING, padding_idx=0)
         self.gru = nn.GRU(EMBEDDING, HIDDEN, batch_first=True)
 
@@ -158,7 +158,7 @@ def main(arguments: Sequence[str]) -> None:
         },
     )  # fmt: skip
     model.learn(steps)
-    returns = [episode["r"] for episode in model.ep_info_buffer]
+    returns = [episode["r"] for episode in model.ep_info_buffer or ()]
     print(f"{model.num_timesteps} steps, {len(returns)} episodes, mean return {np.mean(returns):.2f}")
     env.close()
 

@@ -36,7 +36,7 @@ ENVIRONMENTS, FRAMES, EPOCHS = 4, 256, 4
 """Episodes at once; steps of all of them between two updates; passes over these."""
 
 
-class VectorWithTexts(GymWrapper):  # type: ignore[misc]  # TorchRL is not followed by mypy
+class VectorWithTexts(GymWrapper):  # type: ignore[misc]  # TorchRL has no types
     """A vector environment whose instructions are a stack of texts, one for each episode."""
 
     def read_obs(self, observations: Mapping[str, Any]) -> dict[str, Any]:

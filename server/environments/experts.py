@@ -2,16 +2,16 @@
 
 import math
 import threading
-import weakref
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, lru_cache
-from itertools import count, pairwise
+from itertools import pairwise
 from typing import Protocol
 
 from arramon_client import agent as client
 from arramon_client.plugin.loader import load_agent
 from server.api.messages import oracle_message
+from server.environments.slots import expert_slots
 from server.episodes.episode import Episode
 from server.runs.play.session import Session
 from server.sim.geometry import TURN, Pose
@@ -64,7 +64,7 @@ class ShortestExpert:
         self._way_back = way_back
         self._agent = _shortest_path_agent(threading.get_ident())
         # The agent serves all experts of the thread, which may play the same episode: its memory of each is apart.
-        slot = _slots().take(self)
+        slot = expert_slots().take(self)
         self._episode = client.Episode(str(slot), "", "", oracle=oracle_message(episode, scene))
         self._step, self._advised = -1, Action.FORWARD
         self._rooms = [room_advice(Square(turn.target_cell.column, turn.target_cell.row)) for turn in episode.turns]
@@ -299,25 +299,6 @@ _ROOM: Links = {
     for column in range(COLUMNS)
     for row in range(ROWS)
 }
-
-
-class _Slots:
-    """Numbers of experts, each free again when its expert is gone."""
-
-    def __init__(self) -> None:
-        self._free: list[int] = []
-        self._next = count()
-
-    def take(self, owner: object) -> int:
-        """Return the number of an object, which no other has as long as it lives."""
-        slot = self._free.pop() if self._free else next(self._next)
-        weakref.finalize(owner, self._free.append, slot)
-        return slot
-
-
-@cache
-def _slots() -> _Slots:
-    return _Slots()
 
 
 @lru_cache(4)

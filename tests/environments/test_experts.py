@@ -148,3 +148,22 @@ def follow(made: LocalPlayer) -> list[int]:
         taken.append(made.expert_action())
         made.step(taken[-1])
     return taken
+
+
+def test_two_players_of_one_episode_do_not_confuse_their_experts(data: Path) -> None:
+    """Each is advised as if it were alone, though one agent plans for all of them in a thread."""
+    seeds = (1, 2)
+
+    def played(order: Sequence[int]) -> list[list[int]]:
+        made = {seed: player(data, "sample", expert="shortest") for seed in seeds}
+        chances = {seed: random.Random(seed) for seed in seeds}
+        advised: dict[int, list[int]] = {seed: [] for seed in seeds}
+        for each in made.values():
+            each.begin((each.split.episode_ids or ())[0], 0)
+        for seed in order:
+            advice = made[seed].expert_action()
+            advised[seed].append(advice)
+            made[seed].step(advice if chances[seed].random() < 0.7 else chances[seed].choice((0, 1, 2)))
+        return [advised[seed] for seed in seeds]
+
+    assert played(seeds * 25) == played(sorted(seeds * 25))

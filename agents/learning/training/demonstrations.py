@@ -22,7 +22,8 @@ from agents.learning.paper import PHASES
 from agents.learning.vision.encoder import GRID, VisualEncoder, open_encoder, quantise
 from arramon_client.agent import Observation
 from arramon_client.environments.backend import ASSEMBLY, NAVIGATION, Backend, Player, Settings
-from arramon_client.environments.options import Options, open_backend
+from arramon_client.environments.options import Options
+from arramon_client.environments.players import open_backend
 
 ROOMS = "drawn_rooms"
 """Name of the split of generated tasks in the room alone."""

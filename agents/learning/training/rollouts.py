@@ -6,7 +6,8 @@ from pathlib import Path
 
 from arramon_client.agent import Agent, Episode, Observation
 from arramon_client.environments.backend import PHASES, Player, Settings
-from arramon_client.environments.options import Options, open_backend
+from arramon_client.environments.options import Options
+from arramon_client.environments.players import open_backend
 
 PARALLEL = 16
 """Number of episodes played in parallel."""

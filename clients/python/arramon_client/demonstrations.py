@@ -125,7 +125,8 @@ class Demonstrations(Sequence[Demonstration]):
             BadArgument: if an argument is wrong.
             UsageError: if the split in the data folder is not the one that was exported.
         """
-        from arramon_client.environments.options import make_options, open_player
+        from arramon_client.environments.options import make_options
+        from arramon_client.environments.players import open_player
 
         options = make_options(
             lang=language,

@@ -17,7 +17,8 @@ from agents.vl_grounded.weights import Weights, read_weights, write_weights  # n
 from arramon_client import load_agent  # noqa: E402
 from arramon_client.agent import Episode, Label, Observation  # noqa: E402
 from arramon_client.environments.backend import Settings  # noqa: E402
-from arramon_client.environments.options import Options, open_backend  # noqa: E402
+from arramon_client.environments.options import Options  # noqa: E402
+from arramon_client.environments.players import open_backend  # noqa: E402
 from arramon_client.errors import AgentLoadError  # noqa: E402
 from tests import tiny  # noqa: E402
 

@@ -14,7 +14,8 @@ from agents.vl_map.weights import Networks, read_policy, write_policy  # noqa: E
 from arramon_client import load_agent  # noqa: E402
 from arramon_client.agent import Episode, Observation  # noqa: E402
 from arramon_client.environments.backend import Settings  # noqa: E402
-from arramon_client.environments.options import Options, open_backend  # noqa: E402
+from arramon_client.environments.options import Options  # noqa: E402
+from arramon_client.environments.players import open_backend  # noqa: E402
 from arramon_client.errors import AgentLoadError  # noqa: E402
 from tests import tiny  # noqa: E402
 from tests.agents.vl_map.test_features import sample  # noqa: E402

@@ -25,13 +25,13 @@ def arguments(data: Path, **more: Any) -> dict[str, Any]:
 def test_integers_of_numpy(data: Path, kind: Callable[[int], Any]) -> None:
     given = arguments(data, image_size=kind(16), steps_per_phase=kind(3), turn=kind(2), sensors=np.array(["rgb"]))
     made = gymnasium.make("arramon/ArraMon-v0", **given)
-    observation, _ = made.reset(seed=kind(3), options={"episode": kind(1)})  # type: ignore[arg-type]
+    observation, _ = made.reset(seed=kind(3), options={"episode": kind(1)})
     assert (observation["turn"], observation["steps_left"][0]) == (2, 3)
     observation, *_ = made.step(kind(1))
     assert observation["last_action"] == 1
-    assert made.step(np.array(2, np.int16))[0]["last_action"] == 2  # type: ignore[arg-type]
+    assert made.step(np.array(2, np.int16))[0]["last_action"] == 2
     plain = gymnasium.make("arramon/ArraMon-v0", **arguments(data))
-    assert made.reset(seed=kind(3))[1]["episode_id"] == plain.reset(seed=3)[1]["episode_id"]  # type: ignore[arg-type]
+    assert made.reset(seed=kind(3))[1]["episode_id"] == plain.reset(seed=3)[1]["episode_id"]
 
 
 @pytest.mark.parametrize("kind", INTEGERS)

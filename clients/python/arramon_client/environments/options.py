@@ -87,7 +87,8 @@ def make_options(own: Sequence[str] = (), keys: Sequence[str] = (), /, **given: 
     for name, value in given.items():
         if value is None and name in DEFAULT_BY_NONE:
             continue
-        plain[name] = value if value is None and name in OPTIONAL else PLAIN.get(name, lambda as_it_is: as_it_is)(value)
+        is_set = value is not None or name not in OPTIONAL
+        plain[name] = PLAIN[name](value) if is_set and name in PLAIN else value
     if plain.get("observe") is not None:
         plain["observe"], plain["sensors"] = _observed(plain["observe"], plain.get("sensors"), keys)
     options = Options(**plain)

@@ -38,7 +38,7 @@ MADE_AGAIN = ("_episodes", "_translator", "_picture", "_window")
 """Attributes that a copy makes for itself."""
 
 
-class ArraMonEnv(PlainSpec, gymnasium.Env[Dict, np.int64]):  # type: ignore[misc]  # `spec` is an attribute there
+class ArraMonEnv(PlainSpec, gymnasium.Env[Dict, np.int64]):
     """The benchmark as a Gymnasium environment; `gymnasium.make("arramon/ArraMon-v0")` makes one.
 
     An episode has two turns of two phases each. `terminated` is its end; the step limit of a phase is a transition to

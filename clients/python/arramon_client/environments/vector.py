@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from arramon_client.agent import Label
-from arramon_client.environments.arguments import seed_of
+from arramon_client.environments.arguments import seed_of, whole
 from arramon_client.environments.batches import Arrays, Layout, Leases
 from arramon_client.environments.episodes import checked
 from arramon_client.environments.errors import BadArgument, CannotCopy
@@ -84,6 +84,7 @@ class ArraMonVectorEnv(PlainSpec, VectorEnv[Dict, npt.NDArray[np.int64], npt.NDA
         self.single_action_space = action_space()
         self.action_space = batch_space(self.single_action_space, num_envs)
         single = opened.observation_space()
+        self._has_texts = "instruction" in single.spaces
         self.single_observation_space = single
         self.observation_space = batch_space(single, num_envs)
         self._layout = Layout(single, num_envs)
@@ -219,7 +220,7 @@ class ArraMonVectorEnv(PlainSpec, VectorEnv[Dict, npt.NDArray[np.int64], npt.NDA
 
     def _observation(self, batch: Arrays) -> Dict:
         whole: Dict = dict(batch)
-        if "instruction" in self.single_observation_space.spaces:
+        if self._has_texts:
             whole["instruction"] = tuple(self._texts)
         return whole
 
@@ -230,12 +231,12 @@ class ArraMonVectorEnv(PlainSpec, VectorEnv[Dict, npt.NDArray[np.int64], npt.NDA
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
         if seed is None:
             return [None] * self.num_envs
-        if np.ndim(seed) == 0:  # type: ignore[arg-type]
-            first = seed_of(seed)
-            return [None if first is None else first + number for number in range(self.num_envs)]
-        if len(seed) != self.num_envs:
-            raise BadArgument(f"there are {len(seed)} seeds, expected {self.num_envs}")
-        return [seed_of(each) for each in seed]
+        if isinstance(seed, Sequence | np.ndarray) and not isinstance(seed, str):
+            if len(seed) != self.num_envs:
+                raise BadArgument(f"there are {len(seed)} seeds, expected {self.num_envs}")
+            return [seed_of(each) for each in seed]
+        first = whole("seed", seed, "None, a whole number from 0, or one for each episode", 0)
+        return [first + number for number in range(self.num_envs)]
 
     def _mask(self, options: Mapping[str, Any] | None) -> list[bool]:
         mask = (options or {}).get("reset_mask")
