@@ -1,5 +1,7 @@
 """Environments on a host: runs, what is forfeited, and what a host does not tell."""
 
+import copy
+import pickle
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -14,6 +16,7 @@ import pytest
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon_client.environments import BadArgument, remote
+from arramon_client.environments.errors import CannotCopy
 from arramon_client.errors import ServerUnreachableError
 from tests import tiny
 from tests.serving import METADATA, Server
@@ -59,6 +62,25 @@ def test_a_run_goes_through_the_split(server: Server, stub: EvaluationStub) -> N
     assert info["episode_id"] == ids[0]
     env.close()
     assert run_of(stub, env).state == pb.RUN_STATE_CANCELLED
+
+
+def test_only_what_is_observed_is_asked_for(server: Server, stub: EvaluationStub) -> None:
+    env = made(server, sensors=None, observe=("segmentation", "instruction_tokens", "turn"))
+    observation, _ = env.reset(seed=np.int64(1))
+    assert env.observation_space.contains(observation)
+    assert observation["segmentation"].any()
+    assert list(run_of(stub, env).sensors) == ["segmentation"]
+    env.close()
+
+
+def test_it_cannot_be_copied(server: Server) -> None:
+    env = made(server)
+    env.reset()
+    for way in (pickle.dumps, copy.deepcopy, copy.copy):
+        with pytest.raises(CannotCopy, match=rf"its run goes on at {server.address}: play in this process"):
+            way(env.unwrapped)
+    assert env.step(0)[0]["last_action"] == 0  # It goes on all the same.
+    env.close()
 
 
 def test_a_reset_before_the_end_forfeits(server: Server, stub: EvaluationStub) -> None:
