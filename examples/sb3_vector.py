@@ -118,7 +118,7 @@ class Reader(BaseFeaturesExtractor):
             nn.Conv2d(3, 16, 8, 4), nn.ReLU(), nn.Conv2d(16, 32, 4, 2), nn.ReLU(), nn.Flatten(),
             nn.LazyLinear(128), nn.ReLU(),
         )  # fmt: skip
-        self.view(torch.zeros(1, *observation_space["rgb"].shape))  # Sets the lazy layer's size.
+        self.view(torch.zeros(1, *(observation_space["rgb"].shape or ())))  # Sets the lazy layer's size.
         self.embedding = nn.Embedding(words, EMBEDDING, padding_idx=0)
         self.gru = nn.GRU(EMBEDDING, HIDDEN, batch_first=True)
 
