@@ -1,5 +1,6 @@
 """The leaderboard: standings of the published runs, by split and language."""
 
+import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -9,22 +10,25 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from server.board.comparisons import Compared, Comparisons, Family, Key
-from server.board.entries import Entries, Published
+from server.board.entries import Entries, Published, Scores
 from server.board.episode_table import EpisodeTable, gap_of, join, mean_table
 from server.board.lines import by_language, run_ids, systems, with_seeds
 from server.board.ranking import ranked
 from server.board.reference import read_references
-from server.board.reproductions import Reproduction, differences
-from server.board.standings import BOTH, COLUMNS, HEADLINE, PRIVILEGED, Entry, Mark, Reference, Rows, Standing
+from server.board.reproductions import Reproduction, differences, masked_differences
+from server.board.standings import BOTH, COLUMNS, HEADLINE, PRIVILEGED, TOTAL, Entry, Mark, Reference, Rows, Standing
 from server.episodes.splits import Split
 from server.errors import BadInput, Conflict, NotFound, quoted
 from server.runs.accounts.attempts import Attempts, Who, who
 from server.runs.play.clocks import Clocks
+from server.runs.results.reports import coarse_progress
 from server.runs.storage import causes
+from server.runs.storage.records import Run
 from server.scoring.aggregate import MIN_SECTION, Interval, table_rows
 from server.scoring.episode import METRICS
 from server.scoring.languages import LanguageGap
-from server.scoring.seeds import SeedSpread, seed_spread
+from server.scoring.masking import Noise, difference, masked_rows, masked_share, mean_of_rows, total_deviation
+from server.scoring.seeds import SeedSpread, masked_spread, seed_spread
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +95,8 @@ class Board:
         self._attempts = _Kept[str, Mapping[tuple[Who, str], Attempts]](entries.stamp, entries.attempts)
         self._reproducers = _Kept[str, Mapping[str, frozenset[str]]](entries.stamp, entries.reproducers)
         self._references = read_references()
-        self._comparisons = Comparisons(entries.episodes)
+        self._comparisons = Comparisons(entries.episodes, self._noise)
+        self._masked = lru_cache(_KEPT)(self._mask)
         self._joined_rows = lru_cache(_KEPT)(self._join_rows)
         self._gaps = lru_cache(_KEPT)(self._find_gap)
         self._differences = lru_cache(_KEPT)(self._find_differences)
@@ -152,9 +157,18 @@ class Board:
 
     def reproductions(self, run_id: str) -> list[Reproduction]:
         """Return the listed reproductions of a published run, the earliest published first."""
+        found = self._entries.reproductions(run_id)
+        if not found:
+            return []
+        original = self.entry(run_id)
         return [
-            Reproduction(self._entry(one), self._differences(one.run.split, run_id, one.run.run_id))
-            for one in self._entries.reproductions(run_id)
+            Reproduction(
+                again := self._entry(one),
+                masked_differences(original, again)
+                if self._is_masked(one.run)
+                else self._differences(one.run.split, run_id, one.run.run_id),
+            )
+            for one in found
         ]
 
     def against(self, run_id: str, language: str = "", sort: str = HEADLINE) -> Against:
@@ -228,6 +242,8 @@ class Board:
         """Return the scores of several runs together."""
         if len(entries) == 1:
             return entries[0].rows
+        if any(self._is_masked(entry.run) for entry in entries):
+            return mean_of_rows([entry.rows for entry in entries], _fewest(entries))
         if any(Mark.OTHER_DATA in entry.marks for entry in entries):
             return _mean(entries)
         return self._joined_rows(entries[0].run.split, run_ids(entries))
@@ -237,13 +253,36 @@ class Board:
         languages = tuple(dict.fromkeys(entry.run.language for entry in entries))
         if len(languages) < 2 or any(Mark.OTHER_DATA in entry.marks for entry in entries):
             return None
-        return self._gaps(entries[0].run.split, run_ids(entries), languages, metric)
+        found = self._gaps(entries[0].run.split, run_ids(entries), languages, metric)
+        if found is None or not self._is_masked(entries[0].run):
+            return found
+        return self._masked_gap(entries, found, metric)
+
+    def _masked_gap(self, entries: tuple[Entry, ...], exact: LanguageGap, metric: str) -> LanguageGap:
+        """Return the gap between a system's languages on a hidden split, from the shown means."""
+        lines = {same[0].run.language: same for same in map(tuple, by_language(entries))}
+        means = {code: self._rows_of(same)[TOTAL][metric].mean for code, same in lines.items()}
+        lower, *_, higher = sorted(means, key=lambda code: (means[code], [*means][::-1].index(code)))
+        noise = math.hypot(*(total_deviation(exact.episodes, len(lines[code])) for code in (higher, lower)))
+        gap = difference(means[higher], means[lower], exact.episodes, noise)
+        names = ["same outcome", *(entry.run.run_id for entry in entries)]
+        noise_of_split = self._noise(entries[0].run.split)
+        assert noise_of_split is not None  # its data is as it was, see `_gap_of`
+        same = masked_share(exact.same, exact.episodes, noise_of_split, names)
+        return LanguageGap(higher, lower, gap.mean, gap.low, gap.high, same, exact.episodes)
 
     def _spread_of(self, entries: tuple[Entry, ...], metric: str) -> SeedSpread | None:
         """Return the spread between seeds: those that the agent has in every language."""
         spoken = [{entry.seed: entry.run.run_id for entry in same} for same in by_language(entries)]
         if len(spoken[0]) < 2 or any(set(one) != set(spoken[0]) for one in spoken):
             return None
+        if self._is_masked(entries[0].run):
+            if _fewest(entries) < MIN_SECTION:
+                return None
+            seeds = [
+                [{entry.seed: entry for entry in same}[seed] for same in by_language(entries)] for seed in spoken[0]
+            ]
+            return masked_spread([sum(one.rows[TOTAL][metric].mean for one in same) / len(same) for same in seeds])
         return self._spreads(
             entries[0].run.split, tuple(tuple(one[seed] for one in spoken) for seed in spoken[0]), metric
         )
@@ -252,8 +291,7 @@ class Board:
         sections, column = self._sections(split), METRICS.index(metric)
         runs = [join([self._entries.episodes(run_id) for run_id in same], sections).values for same in ids]
         scores = np.stack([values[:, -1, column] for values in runs])
-        few = scores.shape[1] < (MIN_SECTION if self._splits[split].hidden else 2)  # they tell of single episodes
-        return None if few else seed_spread(scores)
+        return None if scores.shape[1] < 2 else seed_spread(scores)
 
     def _find_gap(self, split: str, ids: Key, languages: tuple[str, ...], metric: str) -> LanguageGap | None:
         tables = self._tables(ids)
@@ -277,10 +315,42 @@ class Board:
         found = self._splits.get(split)
         return {name: episode.section for name, episode in found.episodes.items()} if found else {}
 
+    def _noise(self, split: str) -> Noise | None:
+        """Return the noise of a hidden split; None if it is open or not served."""
+        found = self._splits.get(split)
+        return Noise(found.truth_hash) if found is not None and found.hidden else None
+
+    def _is_masked(self, run: Run) -> bool:
+        """Return whether scores of a run are shown with noise and rounded, as it was played on a hidden split."""
+        split = self._splits.get(run.split)
+        if split is not None and split.data_hash == run.data_hash:
+            return split.hidden
+        return self._entries.was_hidden(run.run_id)
+
+    def _mask(self, split: str, run_id: str) -> Rows:
+        """Return the shown rows of a run on a hidden split; its stored ones are exact if an earlier release stored them."""
+        noise = self._noise(split)
+        assert noise is not None
+        return masked_rows(self._entries.episodes(run_id).scores, noise, run_id)
+
+    def _shown_scores(self, run: Run, scores: Scores, *, current: bool) -> Scores:
+        """Return the scores of a run as they are shown to others than its participant."""
+        if not self._is_masked(run):
+            return scores
+        progress = coarse_progress(scores.progress)
+        if current:
+            rows = self._masked(run.split, run.run_id)
+        else:
+            rows = self._entries.masked_rows_without_truth(run.run_id)
+        return replace(scores, progress=progress, rows=rows)
+
     def _entry(self, published: Published) -> Entry:
-        run, scores = published.run, self._entries.scores(published.run.run_id)
+        run = published.run
+        scores = self._entries.scores(run.run_id)
         split = self._splits.get(run.split)
         current = split is not None and split.data_hash == run.data_hash
+        scores = self._shown_scores(run, scores, current=current)
+        forfeited = scores.progress.causes.get(causes.FORFEITED, 0)
         all_ = self._episodes[run.split].get(run.language, 0) if current else 0
         coverage = scores.progress.episodes / all_ if all_ else None
         steps_per_phase, clocks = self._limits_on(run.split)
@@ -291,6 +361,7 @@ class Board:
             Mark.OTHER_LIMITS: run.steps_per_phase != steps_per_phase,
             Mark.OTHER_CLOCKS: Clocks.of(run) != clocks,
             Mark.REPRODUCTION: published.reproduces is not None,
+            Mark.FORFEITED: 2 * forfeited > scores.progress.episodes and self._is_masked(run),
             Mark.SERVER_FAULT: scores.progress.causes.get(causes.SERVER_FAULT, 0) > 0,
         }
         marks = tuple(mark for mark in Mark if found[mark])
@@ -339,6 +410,11 @@ class _Kept(Generic[K, V]):
 
 _KEPT = 2048
 """Systems whose scores over all languages are cached, about 10 KB each."""
+
+
+def _fewest(entries: Sequence[Entry]) -> int:
+    """Return the number of episodes of each run; the least, if these differ."""
+    return min(entry.progress.episodes for entry in entries)
 
 
 def _mean(entries: Sequence[Entry]) -> Rows:

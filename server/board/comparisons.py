@@ -1,5 +1,6 @@
 """Paired comparisons of all ranked standings of a listing, kept by the set of their runs."""
 
+import math
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -9,9 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from server.board.episode_table import EpisodeTable, join, mean_table
-from server.board.standings import Standing
+from server.board.standings import HEADLINE, TOTAL, Standing
+from server.scoring.aggregate import Interval
 from server.scoring.episode import METRICS
 from server.scoring.intervals import Floats
+from server.scoring.masking import Noise, difference, p_class, total_deviation
 from server.scoring.paired import Difference, difference_bounds, holm, permutation_tests
 
 LEVEL = 0.05
@@ -46,11 +49,24 @@ class Family:
         keys: keys of the standings.
         scores: score of each standing in each episode, (standings, episodes).
         strata: number of each episode's stratum, (episodes,).
+        noise: on a hidden split, scores of each standing in made-up episodes, which count in tests like the others; see
+            `server.scoring.masking`. Differences and their intervals are then those of the shown means.
+        metric: metric that is compared.
     """
 
-    def __init__(self, keys: Sequence[Key], scores: Floats, strata: npt.NDArray[np.intp]) -> None:
+    def __init__(
+        self,
+        keys: Sequence[Key],
+        scores: Floats,
+        strata: npt.NDArray[np.intp],
+        noise: Floats | None = None,
+        metric: str = HEADLINE,
+    ) -> None:
         self._place = {key: number for number, key in enumerate(keys)}
         self._scores, self._strata = scores, strata
+        self._metric, self._masked = metric, noise is not None
+        if noise is not None:
+            scores = np.hstack([scores, noise])
         self._p = permutation_tests(scores) if len(keys) > 1 else np.ones((len(keys), len(keys)))
         self._corrected = np.ones_like(self._p)
         pairs = np.triu_indices(len(keys), 1)
@@ -71,9 +87,26 @@ class Family:
     def compare(self, one: Standing, other: Standing) -> Compared:
         """Return the comparison of two ranked standings."""
         a, b = self._place[key_of(one)], self._place[key_of(other)]
-        bounds = difference_bounds(self._scores[a] - self._scores[b], self._strata)
         shown = int(self._better[a, b]) - int(self._better[b, a])
-        return Compared(Difference(*bounds, p=float(self._p[a, b])), float(self._corrected[a, b]), shown)
+        p, corrected = float(self._p[a, b]), float(self._corrected[a, b])
+        if self._masked:
+            found = masked_difference(one, other, self._metric, len(self._strata))
+            return Compared(Difference(found.mean, found.low, found.high, p_class(p)), p_class(corrected), shown)
+        bounds = difference_bounds(self._scores[a] - self._scores[b], self._strata)
+        return Compared(Difference(*bounds, p=p), corrected, shown)
+
+
+def masked_difference(one: Standing, other: Standing, metric: str, episodes: int) -> Interval:
+    """Return the difference of two standings' shown totals on a hidden split, with an interval that follows from them.
+
+    Args:
+        one, other: the standings.
+        metric: metric that is compared.
+        episodes: number of episodes that both played.
+    """
+    noise = math.hypot(*(total_deviation(episodes, len(line.entries)) for line in (one, other)))
+    means = (line.rows[TOTAL][metric].mean for line in (one, other))
+    return difference(*means, episodes, noise)
 
 
 class Comparisons:
@@ -81,10 +114,11 @@ class Comparisons:
 
     Args:
         read: returns the scores of a published run by episode.
+        noise: returns the noise of a split if it is hidden; None if it is open.
     """
 
-    def __init__(self, read: Callable[[str], EpisodeTable]) -> None:
-        self._read = read
+    def __init__(self, read: Callable[[str], EpisodeTable], noise: Callable[[str], Noise | None]) -> None:
+        self._read, self._noise = read, noise
         self._kept: OrderedDict[object, Family] = OrderedDict()
         self._lock = Lock()
 
@@ -97,21 +131,30 @@ class Comparisons:
             section_of: section of every episode, by id.
         """
         keys = tuple(sorted(key_of(standing) for standing in standings))
+        noise = self._noise(standings[0].entries[0].run.split) if standings else None
         with self._lock:
-            found = self._kept.pop((keys, metric), None) or self._make(keys, metric, section_of)
+            found = self._kept.pop((keys, metric), None) or self._make(keys, metric, section_of, noise)
             self._kept[keys, metric] = found
             while len(self._kept) > _KEPT:
                 self._kept.popitem(last=False)
         return found
 
-    def _make(self, keys: Sequence[Key], metric: str, section_of: Mapping[str, str]) -> Family:
+    def _make(self, keys: Sequence[Key], metric: str, section_of: Mapping[str, str], noise: Noise | None) -> Family:
         column = METRICS.index(metric)
         scores, strata = [], np.zeros(0, np.intp)
         for key in keys:
             joined = join([mean_table([self._read(run_id) for run_id in runs]) for runs in key], section_of)
             scores.append(joined.values[:, -1, column])
             strata = joined.strata
-        return Family(keys, np.array(scores).reshape(len(keys), len(strata)), strata)
+        added = None if noise is None else np.array([_noise_of(key, noise, metric) for key in keys])
+        return Family(keys, np.array(scores).reshape(len(keys), len(strata)), strata, added, metric)
+
+
+def _noise_of(key: Key, noise: Noise, metric: str) -> Floats:
+    """Return a standing's scores in made-up episodes, (LEAST,): like real ones, means over its seeds and languages."""
+    languages = [np.mean([noise.test_scores(run_id, metric) for run_id in runs], axis=0) for runs in key]
+    mean: Floats = np.mean(languages, axis=0)
+    return mean
 
 
 def key_of(standing: Standing) -> Key:

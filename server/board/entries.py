@@ -1,6 +1,7 @@
 """Entries of the leaderboard in the database: published runs and their scores."""
 
 import hashlib
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
@@ -15,11 +16,13 @@ from server.board.episode_table import EpisodeTable
 from server.board.standings import Rows, Seal
 from server.errors import NotFound, quoted
 from server.runs.accounts.attempts import Attempts, Who, attempts_on
+from server.runs.results.receipts import MASKED_VERSION
 from server.runs.storage import tables
 from server.runs.storage.database import Database, utc
 from server.runs.storage.journal import Journal, run_of
 from server.runs.storage.records import Progress, Run
 from server.scoring.aggregate import Interval, Sections
+from server.scoring.masking import rounded_rows
 
 _KEPT = 2048
 """Number of runs whose scores are cached, about 10 KB each."""
@@ -78,6 +81,7 @@ class Entries:
     def __init__(self, database: Database) -> None:
         self._database = database
         self._scores = lru_cache(_KEPT)(self._read_scores)
+        self._receipt_header = lru_cache(_KEPT)(self._read_receipt_header)
 
     def find(self, run_id: str) -> Published | None:
         """Return the entry of a run, withdrawn or not; None if it was never published."""
@@ -132,6 +136,20 @@ class Entries:
             NotFound: if the run has no entry.
         """
         return self._scores(run_id)
+
+    def was_hidden(self, run_id: str) -> bool:
+        """Return whether a run was played on a split that was hidden then, as its receipt says."""
+        return self._receipt_header(run_id)[0]
+
+    def masked_rows_without_truth(self, run_id: str) -> Rows:
+        """Return the rows of a run on a hidden split whose data is gone: as stored, if that is what was shown.
+
+        Exact rows that an earlier release stored are rounded; noise cannot be derived without the split's data.
+        """
+        scores = self.scores(run_id)
+        if self._receipt_header(run_id)[1] == MASKED_VERSION:
+            return scores.rows
+        return rounded_rows(scores.rows, scores.progress.episodes)
 
     def seal(self, run_id: str) -> Seal | None:
         """Return the seal of a run's receipt; None if there is no receipt."""
@@ -216,6 +234,14 @@ class Entries:
         with self._database.write() as connection:
             may = sa.true() if by_host else _LISTED
             connection.execute(table.update().where(table.c.run_id == run_id, may).values(values))
+
+    def _read_receipt_header(self, run_id: str) -> tuple[bool, int]:
+        """Return whether a run's split was hidden, and the version of its receipt; neither, without a receipt."""
+        rows = self._database.read(sa.select(tables.receipts.c.payload).where(tables.receipts.c.run_id == run_id))
+        if not rows:
+            return False, 0
+        content = json.loads(rows[0].payload)
+        return bool(content["run"]["hidden"]), int(content["version"])
 
     def _read_scores(self, run_id: str) -> Scores:
         query = sa.select(tables.entries.c.scores).where(tables.entries.c.run_id == run_id)

@@ -4,11 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-import numpy as np
-
 from server.board.board import Board
 from server.board.entries import Entries
-from server.board.episode_table import join, mean_table
 from server.board.standings import BOTH, COLUMNS, HEADLINE, SEED, TOTAL, Entry, Standing
 from server.episodes.epochs import LIST_FORMAT, LIST_VERSION, Statement, epoch_of, read_statement
 from server.episodes.splits import Split
@@ -16,7 +13,6 @@ from server.errors import BadInput, Conflict, NotFound, quoted
 from server.runs.storage.epochs import EpochRecord, Epochs, EpochState
 from server.runs.storage.journal import Journal
 from server.scoring.aggregate import Interval
-from server.scoring.episode import METRICS
 from server.scoring.leakage import Scored, changes
 
 _TIMES = ("opened_at", "closed_at", "revealed_at")
@@ -188,27 +184,24 @@ class EpochBoard:
         keys = [key for key in before if key in after and _may_be_same(before[key], after[key])]
         if not keys:
             return EpochChanges(older, newer, (), None)
-        column = METRICS.index(metric)
         found = changes(
-            self._scored(older, [before[key] for key in keys], column),
-            self._scored(newer, [after[key] for key in keys], column),
+            self._scored(older, [before[key] for key in keys], metric),
+            self._scored(newer, [after[key] for key in keys], metric),
         )
-        each, apart, mean = found.of_each, found.against_others, found.mean
         lines = [
             Change(
                 before[key],
                 after[key],
                 before[key].rows[TOTAL][metric].mean,
                 after[key].rows[TOTAL][metric].mean,
-                Interval(float(each.mean[at]), float(each.low[at]), float(each.high[at])),
-                None if apart is None else Interval(float(apart.mean[at]), float(apart.low[at]), float(apart.high[at])),
+                found.of_each[at],
+                None if found.against_others is None else found.against_others[at],
                 all(_codes(before[key], after[key])),
             )
             for at, key in enumerate(keys)
         ]
         lines.sort(key=lambda line: (line.difference.mean, line.newer.entries[0].run.run_id))
-        overall = Interval(float(mean.mean), float(mean.low), float(mean.high))
-        return EpochChanges(older, newer, tuple(lines), overall)
+        return EpochChanges(older, newer, tuple(lines), found.mean)
 
     def _agents(self, split: str, language: str) -> dict[object, Standing]:
         """Return the ranked standing of each agent that was published last."""
@@ -216,13 +209,10 @@ class EpochBoard:
         ordered = sorted(ranked, key=lambda line: max((one.published_at, one.run.run_id) for one in line.entries))
         return {_agent_of(line.entries[0]): line for line in ordered}
 
-    def _scored(self, split: str, standings: Sequence[Standing], column: int) -> Scored:
-        section_of = {name: episode.section for name, episode in self._splits[split].episodes.items()}
-        joined = [
-            join([mean_table([self._entries.episodes(one.run.run_id) for one in line.entries])], section_of)
-            for line in standings
-        ]
-        return Scored(np.stack([one.values[:, -1, column] for one in joined]), joined[0].strata)
+    def _scored(self, split: str, standings: Sequence[Standing], metric: str) -> Scored:
+        means = [line.rows[TOTAL][metric].mean for line in standings]
+        language = standings[0].languages[0]
+        return Scored(means, [len(line.entries) for line in standings], self._splits[split].languages[language])
 
 
 def as_file(epochs: Sequence[Epoch]) -> dict[str, object]:

@@ -5,11 +5,12 @@ from dataclasses import dataclass
 
 from server.board.entries import Published
 from server.board.episode_table import EpisodeTable, join
-from server.board.standings import COLUMNS, Entry
+from server.board.standings import COLUMNS, TOTAL, Entry
 from server.errors import Conflict
 from server.runs.storage.records import COMPLETE, Run
 from server.scoring.aggregate import Interval
 from server.scoring.episode import METRICS
+from server.scoring.masking import difference, total_deviation
 from server.scoring.paired import difference_bounds
 
 FREE = frozenset({"version"})
@@ -88,6 +89,14 @@ def differences(original: EpisodeTable, table: EpisodeTable, section_of: Mapping
     before, after = join([original], sections), join([table], sections)
     change = after.values[:, -1] - before.values[:, -1]
     return {metric: Interval(*difference_bounds(change[:, METRICS.index(metric)], before.strata)) for metric in COLUMNS}
+
+
+def masked_differences(original: Entry, reproduction: Entry) -> dict[str, Interval]:
+    """Return the same on a hidden split, from the shown means alone."""
+    episodes = original.progress.episodes
+    noise = 2.0**0.5 * total_deviation(episodes)
+    before, after = original.rows[TOTAL], reproduction.rows[TOTAL]
+    return {metric: difference(after[metric].mean, before[metric].mean, episodes, noise) for metric in COLUMNS}
 
 
 def _fields(signature: str) -> dict[str, str]:

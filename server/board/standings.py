@@ -58,6 +58,8 @@ class Mark(StrEnum):
     """It was played with other clocks than ranked runs: this server's, see `Board`. Having none counts as different."""
     REPRODUCTION = "reproduction"
     """It reproduces another account's run, and is compared with that one alone."""
+    FORFEITED = "forfeited"
+    """On a hidden split, more than half of its episodes were forfeited: what it shows would be about a few of them."""
     SERVER_FAULT = "server-fault"
     """Some of its episodes ended by SERVER_FAULT and count as not played, so its scores may be too low."""
 

@@ -81,6 +81,21 @@ class Split:
         """What the instructions in each language are made of, by code."""
         return texts_by_language(self.episodes.values())
 
+    @cached_property
+    def truth_hash(self) -> bytes:
+        """SHA-256 of the ground truth, 32 bytes. Unlike `data_hash` it is never shown: whoever knows it has the split.
+
+        Shown scores of a hidden split follow from it, so that its definition never changes.
+        """
+        digest = hashlib.sha256(b"arramon truth 1\n")
+        for episode_id, episode in sorted(self.episodes.items()):
+            for turn in episode.turns:
+                place, cell = turn.target.position, turn.target_cell
+                actions = "".join(str(int(action)) for action in (*turn.actions, *turn.room_actions))
+                truth = (episode_id, place.x, place.y, place.z, cell.column, cell.level, cell.row, actions)
+                digest.update(f"{truth!r}\n".encode())
+        return digest.digest()
+
     def in_playing_order(self, *languages: str) -> list[Episode]:
         """Return the episodes in any of `languages` in a fixed shuffled order, so that any prefix is a fair sample."""
         spoken = [one for one in self.episodes.values() if not one.instructions.keys().isdisjoint(languages)]

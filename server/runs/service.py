@@ -2,6 +2,7 @@
 
 import uuid
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from sqlalchemy.engine import Connection
 
@@ -16,7 +17,7 @@ from server.runs.code_reference import normalize_code
 from server.runs.play.clocks import Clocks
 from server.runs.play.engine import Engine
 from server.runs.results.breakdown import Breakdown, Breakdowns
-from server.runs.results.reports import Report, report_of, split_of
+from server.runs.results.reports import Report, coarse_progress, report_of, split_of
 from server.runs.storage.epochs import check_open
 from server.runs.storage.journal import Journal, run_not_found
 from server.runs.storage.records import LEASE, NO_CODE, RUNNING, Code, Progress, Run
@@ -228,6 +229,8 @@ class Runs:
         if not (published or caller.may_see(run)):
             raise run_not_found(run_id)
         report = report_of(run, self._journal, self.splits)
+        if self.splits[run.split].hidden:
+            report = replace(report, progress=coarse_progress(report.progress))
         return report, self._breakdowns.of(run, self._journal.endings(run_id))
 
     def _check_participant(self, caller: Caller, participant: str) -> None:

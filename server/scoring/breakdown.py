@@ -1,16 +1,15 @@
 """Scores of groups of turns, with intervals that keep both turns of an episode together."""
 
-import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from server.scoring.aggregate import Interval
-from server.scoring.disclosure import step_of
+from server.scoring.aggregate import ROWS, Interval
 from server.scoring.episode import METRICS
 from server.scoring.intervals import Floats, episode_moments, mean_bounds
+from server.scoring.masking import Noise, Rows, masked_group
 
 SHOWN = ("nDTW", "CTC-3", "rPOD", "PTC", "PTC@CTC-3")
 """Metrics of a breakdown: the navigation phase alone, the assembly phase alone (not gated), and both together."""
@@ -31,9 +30,7 @@ class GroupScores:
     scores: Mapping[str, Interval]
 
 
-def group_scores(
-    scores: Floats, group: npt.NDArray[np.bool_], sections: npt.NDArray[np.intp], *, rounded: bool
-) -> GroupScores:
+def group_scores(scores: Floats, group: npt.NDArray[np.bool_], sections: npt.NDArray[np.intp]) -> GroupScores:
     """Return the scores of a group of turns.
 
     The mean is a ratio: the sum of the scores over the number of turns. Its variance follows from each episode's share
@@ -43,7 +40,6 @@ def group_scores(
         scores: of all turns, (episodes, 2, METRICS).
         group: the turns in the group, at least one, (episodes, 2).
         sections: number of each episode's section from 0, (episodes,).
-        rounded: whether means, and the ends of intervals outwards, are rounded to `step_of` the number of turns.
     """
     chosen = np.flatnonzero(group.any(axis=1))
     taken, where = group[chosen], sections[chosen]
@@ -58,13 +54,24 @@ def group_scores(
         column = METRICS.index(metric)
         # Rounding errors may leave a share of nothing just outside.
         mean = min(max(float(bounds.mean[column]), 0.0), 1.0)
-        interval = Interval(mean, min(float(bounds.low[column]), mean), max(float(bounds.high[column]), mean))
-        found[metric] = _rounded(interval, step_of(turns)) if rounded else interval
+        found[metric] = Interval(mean, min(float(bounds.low[column]), mean), max(float(bounds.high[column]), mean))
     return GroupScores(turns, len(chosen), found)
 
 
-def _rounded(value: Interval, step: float) -> Interval:
-    """Return the interval on a grid: the mean at the nearest point, the ends outwards."""
-    parts = round(1.0 / step)
-    low, high = math.floor(value.low * parts + 1e-9) / parts, math.ceil(value.high * parts - 1e-9) / parts
-    return Interval(round(value.mean * parts) / parts, low, high)
+def masked_group_scores(
+    scores: Floats, group: npt.NDArray[np.bool_], rows: Rows, noise: Noise, names: Sequence[str]
+) -> GroupScores:
+    """Return the scores of a group of turns of a hidden split, as they are shown.
+
+    Args:
+        scores: of all turns, (episodes, 2, METRICS).
+        group: the turns in the group, at least one, (episodes, 2).
+        rows: shown rows of the run's score table; a group of all first, or all second turns shows the same figures.
+        noise: of the split.
+        names: id of the run, and what names the group.
+    """
+    turns, episodes = int(group.sum()), int(group.any(axis=1).sum())
+    if (group == group[0]).all():
+        row = ROWS[2] if group.all() else ROWS[int(group[0, 1])]
+        return GroupScores(turns, episodes, {metric: rows[row][metric] for metric in SHOWN})
+    return GroupScores(turns, episodes, masked_group(scores, group, SHOWN, noise, names))

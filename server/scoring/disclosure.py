@@ -1,5 +1,7 @@
 """Which sums of hidden scores can be published without telling of a single episode, and how finely.
 
+`server.scoring.masking` adds noise to what is shown. Here is which groups of turns are shown at all.
+
 Sums over several groups of turns can be added and subtracted: a group from one that contains it, or several from each
 other. All that follows from them linearly lies in the space that the groups span. An episode's leverage in that space
 is the share of its scores' variance that the best linear estimate from the published sums explains, if scores are
@@ -19,6 +21,18 @@ LEAST = 20
 STEPS = (0.01, 0.02, 0.05, 0.1, 0.2)
 """Steps to which published means are rounded."""
 
+NOISE = 4.0
+"""Standard deviation of the noise in the sum of a turn's scores over a split, in episodes."""
+
+GROUP_NOISE = 10.0
+"""Standard deviation of the noise in the sum over a group of turns, in turns: a turn may be in many groups."""
+
+FIGURES = 5
+"""Figures of a group: the metrics of `server.scoring.breakdown.SHOWN`."""
+
+GROUP_BITS = 0.5
+"""Bits that all groups of one run together may tell of one episode, see `server.scoring.masking`."""
+
 _NOTHING = 1e-9
 """Squared length up to which a vector counts as zero."""
 
@@ -33,6 +47,7 @@ class PublishedSums:
     def __init__(self, episodes: int) -> None:
         self._basis: list[Floats] = []
         self._leverage = np.zeros((episodes, 2, 2))
+        self._bits = np.zeros(episodes)
         for turn in range(2):
             whole = np.zeros((episodes, 2))
             whole[:, turn] = 1.0
@@ -46,12 +61,17 @@ class PublishedSums:
         """
         if np.count_nonzero(group.any(axis=1)) < LEAST:
             return False
-        rest = self._rest(group.astype(np.float64))
-        if np.vdot(rest, rest) <= _NOTHING * group.size:
-            return True  # it follows from what is published
-        if self.leverages(rest).max() > 1.0 / LEAST:
+        if (group == group[0]).all():
+            return True  # a row of the score table, with its noise
+        bits = self._bits + bits_of(group)
+        if bits.max() > GROUP_BITS:
             return False
-        self._take(rest)
+        rest = self._rest(group.astype(np.float64))
+        if np.vdot(rest, rest) > _NOTHING * group.size:  # otherwise it follows from what is published
+            if self.leverages(rest).max() > 1.0 / LEAST:
+                return False
+            self._take(rest)
+        self._bits = bits
         return True
 
     def leverages(self, more: Floats | None = None) -> Floats:
@@ -74,9 +94,20 @@ class PublishedSums:
         self._leverage = self._leverage + _products(rest)
 
 
-def step_of(turns: int) -> float:
-    """Return the step to which a mean over so many turns is rounded: at least twice what one episode can move it."""
-    return next((step for step in STEPS if step >= 4.0 / turns), STEPS[-1])
+def step_of(episodes: int) -> float:
+    """Return the step to which the mean of a turn's scores is rounded: the next one above the noise's deviation."""
+    return next((step for step in STEPS if step >= NOISE / episodes), STEPS[-1])
+
+
+def bits_of(group: npt.NDArray[np.bool_]) -> Floats:
+    """Return the bits that the figures of a group tell at most of each episode, (episodes,), see `masking`.
+
+    Args:
+        group: the turns in the group, (episodes, 2).
+    """
+    largest = (group.sum(axis=1) / 2.0) ** 2  # variance of a sum of scores in [0, 1]
+    bits: Floats = FIGURES * np.log2(1.0 + largest / GROUP_NOISE**2) / 2.0
+    return bits
 
 
 def _products(vector: Floats) -> Floats:

@@ -1,80 +1,111 @@
-"""Changes of agents' scores from one set of episodes to another one, drawn from the same distribution.
+"""Changes of agents' scores from one epoch of a hidden split to another one, drawn from the same distribution.
 
-The episodes of both sets are different ones, so that they cannot be paired; the agents are. The interval of a change is
-for other episodes drawn in the sections of each set (Welch 1947). All agents played the same episodes, so that a set
-that is easier by chance moves all of them alike: the change against the others leaves that out.
+Only the means that are shown of each epoch enter, so that a change tells nothing further of single episodes; its
+interval is that of the largest variance that these means allow, for other episodes drawn in both epochs. All agents
+played the same episodes, so that a set that is easier by chance moves all of them alike: the change against the others
+leaves that out.
 """
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-from scipy.special import stdtrit
+from scipy.special import ndtri
 
-from server.scoring.intervals import CONFIDENCE, Bounds, Floats, Moments, episode_moments
-
-_SCORE, _DIFFERENCE = 0.25, 1.0
-"""Largest variances: of a score in [0, 1], and of a difference of two."""
+from server.scoring.aggregate import Interval
+from server.scoring.disclosure import LEAST, step_of
+from server.scoring.intervals import CONFIDENCE
+from server.scoring.masking import total_deviation
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, slots=True)
 class Scored:
-    """Scores of several agents on one set of episodes.
+    """Shown scores of several agents on one epoch.
 
     Attributes:
-        scores: score of each agent in each episode, (agents, episodes).
-        strata: number of each episode's stratum, (episodes,), as for `intervals.episode_moments`.
+        means: shown mean of each agent over both turns.
+        runs: number of runs that each mean is over.
+        episodes: number of the epoch's episodes.
     """
 
-    scores: Floats
-    strata: npt.NDArray[np.intp]
+    means: Sequence[float]
+    runs: Sequence[int]
+    episodes: int
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, slots=True)
 class Changes:
-    """Changes of several agents: the newer mean minus the older one.
+    """Changes of several agents: the newer mean minus the older one, with 95% intervals within [-1, 1].
 
     Attributes:
-        of_each: change of each agent, arrays of shape (agents,).
+        of_each: change of each agent.
         against_others: change of each agent minus the mean change of all others; None with one agent.
-        mean: mean change over the agents, arrays of shape ().
+        mean: mean change over the agents.
     """
 
-    of_each: Bounds
-    against_others: Bounds | None
-    mean: Bounds
+    of_each: tuple[Interval, ...]
+    against_others: tuple[Interval, ...] | None
+    mean: Interval
+
+
+@dataclass(frozen=True, slots=True)
+class _Shown:
+    """A figure of one epoch: a mean, or a difference of two; its largest variance by episode, and that of the noise."""
+
+    value: float
+    variance: float
+    noise: float
 
 
 def changes(older: Scored, newer: Scored) -> Changes:
-    """Return the changes of agents that played both sets, with 95% intervals within [-1, 1].
+    """Return the changes of agents that played both epochs.
 
     Args:
         older, newer: scores of the same agents, in one order; at least one agent.
     """
-    agents = len(older.scores)
-    each = _change(older, newer, older.scores.T, newer.scores.T, _SCORE)
-    mean = _change(older, newer, older.scores.mean(axis=0), newer.scores.mean(axis=0), _SCORE)
-    if agents < 2:
+    agents = range(len(older.means))
+    each = tuple(_change(older, newer, *(_own(one, at) for one in (older, newer))) for at in agents)
+    mean = _change(older, newer, *(_mean(one) for one in (older, newer)))
+    if len(agents) < 2:
         return Changes(each, None, mean)
-    share = agents / (agents - 1)  # of an agent's distance from the mean of all, to that from the mean of the others
-    before, after = (share * (one.scores - one.scores.mean(axis=0)).T for one in (older, newer))
-    return Changes(each, _change(older, newer, before, after, _DIFFERENCE), mean)
+    apart = tuple(_change(older, newer, *(_apart(one, at) for one in (older, newer))) for at in agents)
+    return Changes(each, apart, mean)
 
 
-def _change(older: Scored, newer: Scored, before: Floats, after: Floats, largest: float) -> Bounds:
-    """Return the change of means of scores, (episodes, ...), whose variance is at most `largest`."""
-    old, new = episode_moments(before, older.strata), episode_moments(after, newer.strata)
-    mean = new.mean - old.mean
-    if old.freedom < 1 or new.freedom < 1:
-        return Bounds(mean, np.full_like(mean, -1.0), np.ones_like(mean))
-    one, other = _variance(old, largest), _variance(new, largest)
-    freedom = (one + other) ** 2 / (one**2 / old.freedom + other**2 / new.freedom)
-    half = stdtrit(freedom, 0.5 + CONFIDENCE / 2.0) * np.sqrt(one + other)
-    return Bounds(mean, np.maximum(mean - half, -1.0), np.minimum(mean + half, 1.0))
+def _own(scored: Scored, at: int) -> _Shown:
+    mean = scored.means[at]
+    return _Shown(mean, mean * (1.0 - mean), total_deviation(scored.episodes, scored.runs[at]) ** 2)
 
 
-def _variance(moments: Moments, largest: float) -> Floats:
-    """Return the variance of a mean, as if one more episode had shown the largest variance."""
-    shown = moments.variance * moments.episodes * moments.freedom + largest
-    variance: Floats = shown / (moments.freedom + 1.0) / moments.episodes
-    return variance
+def _mean(scored: Scored) -> _Shown:
+    agents = len(scored.means)
+    mean = sum(scored.means) / agents
+    noise = sum(total_deviation(scored.episodes, runs) ** 2 for runs in scored.runs) / agents**2
+    return _Shown(mean, mean * (1.0 - mean), noise)
+
+
+def _apart(scored: Scored, at: int) -> _Shown:
+    """Return an agent's mean minus that of the mean of all others, see `masking.difference` for the variance."""
+    rest = Scored(*([*whole[:at], *whole[at + 1 :]] for whole in (scored.means, scored.runs)), scored.episodes)
+    own, others = _own(scored, at), _mean(rest)
+    value = own.value - others.value
+    largest = min(own.value + others.value, 2.0 - own.value - others.value) - value**2
+    return _Shown(value, max(largest, 0.0), own.noise + others.noise)
+
+
+def _change(older: Scored, newer: Scored, before: _Shown, after: _Shown) -> Interval:
+    mean = round(after.value - before.value, 6)
+    if min(older.episodes, newer.episodes) < LEAST:
+        return Interval(mean, -1.0, 1.0)
+    step = max(step_of(older.episodes), step_of(newer.episodes))
+    variance = sum(
+        (one.variance * (scored.episodes - 1) + 1.0) / scored.episodes**2 + one.noise
+        for scored, one in ((older, before), (newer, after))
+    )
+    half = _QUANTILE * variance**0.5 + step
+    parts = round(1.0 / step)
+    low, high = math.floor((mean - half) * parts) / parts, math.ceil((mean + half) * parts) / parts
+    return Interval(mean, max(low, -1.0), min(high, 1.0))
+
+
+_QUANTILE = float(ndtri(0.5 + CONFIDENCE / 2.0))

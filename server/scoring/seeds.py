@@ -5,8 +5,10 @@ from the mean squares of a two-way analysis of variance with one score in each c
 1992).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 from scipy.special import stdtrit
 
 from server.scoring.intervals import CONFIDENCE, Floats
@@ -18,16 +20,18 @@ class SeedSpread:
 
     Attributes:
         runs: number of runs.
-        deviation: standard deviation between the true means of runs on these episodes, as estimated; at least 0.
-        episodes_deviation: standard deviation between episodes, over runs; at least 0.
+        deviation: standard deviation between the true means of runs on these episodes, as estimated; at least 0. On a
+            hidden split it contains the error of each run's shown mean.
+        episodes_deviation: standard deviation between episodes, over runs; at least 0. None on a hidden split.
         rest_deviation: standard deviation of what neither explains: an episode solved with one seed, not with another.
+            None on a hidden split.
         low, high: 95% interval for the mean over other seeds, on these episodes; within [0, 1].
     """
 
     runs: int
     deviation: float
-    episodes_deviation: float
-    rest_deviation: float
+    episodes_deviation: float | None
+    rest_deviation: float | None
     low: float
     high: float
 
@@ -57,3 +61,17 @@ def seed_spread(scores: Floats, confidence: float = CONFIDENCE) -> SeedSpread:
         max(float(mean) - half, 0.0),
         min(float(mean) + half, 1.0),
     )
+
+
+def masked_spread(means: Sequence[float], confidence: float = CONFIDENCE) -> SeedSpread:
+    """Return the spread of runs with several seeds on a hidden split, from their shown means alone.
+
+    Args:
+        means: shown mean of each run, at least two.
+        confidence: nominal coverage of the interval.
+    """
+    values = np.array(means)
+    mean, deviation = float(values.mean()), float(values.std(ddof=1))
+    half = float(stdtrit(len(values) - 1, 0.5 + confidence / 2.0)) * deviation / len(values) ** 0.5
+    low, high = max(mean - half, 0.0), min(mean + half, 1.0)
+    return SeedSpread(len(values), round(deviation, 4), None, None, round(low, 4), round(high, 4))

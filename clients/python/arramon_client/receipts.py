@@ -11,12 +11,13 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from cryptography.hazmat.primitives.serialization import load_pem_public_key
 
 from arramon.v1 import evaluation_pb2
-from arramon.v1.chain import episode_head, run_digest
+from arramon.v1.chain import episode_head, run_digest, steps_to
 from arramon_client.errors import ReceiptError
 from arramon_client.files import write_whole
 
 FILE_FORMAT, FILE_VERSION = "arramon-receipt-file", 1
-FORMAT, VERSION = "arramon-receipt", 1
+FORMAT, VERSION, MASKED_VERSION = "arramon-receipt", 1, 2
+"""Header of the payload; receipts of hidden splits have MASKED_VERSION, those of earlier releases VERSION."""
 
 SUFFIX = ".receipt.json"
 """Suffix of a receipt's file, which is beside the results file of its run."""
@@ -37,13 +38,18 @@ SHAPE = {
     "score_signature": str,
     "causes": {EVERY: int},
     "reoffers": int,
-    "steps": int,
     "scores": {EVERY: {EVERY: dict.fromkeys(("mean", "low", "high"), NUMBER)}},
-    "episodes": [{"episode_id": str, "cause": str, "steps": int, "head": str}],
+    "episodes": [{"episode_id": str, "head": str}],
     "digest": str,
     "epoch": (str, type(None)),
 }
 """Fields and types that a receipt must have at least; a valid signature does not guarantee them."""
+
+MORE = {
+    VERSION: {"steps": int, "episodes": [{"cause": str, "steps": int}]},
+    MASKED_VERSION: {"episodes": [{"ending": str}]},
+}
+"""Fields and types besides, by version."""
 
 
 @dataclass(frozen=True)
@@ -204,11 +210,17 @@ def compare_actions(receipt: Receipt, actions: Mapping[str, Sequence[int]]) -> C
 
 def _difference(receipt: Receipt, episode: Mapping[str, Any], sent: Sequence[int]) -> str:
     """Describe the difference in one episode; empty if there is none."""
-    steps = episode["steps"]
+    names = receipt.run["run_id"], episode["episode_id"], receipt.content["data_hash"]
+    steps = episode.get("steps")
+    if steps is None:  # a hidden split's receipt does not tell it
+        steps = steps_to(bytes.fromhex(episode["head"]), *names, sent)
+        return "" if steps is not None else _OTHER_ACTIONS
     if len(sent) < steps:
         return f"the receipt has {steps} steps, but this client sent {len(sent)}"
-    head = episode_head(receipt.run["run_id"], episode["episode_id"], receipt.content["data_hash"], sent[:steps])
-    return "" if head.hex() == episode["head"] else "the receipt's actions differ from those that this client sent"
+    return "" if episode_head(*names, sent[:steps]).hex() == episode["head"] else _OTHER_ACTIONS
+
+
+_OTHER_ACTIONS = "the receipt's actions differ from those that this client sent"
 
 
 def _checked(path: Path, payload: str, signature: bytes, key: bytes) -> Receipt:
@@ -220,8 +232,8 @@ def _checked(path: Path, payload: str, signature: bytes, key: bytes) -> Receipt:
         content = json.loads(payload)
     except (ValueError, RecursionError):
         content = None
-    _check_format(path, content, FORMAT, VERSION)
-    if not _fits(SHAPE, content):
+    _check_format(path, content, FORMAT, *MORE)
+    if not (_fits(SHAPE, content) and _fits(MORE[content["version"]], content)):
         raise ReceiptError(f"{path} is signed, but its content does not have the fields of a receipt")
     receipt = Receipt(key, content)
     heads = [(episode["episode_id"], _bytes(path, episode, "head", 32)) for episode in receipt.episodes]
@@ -230,13 +242,13 @@ def _checked(path: Path, payload: str, signature: bytes, key: bytes) -> Receipt:
     return receipt
 
 
-def _check_format(path: Path, content: Any, name: str, version: int) -> None:
+def _check_format(path: Path, content: Any, name: str, *versions: int) -> None:
     if not isinstance(content, dict) or content.get("format") != name:
         raise ReceiptError(f"{path} is not a receipt: it does not have the format {name!r}")
-    if content.get("version") != version:
-        raise ReceiptError(
-            f"{path} has {name} version {content.get('version')!r}, but this client reads version {version}"
-        )
+    version = content.get("version")
+    if isinstance(version, bool) or version not in versions:
+        reads = " and ".join(map(str, versions))
+        raise ReceiptError(f"{path} has {name} version {version!r}, but this client reads version {reads}")
 
 
 def _fits(shape: Any, value: Any) -> bool:

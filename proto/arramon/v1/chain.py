@@ -4,9 +4,9 @@ A field is a text in UTF-8 with its length in bytes before it, as four bytes, th
 """
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
-_EPISODE, _RUN = "arramon.v1 episode", "arramon.v1 run"
+_EPISODE, _RUN, _ENDING = "arramon.v1 episode", "arramon.v1 run", "arramon.v1 ending"
 
 
 def episode_head(run_id: str, episode_id: str, data_hash: str, actions: Iterable[int]) -> bytes:
@@ -20,10 +20,41 @@ def episode_head(run_id: str, episode_id: str, data_hash: str, actions: Iterable
         data_hash: of the split, in hexadecimal.
         actions: in order, from step 0; each 0 to 3.
     """
-    head = hashlib.sha256(b"".join(map(_field, (_EPISODE, run_id, episode_id, data_hash)))).digest()
+    head = _first(run_id, episode_id, data_hash)
     for step, action in enumerate(actions):
-        head = hashlib.sha256(head + step.to_bytes(4, "big") + bytes((action,))).digest()
+        head = _following(head, step, action)
     return head
+
+
+def steps_to(head: bytes, run_id: str, episode_id: str, data_hash: str, actions: Iterable[int]) -> int | None:
+    """The number of steps after which the chain over some actions has a given head; None if it never has.
+
+    Args:
+        head: 32 bytes.
+        run_id, episode_id, data_hash, actions: as for `episode_head`; actions after the head are ignored.
+    """
+    reached = _first(run_id, episode_id, data_hash)
+    if reached == head:
+        return 0
+    for step, action in enumerate(actions):
+        reached = _following(reached, step, action)
+        if reached == head:
+            return step + 1
+    return None
+
+
+def episode_ending(run_id: str, episode_id: str, cause: str, actions: Sequence[int]) -> bytes:
+    """What commits to an episode's cause, 32 bytes, and tells it to those alone who know the actions.
+
+    SHA-256 over the fields "arramon.v1 ending", run id, episode id and cause, and then each action as one byte.
+
+    Args:
+        run_id, episode_id: of what was played.
+        cause: of the episode's end, such as "AGENT_FINISHED".
+        actions: in order, from step 0; each 0 to 3.
+    """
+    fields = b"".join(map(_field, (_ENDING, run_id, episode_id, cause)))
+    return hashlib.sha256(fields + bytes(actions)).digest()
 
 
 def run_digest(run_id: str, heads: Iterable[tuple[str, bytes]]) -> bytes:
@@ -39,6 +70,14 @@ def run_digest(run_id: str, heads: Iterable[tuple[str, bytes]]) -> bytes:
     for episode_id, head in heads:
         digest.update(_field(episode_id) + head)
     return digest.digest()
+
+
+def _first(run_id: str, episode_id: str, data_hash: str) -> bytes:
+    return hashlib.sha256(b"".join(map(_field, (_EPISODE, run_id, episode_id, data_hash)))).digest()
+
+
+def _following(head: bytes, step: int, action: int) -> bytes:
+    return hashlib.sha256(head + step.to_bytes(4, "big") + bytes((action,))).digest()
 
 
 def _field(text: str) -> bytes:

@@ -676,7 +676,7 @@ Global___GetBreakdownRequest: _TypeAlias = GetBreakdownRequest  # noqa: Y015
 @_typing.final
 class Breakdown(_message.Message):
     """A run's scores by groups of turns. On a hidden split only groups of at least 20 episodes are in it, of which no
-    combination tells of fewer; means and the ends of intervals are rounded. docs/report.md states the rule.
+    combination tells of fewer; means have noise, and are rounded. docs/report.md states the rule.
     """
 
     DESCRIPTOR: _descriptor.Descriptor
@@ -692,7 +692,7 @@ class Breakdown(_message.Message):
     withheld: _builtins.int
     """Groups left out, as they would tell of single episodes of a hidden split."""
     rounded: _builtins.bool
-    """Whether the scores are rounded."""
+    """Whether the scores have noise and are rounded, as on every hidden split."""
     reads: _builtins.bool
     """Whether the server knows what the instructions ask for; otherwise groups by that are missing."""
     @_builtins.property
@@ -972,6 +972,7 @@ class Score(_message.Message):
     metric: _builtins.str
     """"nDTW", "CTC-0", "rPOD", "rPOD@CTC-3", ..."""
     mean: _builtins.float
+    """On a hidden split with noise, and rounded, see docs/leaderboard.md."""
     low: _builtins.float
     """95% confidence interval for the mean over episodes of these sections; within [0, 1]."""
     high: _builtins.float

@@ -43,6 +43,8 @@ class _MarkEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_Mark.ValueType],
     """Played with other clocks than ranked runs, as for MARK_OTHER_LIMITS. Not ranked."""
     MARK_REPRODUCTION: _Mark.ValueType  # 7
     """Reproduces another participant's run, beside which it is compared. Not ranked."""
+    MARK_FORFEITED: _Mark.ValueType  # 21
+    """On a hidden split, more than half of its episodes were forfeited. Not ranked."""
 
 class Mark(_Mark, metaclass=_MarkEnumTypeWrapper):
     """A condition under which an entry's scores are not comparable, or only with care."""
@@ -64,6 +66,8 @@ MARK_OTHER_CLOCKS: Mark.ValueType  # 6
 """Played with other clocks than ranked runs, as for MARK_OTHER_LIMITS. Not ranked."""
 MARK_REPRODUCTION: Mark.ValueType  # 7
 """Reproduces another participant's run, beside which it is compared. Not ranked."""
+MARK_FORFEITED: Mark.ValueType  # 21
+"""On a hidden split, more than half of its episodes were forfeited. Not ranked."""
 Global___Mark: _TypeAlias = Mark  # noqa: Y015
 
 class _EpochState:
@@ -376,9 +380,11 @@ class Comparison(_message.Message):
     """95% confidence interval of the difference; within [-1, 1]."""
     high: _builtins.float
     p: _builtins.float
-    """Two-sided p-value of the paired permutation test of this pair alone."""
+    """Two-sided p-value of the paired permutation test of this pair alone. On a hidden split it and"""
     corrected_p: _builtins.float
-    """The same, corrected for all pairs of the list by Holm's procedure."""
+    """`corrected_p` are rounded up to 0.001, 0.01, 0.05 or 1.
+    The same, corrected for all pairs of the list by Holm's procedure.
+    """
     shown: _builtins.int
     """1: shown to be better than the other; -1: shown to be worse; 0: no difference is shown."""
     @_builtins.property
@@ -580,9 +586,9 @@ class SeedSpread(_message.Message):
     deviation: _builtins.float
     """Standard deviation between the true means of runs on these episodes."""
     episodes_deviation: _builtins.float
-    """Standard deviation between episodes."""
+    """Standard deviation between episodes; absent on a hidden split."""
     rest_deviation: _builtins.float
-    """Standard deviation of what neither explains."""
+    """Standard deviation of what neither explains; absent on a hidden split."""
     low: _builtins.float
     """95% interval for the mean over other seeds on these episodes; within [0, 1]."""
     high: _builtins.float
@@ -591,16 +597,23 @@ class SeedSpread(_message.Message):
         *,
         runs: _builtins.int = ...,
         deviation: _builtins.float = ...,
-        episodes_deviation: _builtins.float = ...,
-        rest_deviation: _builtins.float = ...,
+        episodes_deviation: _builtins.float | None = ...,
+        rest_deviation: _builtins.float | None = ...,
         low: _builtins.float = ...,
         high: _builtins.float = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_episodes_deviation", b"_episodes_deviation", "_rest_deviation", b"_rest_deviation", "episodes_deviation", b"episodes_deviation", "rest_deviation", b"rest_deviation"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["deviation", b"deviation", "episodes_deviation", b"episodes_deviation", "high", b"high", "low", b"low", "rest_deviation", b"rest_deviation", "runs", b"runs"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_episodes_deviation", b"_episodes_deviation", "_rest_deviation", b"_rest_deviation", "deviation", b"deviation", "episodes_deviation", b"episodes_deviation", "high", b"high", "low", b"low", "rest_deviation", b"rest_deviation", "runs", b"runs"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
-    def WhichOneof(self, oneof_group: _Never) -> None: ...
+    _WhichOneofReturnType__episodes_deviation: _TypeAlias = _typing.Literal["episodes_deviation"]  # noqa: Y015
+    _WhichOneofArgType__episodes_deviation: _TypeAlias = _typing.Literal["_episodes_deviation", b"_episodes_deviation"]  # noqa: Y015
+    _WhichOneofReturnType__rest_deviation: _TypeAlias = _typing.Literal["rest_deviation"]  # noqa: Y015
+    _WhichOneofArgType__rest_deviation: _TypeAlias = _typing.Literal["_rest_deviation", b"_rest_deviation"]  # noqa: Y015
+    @_typing.overload
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__episodes_deviation) -> _WhichOneofReturnType__episodes_deviation | None: ...
+    @_typing.overload
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__rest_deviation) -> _WhichOneofReturnType__rest_deviation | None: ...
 
 Global___SeedSpread: _TypeAlias = SeedSpread  # noqa: Y015
 

@@ -8,10 +8,10 @@ import numpy as np
 
 from server.episodes.splits import Split
 from server.runs.results.groups import TRAIN, Group, Grouping, grouping
-from server.runs.results.reports import split_of
+from server.runs.results.reports import score_array, split_of
 from server.runs.storage.records import Ending, Run
-from server.scoring.breakdown import GroupScores, group_scores
-from server.scoring.episode import METRICS
+from server.scoring.breakdown import GroupScores, group_scores, masked_group_scores
+from server.scoring.masking import Noise, masked_rows
 
 _KEPT = 32
 """Groupings of a split in a language that are cached, about 200 KB each."""
@@ -32,7 +32,7 @@ class Breakdown:
     Attributes:
         lines: in the order of `groups.ASPECTS`.
         withheld: number of groups that are not shown, as they would tell of single episodes of a hidden split.
-        rounded: whether the scores are rounded, as on every hidden split.
+        rounded: whether the scores have noise and are rounded, as on every hidden split, see `scoring.masking`.
         reads: whether it is known what the instructions ask for; otherwise groups by these are missing.
     """
 
@@ -67,14 +67,19 @@ class Breakdowns:
         groups = self._grouping(run.split, run.language)
         ordered = sorted(endings, key=lambda ending: ending.episode_id)
         rows = np.searchsorted(groups.ids, [ending.episode_id for ending in ordered])
-        scores = np.array([[[turn[name] for name in METRICS] for turn in ending.scores] for ending in ordered])
-        names = [split.episodes[ending.episode_id].section for ending in ordered]
-        sections = np.unique(names, return_inverse=True)[1]
-        lines = [
-            Line(group, group_scores(scores, group.turns[rows], sections, rounded=split.hidden))
-            for group in groups.groups
-            if group.turns[rows].any()
-        ]
+        scores = score_array(ordered)
+        found = [(group, group.turns[rows]) for group in groups.groups if group.turns[rows].any()]
+        if split.hidden:
+            noise = Noise(split.truth_hash)
+            table = masked_rows(scores, noise, run.run_id)
+            lines = [
+                Line(group, masked_group_scores(scores, turns, table, noise, (run.run_id, *group.names)))
+                for group, turns in found
+            ]
+        else:
+            names = [split.episodes[ending.episode_id].section for ending in ordered]
+            sections = np.unique(names, return_inverse=True)[1]
+            lines = [Line(group, group_scores(scores, turns, sections)) for group, turns in found]
         return Breakdown(tuple(lines), groups.withheld, split.hidden, groups.reads)
 
     def _make_grouping(self, split: str, language: str) -> Grouping:

@@ -50,6 +50,11 @@ class Group:
     high: int | None
     turns: Mask
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What names the group among all others of a split and a language."""
+        return self.aspect, self.name, str(self.low), "" if self.high is None else str(self.high)
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Grouping:

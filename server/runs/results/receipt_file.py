@@ -10,19 +10,24 @@ from typing import Any
 from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 
+from arramon.v1.chain import episode_ending, steps_to
 from server.episodes.files import read_object
 from server.episodes.splits import Split
 from server.errors import BadFile
 from server.runs.play.worlds import Worlds
-from server.runs.results.receipts import FORMAT, LIMITS, VERSION, document
+from server.runs.results.receipts import FORMAT, LIMITS, MASKED_VERSION, VERSION, document
 from server.runs.results.reports import make_report, split_of
 from server.runs.results.rescoring import Rescored, differences_of_receipt, first, replayed
+from server.runs.storage import causes
 from server.runs.storage.records import Code, Ending, Progress, Run
 
 FILE_FORMAT, FILE_VERSION = "arramon-receipt-file", 1
 """Header of a receipt's file, which `arramon-client verify` reads too."""
 
 _DIGITS = frozenset("0123")
+
+VERSIONS = (VERSION, MASKED_VERSION)
+"""Versions of payloads that can be rescored."""
 
 Actions = Mapping[str, Sequence[int]]
 """Actions of a run, by episode id."""
@@ -42,12 +47,14 @@ def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) ->
     """
     content, key = _read_receipt(path)
     try:
-        run, progress, recorded = _run_of(content)
+        run = _run_of(content)
+        actions = _read_actions(actions_path, run.run_id)
+        recorded = _endings_of(content, run, actions)
+        progress = _progress_of(content, recorded)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise BadFile(path, f"is signed by {key}, but its content does not have the fields of a receipt") from error
-    actions = _read_actions(actions_path, run.run_id)
     split = split_of(run, splits)
-    missing = [one.episode_id for one in recorded if one.steps and one.episode_id not in actions]
+    missing = [one.episode_id for one in recorded if _lacks_actions(one, actions)]
     if missing:
         raise BadFile(actions_path, f"lacks the actions of {len(missing)} episodes, the first one is {missing[0]!r}")
     steps = {one.episode_id: one.steps for one in recorded}
@@ -64,7 +71,9 @@ def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) ->
             except (KeyError, ValueError) as error:
                 found.append(f"episode {ending.episode_id}: cannot be replayed: {error}")
     if not found:
-        made = document(actions_of, make_report(run, progress, played, split), played, hidden=split.hidden)
+        masked = content["version"] == MASKED_VERSION
+        report = make_report(run, progress, played, split, exact=not masked)
+        made = document(actions_of, report, played, hidden=split.hidden, masked=masked)
         found = [*first(differences_of_receipt(content, made))]
     return Rescored(run.run_id, len(recorded), sum(steps.values()), True, tuple(found), key)
 
@@ -80,15 +89,15 @@ def _read_receipt(path: Path) -> tuple[dict[str, Any], str]:
         content = json.loads(payload)
     except (KeyError, TypeError, AttributeError, ValueError, InvalidSignature) as error:
         raise BadFile(path, "was altered: its signature does not match its content and key") from error
-    if not isinstance(content, dict) or (content.get("format"), content.get("version")) != (FORMAT, VERSION):
-        raise BadFile(path, f"contains no {FORMAT!r} of version {VERSION}")
+    if not isinstance(content, dict) or content.get("format") != FORMAT or content.get("version") not in VERSIONS:
+        raise BadFile(path, f"contains no {FORMAT!r} of version {' or '.join(map(str, VERSIONS))}")
     return content, key.hex()
 
 
-def _run_of(content: Mapping[str, Any]) -> tuple[Run, Progress, list[Ending]]:
-    """Return the run that a receipt is for, its progress, and the endings of its episodes without scores."""
+def _run_of(content: Mapping[str, Any]) -> Run:
+    """Return the run that a receipt is for."""
     told = content["run"]
-    run = Run(
+    return Run(
         **{name: told[name] for name in ("run_id", "participant", "agent", "split", "language", "state")},
         **{name: content["limits"][name] for name in LIMITS},
         sensors=tuple(told["sensors"]),
@@ -99,18 +108,49 @@ def _run_of(content: Mapping[str, Any]) -> tuple[Run, Progress, list[Ending]]:
         agent_arguments=tuple(sorted(told.get("agent_arguments", {}).items())),
         code=Code(**told.get("code", {})),
     )
-    endings = [
-        Ending(run.run_id, one["episode_id"], one["cause"], int(one["steps"]), []) for one in content["episodes"]
-    ]
-    progress = Progress(
+
+
+def _endings_of(content: Mapping[str, Any], run: Run, actions: Actions) -> list[Ending]:
+    """Return the endings of a receipt's episodes, without scores.
+
+    A receipt of MASKED_VERSION tells neither steps nor causes: both are found from the actions. Where these are missing,
+    or are not those of the receipt, the cause is empty.
+    """
+    if content["version"] != MASKED_VERSION:
+        return [
+            Ending(run.run_id, one["episode_id"], one["cause"], int(one["steps"]), []) for one in content["episodes"]
+        ]
+    endings = []
+    for one in content["episodes"]:
+        taken, head = actions.get(one["episode_id"], ()), bytes.fromhex(one["head"])
+        steps = steps_to(head, run.run_id, one["episode_id"], run.data_hash, taken)
+        cause = "" if steps is None else _cause_of(one, run, taken[:steps])
+        endings.append(Ending(run.run_id, one["episode_id"], cause, steps or 0, []))
+    return endings
+
+
+def _cause_of(told: Mapping[str, Any], run: Run, actions: Sequence[int]) -> str:
+    """Return the cause that an episode of a receipt commits to; empty if it is none, given these actions."""
+    committed = bytes.fromhex(told["ending"])
+    found = (
+        cause for cause in causes.ALL if episode_ending(run.run_id, told["episode_id"], cause, actions) == committed
+    )
+    return next(found, "")
+
+
+def _lacks_actions(ending: Ending, actions: Actions) -> bool:
+    return not ending.cause or bool(ending.steps and ending.episode_id not in actions)
+
+
+def _progress_of(content: Mapping[str, Any], endings: Sequence[Ending]) -> Progress:
+    return Progress(
         episodes=len(endings),
         ended=len(endings),
         steps=sum(ending.steps for ending in endings),
         causes={cause: [one.cause for one in endings].count(cause) for cause in {one.cause for one in endings}},
-        images=tuple(told["images"]),
+        images=tuple(content["run"]["images"]),
         reoffers=content["reoffers"],
     )
-    return run, progress, endings
 
 
 def _read_actions(path: Path, run_id: str) -> Actions:

@@ -9,7 +9,7 @@ import rfc8785
 import sqlalchemy as sa
 
 from arramon.v1 import PROTOCOL
-from arramon.v1.chain import episode_head, run_digest
+from arramon.v1.chain import episode_ending, episode_head, run_digest
 from server.episodes.splits import Split
 from server.errors import TakenOver
 from server.runs.accounts.attempts import number_of
@@ -22,8 +22,11 @@ from server.runs.storage.epochs import Epochs
 from server.runs.storage.journal import Journal, run_not_found
 from server.runs.storage.records import Ending, Progress, Run
 from server.scoring.aggregate import METHOD
+from server.scoring.masking import MASKED_METHOD
 
-FORMAT, VERSION = "arramon-receipt", 1
+FORMAT, VERSION, MASKED_VERSION = "arramon-receipt", 1, 2
+"""Header of the payload. On hidden splits new receipts have MASKED_VERSION: scores as they are shown, no steps, and in
+place of an episode's cause what commits to it. Receipts that earlier releases signed there have VERSION."""
 
 ATTEMPTS = "attempts"
 """Field with the participant's attempts at the time of signing, which cannot be derived again later."""
@@ -91,7 +94,8 @@ class Receipts:
     def _make(self, run: Run) -> Receipt:
         report = report_of(run, self._journal, self._splits)
         endings = self._journal.endings(run.run_id)
-        content = document(self._journal.actions, report, endings, hidden=self._splits[run.split].hidden)
+        hidden = self._splits[run.split].hidden
+        content = document(self._journal.actions, report, endings, hidden=hidden, masked=hidden)
         epoch = Epochs(self._database).find(run.split)
         if epoch is not None:
             content[EPOCH] = epoch.commitment.hex()
@@ -116,7 +120,9 @@ def stored_receipt(database: Database, run_id: str) -> Receipt | None:
     return Receipt(**rows[0]._mapping) if rows else None
 
 
-def document(actions_of: ActionsOf, report: Report, endings: Sequence[Ending], *, hidden: bool) -> dict[str, Any]:
+def document(
+    actions_of: ActionsOf, report: Report, endings: Sequence[Ending], *, hidden: bool, masked: bool
+) -> dict[str, Any]:
     """Return the content of a receipt as plain data.
 
     Args:
@@ -124,12 +130,13 @@ def document(actions_of: ActionsOf, report: Report, endings: Sequence[Ending], *
         report: report of the run.
         endings: endings of all episodes of the run, in playing order.
         hidden: whether the split is hidden; the scores of single episodes are then left out.
+        masked: whether the content is that of MASKED_VERSION.
     """
     run, progress = report.run, report.progress
-    chains = [_Chain.of(actions_of, run, ending.episode_id) for ending in endings]
+    chains = [_Chain.of(actions_of, run, ending) for ending in endings]
     return {
         "format": FORMAT,
-        "version": VERSION,
+        "version": MASKED_VERSION if masked else VERSION,
         "run": _run(run, progress, hidden),
         "limits": {name: getattr(run, name) for name in LIMITS},
         "server_version": run.server_version,
@@ -138,29 +145,34 @@ def document(actions_of: ActionsOf, report: Report, endings: Sequence[Ending], *
         "score_signature": report.signature,
         "causes": progress.causes,
         "reoffers": progress.reoffers,
-        "steps": progress.steps,
-        "intervals": METHOD,
+        **({} if masked else {"steps": progress.steps}),
+        "intervals": MASKED_METHOD if masked else METHOD,
         "scores": {
             name: {metric: {"mean": i.mean, "low": i.low, "high": i.high} for metric, i in intervals.items()}
             for name, intervals in report.table.rows.items()
         },
-        "episodes": [_episode(ending, chain, hidden) for ending, chain in zip(endings, chains, strict=True)],
+        "episodes": [
+            _masked_episode(ending, chain) if masked else _episode(ending, chain, hidden)
+            for ending, chain in zip(endings, chains, strict=True)
+        ],
         "digest": run_digest(run.run_id, ((chain.episode_id, chain.head) for chain in chains)).hex(),
     }
 
 
 @dataclass(frozen=True, slots=True)
 class _Chain:
-    """Hash chain of an episode's recorded actions: their number, and the head of the chain."""
+    """Hash chain of an episode's recorded actions: their number, the head of the chain, and what commits to its cause."""
 
     episode_id: str
     steps: int
     head: bytes
+    ending: bytes
 
     @classmethod
-    def of(cls, actions_of: ActionsOf, run: Run, episode_id: str) -> "_Chain":
-        actions = actions_of(run.run_id, episode_id)
-        return cls(episode_id, len(actions), episode_head(run.run_id, episode_id, run.data_hash, actions))
+    def of(cls, actions_of: ActionsOf, run: Run, ending: Ending) -> "_Chain":
+        episode_id, actions = ending.episode_id, actions_of(run.run_id, ending.episode_id)
+        head = episode_head(run.run_id, episode_id, run.data_hash, actions)
+        return cls(episode_id, len(actions), head, episode_ending(run.run_id, episode_id, ending.cause, actions))
 
 
 def _run(run: Run, progress: Progress, hidden: bool) -> dict[str, Any]:
@@ -180,6 +192,10 @@ def _run(run: Run, progress: Progress, hidden: bool) -> dict[str, Any]:
         "created_at": run.created_at.isoformat(),
         "ended_at": run.ended_at.isoformat() if run.ended_at else None,
     }
+
+
+def _masked_episode(ending: Ending, chain: _Chain) -> dict[str, Any]:
+    return {"episode_id": ending.episode_id, "head": chain.head.hex(), "ending": chain.ending.hex()}
 
 
 def _episode(ending: Ending, chain: _Chain, hidden: bool) -> dict[str, Any]:

@@ -2,7 +2,9 @@
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from arramon.v1 import PROTOCOL
 from server.episodes.splits import Split
@@ -11,7 +13,9 @@ from server.runs.play.clocks import Clocks
 from server.runs.storage.journal import Journal
 from server.runs.storage.records import RUNNING, Ending, Progress, Run
 from server.scoring.aggregate import ScoreTable, aggregate
-from server.scoring.episode import EpisodeScores
+from server.scoring.episode import METRICS, EpisodeScores
+from server.scoring.intervals import Floats
+from server.scoring.masking import Noise, coarse, masked_rows
 from server.scoring.signature import Signature, argument
 
 
@@ -63,14 +67,17 @@ def report_of(run: Run, journal: Journal, splits: Mapping[str, Split]) -> Report
     return make_report(run, progress, journal.endings(run.run_id), split)
 
 
-def make_report(run: Run, progress: Progress, endings: Sequence[Ending], split: Split) -> Report:
-    """Return the report of a run with given endings.
+def make_report(
+    run: Run, progress: Progress, endings: Sequence[Ending], split: Split, *, exact: bool = False
+) -> Report:
+    """Return the report of a run with given endings. On a hidden split its scores are those of `masked_rows`.
 
     Args:
         run: run that has ended.
         progress: progress of the run.
         endings: endings of all its episodes.
         split: split that it was played on.
+        exact: whether the scores are exact on a hidden split too: for comparison with what an earlier release signed.
     """
     signature = Signature(
         version=run.server_version,
@@ -86,8 +93,32 @@ def make_report(run: Run, progress: Progress, endings: Sequence[Ending], split: 
         arguments=frozenset(argument(name, value) for name, value in run.agent_arguments),
         chosen=_chosen(run, endings, split),
     )
-    table = aggregate([_scores(ending, split) for ending in endings])
+    if split.hidden and not exact:
+        table = ScoreTable(masked_rows(score_array(endings), Noise(split.truth_hash), run.run_id), len(endings))
+    else:
+        table = aggregate([_scores(ending, split) for ending in endings])
     return Report(run, progress, table, str(signature), () if split.hidden else tuple(endings))
+
+
+def score_array(endings: Sequence[Ending]) -> Floats:
+    """Return the scores of both turns of each episode, (episodes, 2, METRICS), ordered by id."""
+    ordered = sorted(endings, key=lambda ending: ending.episode_id)
+    return np.array([[[turn[name] for name in METRICS] for turn in ending.scores] for ending in ordered])
+
+
+def coarse_progress(progress: Progress) -> Progress:
+    """Return a run's progress as others see it on a hidden split: steps and times to two significant digits.
+
+    The exact number of steps would tell those of one episode to who knows those of all others: how far its target is.
+    """
+    seconds = progress.seconds_a_step
+    timed = int(coarse(progress.timed_steps))
+    return replace(
+        progress,
+        steps=int(coarse(progress.steps)),
+        timed_steps=timed,
+        thinking_seconds=0.0 if seconds is None else coarse(coarse(seconds) * timed),
+    )
 
 
 def _chosen(run: Run, endings: Sequence[Ending], split: Split) -> str:

@@ -15,7 +15,7 @@ from server.episodes.splits import Split
 from server.errors import Conflict
 from server.runs.play.session import Session
 from server.runs.play.worlds import Worlds
-from server.runs.results.receipts import ATTEMPTS, EPOCH, Receipt, document, stored_receipt
+from server.runs.results.receipts import ATTEMPTS, EPOCH, MASKED_VERSION, Receipt, document, stored_receipt
 from server.runs.results.reports import make_report, split_of
 from server.runs.storage import causes
 from server.runs.storage.database import Database
@@ -109,9 +109,11 @@ class Rescorer:
             Ed25519PublicKey.from_public_bytes(receipt.public_key).verify(receipt.signature, receipt.payload)
         except (InvalidSignature, ValueError):
             yield "receipt: its signature is wrong"
-        report = make_report(run, self._journal.progress(run.run_id), played, split)
-        made = document(self._journal.actions, report, played, hidden=split.hidden)
-        yield from differences_of_receipt(json.loads(receipt.payload), made)
+        written = json.loads(receipt.payload)
+        masked = written.get("version") == MASKED_VERSION
+        report = make_report(run, self._journal.progress(run.run_id), played, split, exact=not masked)
+        made = document(self._journal.actions, report, played, hidden=split.hidden, masked=masked)
+        yield from differences_of_receipt(written, made)
 
 
 def replayed(

@@ -146,11 +146,12 @@ def _show(receipt: Receipt, console: Console) -> None:
         if limits["step_seconds"]
         else "no clocks"
     )
+    steps = f"{content['steps']} steps; " if "steps" in content else ""  # a hidden split's receipt does not tell it
     lines = [
         content["score_signature"],
         f"run {run['run_id']} of {run['participant']}, {run['state'].lower()}",
         f"from {run['created_at']} to {run['ended_at'] or 'an unknown time'}",
-        f"{content['steps']} steps; {clocks}; episodes ended: {causes}; offered again: {content['reoffers']}",
+        f"{steps}{clocks}; episodes ended: {causes}; offered again: {content['reoffers']}",
     ]
     if run.get("code"):
         lines.append(f"code: {', '.join(map(str, run['code'].values()))}")
