@@ -328,7 +328,7 @@ class Board:
         return self._entries.was_hidden(run.run_id)
 
     def _mask(self, split: str, run_id: str) -> Rows:
-        """Return the shown rows of a run on a hidden split; its stored ones are exact if an earlier release stored them."""
+        """Return the shown rows of a run on a hidden split; the stored ones may be an earlier release's, and exact."""
         noise = self._noise(split)
         assert noise is not None
         return masked_rows(self._entries.episodes(run_id).scores, noise, run_id)
@@ -338,10 +338,8 @@ class Board:
         if not self._is_masked(run):
             return scores
         progress = coarse_progress(scores.progress)
-        if current:
-            rows = self._masked(run.split, run.run_id)
-        else:
-            rows = self._entries.masked_rows_without_truth(run.run_id)
+        entries = self._entries
+        rows = self._masked(run.split, run.run_id) if current else entries.masked_rows_without_truth(run.run_id)
         return replace(scores, progress=progress, rows=rows)
 
     def _entry(self, published: Published) -> Entry:

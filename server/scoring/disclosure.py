@@ -21,16 +21,19 @@ LEAST = 20
 STEPS = (0.01, 0.02, 0.05, 0.1, 0.2)
 """Steps to which published means are rounded."""
 
-NOISE = 4.0
+NOISE = 6.0
 """Standard deviation of the noise in the sum of a turn's scores over a split, in episodes."""
 
-GROUP_NOISE = 10.0
+TEST_NOISE = 4.0
+"""Standard deviation of the noise in the sum of a run's scores in paired tests, in episodes."""
+
+GROUP_NOISE = 16.0
 """Standard deviation of the noise in the sum over a group of turns, in turns: a turn may be in many groups."""
 
 FIGURES = 5
 """Figures of a group: the metrics of `server.scoring.breakdown.SHOWN`."""
 
-GROUP_BITS = 0.5
+GROUP_BITS = 0.15
 """Bits that all groups of one run together may tell of one episode, see `server.scoring.masking`."""
 
 _NOTHING = 1e-9

@@ -94,7 +94,7 @@ def _apart(scored: Scored, at: int) -> _Shown:
 
 
 def _change(older: Scored, newer: Scored, before: _Shown, after: _Shown) -> Interval:
-    mean = round(after.value - before.value, 6)
+    mean = round(after.value - before.value, 4)
     if min(older.episodes, newer.episodes) < LEAST:
         return Interval(mean, -1.0, 1.0)
     step = max(step_of(older.episodes), step_of(newer.episodes))

@@ -23,7 +23,7 @@ import numpy.typing as npt
 from scipy.special import stdtrit
 
 from server.scoring.aggregate import ROWS, Interval
-from server.scoring.disclosure import GROUP_NOISE, LEAST, NOISE, STEPS, step_of
+from server.scoring.disclosure import GROUP_NOISE, LEAST, NOISE, STEPS, TEST_NOISE, step_of
 from server.scoring.episode import GATES, METRICS, PLACEMENT
 from server.scoring.intervals import CONFIDENCE, Floats, Moments, mean_bounds
 
@@ -33,7 +33,7 @@ MASKED_METHOD = "from-masked-means"
 P_CLASSES = (0.001, 0.01, 0.05, 1.0)
 """Values that p-values are rounded up to."""
 
-_DIGITS = 6
+_DIGITS = 4
 """Decimals to which means of shown figures are rounded, for display alone."""
 
 Rows = Mapping[str, Mapping[str, Interval]]
@@ -55,11 +55,11 @@ class Noise:
         return _NORMAL.inv_cdf((int.from_bytes(digest[:6]) + 0.5) / 2.0**48)
 
     def test_scores(self, run_id: str, metric: str) -> Floats:
-        """Return scores of a run in LEAST made-up episodes, (LEAST,), whose sum has the standard deviation NOISE.
+        """Return scores of a run in LEAST made-up episodes, (LEAST,), whose sum has the standard deviation TEST_NOISE.
 
         Between two runs their differences are symmetric, as the paired tests suppose under their null hypothesis.
         """
-        scale = NOISE / LEAST**0.5
+        scale = TEST_NOISE / LEAST**0.5
         return scale * np.array([self.normal(run_id, "test", metric, str(number)) for number in range(LEAST)])
 
 

@@ -67,7 +67,7 @@ def test_receipt_is_signed_by_the_host_and_matches_the_report(server: Server, st
 
 def test_hidden_split_receipts_hold_no_episode_scores(stub: EvaluationStub) -> None:
     content = json.loads(receipt_of(stub, played(stub, split="secret").run_id).payload)
-    assert {name for episode in content["episodes"] for name in episode} == {"episode_id", "cause", "steps", "head"}
+    assert {name for episode in content["episodes"] for name in episode} == {"episode_id", "head", "ending"}
 
 
 def test_unfinished_and_unknown_runs_have_no_receipt(stub: EvaluationStub) -> None:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime, timedelta
+from itertools import chain, repeat
 from pathlib import Path
 
 import numpy as np
@@ -90,13 +91,17 @@ class House:
         steps: int = STEPS,
         clocks: Clocks = CLOCKS,
         cause: str = "AGENT_FINISHED",
+        causes: Sequence[str] = (),
         over: bool = True,
         code: Code = NO_CODE,
         state: str = COMPLETE,
         arguments: tuple[tuple[str, str], ...] = (),
         thinking: tuple[float, int] = (0.0, 0),
     ) -> str:
-        """Create a run whose episodes have the given scores in all metrics of both turns; one number is for all."""
+        """Create a run whose episodes have the given scores in all metrics of both turns; one number is for all.
+
+        The first ones end by `causes`, all others by `cause`.
+        """
         order = [episode.episode_id for episode in self.splits[split].in_playing_order(language)]
         values = [scores] * len(order) if isinstance(scores, float) else list(scores)
         run = Run(
@@ -107,8 +112,8 @@ class House:
         self.journal.create(run, order[: len(values)])
         if over:
             endings = [
-                Ending(run_id, episode, cause, 7, [dict.fromkeys(METRICS, value)] * 2, "", 0, *thinking)
-                for episode, value in zip(order, values, strict=False)
+                Ending(run_id, episode, why, 7, [dict.fromkeys(METRICS, value)] * 2, "", 0, *thinking)
+                for episode, value, why in zip(order, values, chain(causes, repeat(cause)), strict=False)
             ]
             self.journal.commit(Batch(endings=endings))
             self.journal.set_state(run_id, state)

@@ -161,7 +161,7 @@ def without(name: str) -> dict[str, Any]:
 
 
 WHOLE = signed(payload())
-LATER = signed(payload(version=2))
+LATER = signed(payload(version=3))
 EPISODES = payload()["episodes"]
 ALTERED = "FILE was altered: its signature does not match its content and key"
 NOT_RECEIPT = "is signed, but its content does not have the fields of a receipt"
@@ -185,7 +185,7 @@ NOT_DIGITS = "is not a results file: its actions are not strings of the digits 0
     (json.dumps(WHOLE).encode()[:-40], "FILE is not a receipt: it is not JSON, or was truncated"),
     (b"", "FILE is not a receipt: it is not JSON, or was truncated"),
     (b"\xff\xfe\x00", "FILE is not a receipt: it is not JSON, or was truncated"),
-    (LATER, "FILE has arramon-receipt version 2, but this client reads version 1"),
+    (LATER, "FILE has arramon-receipt version 3, but this client reads version 1 and 2"),
     (signed("hello"), "FILE is not a receipt: it does not have the format 'arramon-receipt'"),
     (signed("[" * 100_000), "FILE is not a receipt: it does not have the format 'arramon-receipt'"),
     (signed(without("scores")), f"FILE {NOT_RECEIPT}"),

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from server.scoring.aggregate import table_rows, with_total
-from server.scoring.breakdown import SHOWN, group_scores
+from server.scoring.breakdown import SHOWN, group_scores, masked_group_scores
 from server.scoring.episode import METRICS
+from server.scoring.masking import Noise, masked_rows
 
 EPISODES = 60
 SECTIONS = np.arange(EPISODES) % 3
@@ -21,7 +22,7 @@ def test_groups_that_are_rows_of_the_table_have_its_scores(row: str, turns: tupl
     scores = made()
     group = np.zeros((EPISODES, 2), dtype=bool)
     group[:, turns] = True
-    found = group_scores(scores, group, SECTIONS, rounded=False)
+    found = group_scores(scores, group, SECTIONS)
     table = table_rows(with_total(scores), SECTIONS)[row]
     assert (found.turns, found.episodes) == (EPISODES * len(turns), EPISODES)
     for metric in SHOWN:
@@ -32,7 +33,7 @@ def test_groups_that_are_rows_of_the_table_have_its_scores(row: str, turns: tupl
 def test_the_mean_is_over_turns() -> None:
     scores = made()
     group = np.random.default_rng(1).random((EPISODES, 2)) < 0.3
-    found = group_scores(scores, group, SECTIONS, rounded=False)
+    found = group_scores(scores, group, SECTIONS)
     for metric in SHOWN:
         assert found.scores[metric].mean == pytest.approx(scores[:, :, METRICS.index(metric)][group].mean())
     assert found.turns == group.sum()
@@ -45,25 +46,23 @@ def test_intervals_cover_the_mean_of_a_group_whose_episodes_have_one_or_two_turn
     for _ in range(400):
         outcome = (draw.random(number) < 0.3).astype(float)
         scores = np.broadcast_to(outcome[:, None, None], (number, 2, len(METRICS)))
-        found = group_scores(scores, group, np.zeros(number, np.intp), rounded=False).scores["PTC"]
+        found = group_scores(scores, group, np.zeros(number, np.intp)).scores["PTC"]
         covered += found.low <= 0.3 <= found.high
     assert 0.92 <= covered / 400 <= 0.98
 
 
-def test_rounded_scores_hide_one_episode() -> None:
-    group = np.ones((EPISODES, 2), dtype=bool)
-    none = np.zeros((EPISODES, 2, len(METRICS)))
-    one = none.copy()
-    one[7] = 1.0
-    found = [group_scores(scores, group, SECTIONS, rounded=True).scores["nDTW"] for scores in (none, one)]
-    assert found[0] == found[1]
-    exact = [group_scores(scores, group, SECTIONS, rounded=False).scores["nDTW"] for scores in (none, one)]
-    assert exact[0] != exact[1]
-
-
-def test_rounded_intervals_are_wider_and_on_the_grid() -> None:
-    scores, group = made(3), np.ones((EPISODES, 2), dtype=bool)
-    rounded, exact = (group_scores(scores, group, SECTIONS, rounded=flag).scores["PTC"] for flag in (True, False))
-    assert rounded.low <= exact.low <= exact.high <= rounded.high
-    for end in (rounded.low, rounded.mean, rounded.high):
-        assert end * 20 == pytest.approx(round(end * 20))  # 120 turns: steps of 0.05
+def test_masked_groups_have_noise_of_their_own_and_rows_that_of_the_table() -> None:
+    scores, noise = made(3), Noise(b"key")
+    rows = masked_rows(scores, noise, "run")
+    first = np.broadcast_to([True, False], (EPISODES, 2))
+    found = masked_group_scores(scores, first, rows, noise, ("run", "turn", "first"))
+    assert found.scores == {metric: rows["turn 1"][metric] for metric in SHOWN}
+    assert (found.turns, found.episodes) == (EPISODES, EPISODES)
+    some = np.random.default_rng(1).random((EPISODES, 2)) < 0.5
+    shown = [masked_group_scores(scores, some, rows, noise, ("run", "length", name)).scores for name in "abcdefgh"]
+    assert len({one["PTC"].mean for one in shown}) > 1
+    for one in shown:
+        for metric in SHOWN:
+            value = one[metric]
+            assert 0.0 <= value.low <= value.mean <= value.high <= 1.0
+            assert value.mean * 5 == pytest.approx(round(value.mean * 5))  # 60 turns: steps of 0.2

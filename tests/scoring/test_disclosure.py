@@ -4,7 +4,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from server.scoring.disclosure import LEAST, STEPS, PublishedSums, step_of
+from server.scoring.breakdown import SHOWN
+from server.scoring.disclosure import GROUP_BITS, GROUP_NOISE, LEAST, NOISE, STEPS, PublishedSums, bits_of, step_of
 
 Mask = npt.NDArray[np.bool_]
 
@@ -91,7 +92,36 @@ def test_no_combination_of_random_groups_is_about_few_episodes(seed: int) -> Non
         assert about.sum() >= LEAST
 
 
-@pytest.mark.parametrize(("turns", "step"), [(5000, 0.01), (400, 0.01), (399, 0.02), (80, 0.05), (40, 0.1), (20, 0.2)])
-def test_means_are_rounded_to_twice_what_an_episode_can_move(turns: int, step: float) -> None:
-    assert step_of(turns) == step
-    assert step >= min(2 * 2 / turns, STEPS[-1])
+@pytest.mark.parametrize(
+    ("episodes", "step"), [(5000, 0.01), (600, 0.01), (599, 0.02), (120, 0.05), (60, 0.1), (30, 0.2), (3, 0.2)]
+)
+def test_means_are_rounded_as_coarsely_as_their_noise(episodes: int, step: float) -> None:
+    assert step_of(episodes) == step
+    assert step >= min(NOISE / episodes, STEPS[-1])
+
+
+def test_groups_of_one_run_tell_few_bits_of_an_episode() -> None:
+    """However many groups there are, and where none of them is small."""
+    draw, episodes = np.random.default_rng(0), 2000
+    published, told_of = PublishedSums(episodes), np.zeros(episodes)
+    admitted = 0
+    for _ in range(400):
+        group = draw.random((episodes, 2)) < 0.5
+        if published.admit(group):
+            admitted += 1
+            told_of += bits_of(group)
+    assert 5 < admitted < 60
+    assert told_of.max() <= GROUP_BITS
+
+
+def test_bits_of_a_group_are_those_of_a_gaussian_channel() -> None:
+    """One turn in [0, 1] has a variance of 1/4 at most, two together of 1; an episode outside tells nothing."""
+    group = np.array([[True, False], [True, True], [False, False]])
+    once, twice = (np.log2(1 + variance / GROUP_NOISE**2) / 2 for variance in (0.25, 1.0))
+    assert bits_of(group) == pytest.approx([len(SHOWN) * once, len(SHOWN) * twice, 0.0])
+
+
+def test_rows_of_the_score_table_cost_nothing_again() -> None:
+    published = PublishedSums(100)
+    for turns in ((0,), (1,), (0, 1)):
+        assert all(published.admit(first(100, 100, turns=turns)) for _ in range(100))

@@ -7,9 +7,12 @@ from pathlib import Path
 import pytest
 
 from server.runs.accounts.callers import HOST
+from server.web.texts import all_texts
 from tests.board.made import secret_of
 from tests.web.made import HIDDEN_RUN, OLDER_RUN, OPEN_RUN, REPRODUCED_RUN, WebHouse
 from tests.web.reading import Page
+
+TEXTS = all_texts()["en"]
 
 
 @pytest.mark.parametrize(
@@ -33,7 +36,8 @@ def test_epochs_are_listed_with_commitments_and_revealed_secrets(
 def test_the_page_shows_how_agents_stand_on_two_epochs(shown: WebHouse) -> None:
     text = shown.site.get("/en/epochs").text
     assert "PTC in both turns on test_unseen_e2 against test_unseen_e1" in text
-    assert "−0.250" in text  # walker, from 1.0 to 0.75
+    (pair,) = shown.epoch_board.pairs("en")
+    assert TEXTS.difference(pair.agents[0].difference.mean) in text
     assert "the same" in text
     assert "nDTW in both turns on" in shown.site.get("/en/epochs?language=en&sort=ndtw").text
     assert "No agent has a ranked run" in shown.site.get("/en/epochs?language=hi").text
@@ -94,7 +98,8 @@ def test_reproductions_are_shown_with_their_differences(shown: WebHouse) -> None
     text = shown.site.get(f"/en/runs/{REPRODUCED_RUN}").text
     page = Page(text)
     assert (2, "Reproduced by 2") in page.headings
-    assert "−0.250" in text
+    for one in shown.board.reproductions(REPRODUCED_RUN):
+        assert TEXTS.difference(one.differences["PTC@CTC-3"].mean) in text
     assert "https://example.org/walker; commit cccc" in text
     assert 'href="https://example.org' not in text
     of_bob = shown.site.get(f"/en/runs/{'2' * 32}").text

@@ -269,7 +269,7 @@ def test_hidden_split_receipt_has_only_public_episode_fields(shown: WebHouse) ->
     """It chains actions by episode, whose ids every participant is given; nothing else of them is in it."""
     got = shown.site.get(f"/runs/{HIDDEN_RUN}/receipt.json")
     payload = json.loads(json.loads(got.text)["payload"])
-    assert {key for episode in payload["episodes"] for key in episode} == {"episode_id", "cause", "steps", "head"}
+    assert {key for episode in payload["episodes"] for key in episode} == {"episode_id", "head", "ending"}
     assert [word for word in PECULIAR[1:] if word in got.text] == []
 
 

@@ -18,7 +18,7 @@ from server.runs.play.worlds import Worlds
 from server.runs.results.receipts import FORMAT, LIMITS, MASKED_VERSION, VERSION, document
 from server.runs.results.reports import make_report, split_of
 from server.runs.results.rescoring import Rescored, differences_of_receipt, first, replayed
-from server.runs.storage import causes
+from server.runs.storage.causes import AGENT_FINISHED, FORFEITED, SERVER_FAULT, STEP_LIMIT, TIME_LIMIT
 from server.runs.storage.records import Code, Ending, Progress, Run
 
 FILE_FORMAT, FILE_VERSION = "arramon-receipt-file", 1
@@ -28,6 +28,9 @@ _DIGITS = frozenset("0123")
 
 VERSIONS = (VERSION, MASKED_VERSION)
 """Versions of payloads that can be rescored."""
+
+CAUSES = (AGENT_FINISHED, STEP_LIMIT, TIME_LIMIT, FORFEITED, SERVER_FAULT)
+"""Causes that an episode of a receipt may commit to."""
 
 Actions = Mapping[str, Sequence[int]]
 """Actions of a run, by episode id."""
@@ -54,7 +57,7 @@ def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) ->
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise BadFile(path, f"is signed by {key}, but its content does not have the fields of a receipt") from error
     split = split_of(run, splits)
-    missing = [one.episode_id for one in recorded if _lacks_actions(one, actions)]
+    missing = [one.episode_id for one in recorded if (one.steps or not one.cause) and one.episode_id not in actions]
     if missing:
         raise BadFile(actions_path, f"lacks the actions of {len(missing)} episodes, the first one is {missing[0]!r}")
     steps = {one.episode_id: one.steps for one in recorded}
@@ -64,8 +67,9 @@ def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) ->
         return actions.get(episode_id, ())[: steps[episode_id]]
 
     played, found = list[Ending](), list[str]()
+    found += [f"episode {one.episode_id}: its head was not that of these actions" for one in recorded if not one.cause]
     with closing(Worlds({split.name: split})) as worlds:
-        for ending in recorded:
+        for ending in () if found else recorded:
             try:
                 played.append(replayed(run, split, ending, worlds, actions_of))
             except (KeyError, ValueError) as error:
@@ -113,8 +117,8 @@ def _run_of(content: Mapping[str, Any]) -> Run:
 def _endings_of(content: Mapping[str, Any], run: Run, actions: Actions) -> list[Ending]:
     """Return the endings of a receipt's episodes, without scores.
 
-    A receipt of MASKED_VERSION tells neither steps nor causes: both are found from the actions. Where these are missing,
-    or are not those of the receipt, the cause is empty.
+    A receipt of MASKED_VERSION tells neither steps nor causes: both are found from the actions. Where these are
+    missing, or are not those of the receipt, the cause is empty.
     """
     if content["version"] != MASKED_VERSION:
         return [
@@ -132,14 +136,8 @@ def _endings_of(content: Mapping[str, Any], run: Run, actions: Actions) -> list[
 def _cause_of(told: Mapping[str, Any], run: Run, actions: Sequence[int]) -> str:
     """Return the cause that an episode of a receipt commits to; empty if it is none, given these actions."""
     committed = bytes.fromhex(told["ending"])
-    found = (
-        cause for cause in causes.ALL if episode_ending(run.run_id, told["episode_id"], cause, actions) == committed
-    )
+    found = (cause for cause in CAUSES if episode_ending(run.run_id, told["episode_id"], cause, actions) == committed)
     return next(found, "")
-
-
-def _lacks_actions(ending: Ending, actions: Actions) -> bool:
-    return not ending.cause or bool(ending.steps and ending.episode_id not in actions)
 
 
 def _progress_of(content: Mapping[str, Any], endings: Sequence[Ending]) -> Progress:

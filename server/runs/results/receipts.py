@@ -161,7 +161,7 @@ def document(
 
 @dataclass(frozen=True, slots=True)
 class _Chain:
-    """Hash chain of an episode's recorded actions: their number, the head of the chain, and what commits to its cause."""
+    """Hash chain of an episode's recorded actions: their number, its head, and what commits to the episode's cause."""
 
     episode_id: str
     steps: int

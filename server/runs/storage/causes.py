@@ -14,5 +14,3 @@ FORFEITED = "FORFEITED"
 
 SERVER_FAULT = "SERVER_FAULT"
 """The server failed on the episode; never counted against the participant."""
-
-ALL = (AGENT_FINISHED, STEP_LIMIT, TIME_LIMIT, FORFEITED, SERVER_FAULT)

@@ -61,7 +61,7 @@ def test_split_without_demands_has_the_groups_of_the_ground_truth() -> None:
 
 
 def test_hidden_split_shows_groups_that_tell_of_no_episode() -> None:
-    """A large one nearly all of them; of few episodes hardly any."""
+    """A large one most of them; of few episodes hardly any."""
     shares = {}
     for count in (10, 60, 1205):
         whole = grouping(demanding.split("open", count), "en", None)
@@ -74,4 +74,4 @@ def test_hidden_split_shows_groups_that_tell_of_no_episode() -> None:
         shares[count] = len(found.groups) / len(whole.groups)
     assert shares[10] == 0.0
     assert shares[60] < 0.3
-    assert shares[1205] > 0.9
+    assert shares[1205] > 0.7

@@ -109,7 +109,7 @@ def spoil(name: str, content: object) -> Callable[[Files], object]:
         (spoil("receipt", {"payload": 7}), "was altered"),
         (lambda files: files.receipt.unlink(), "cannot be read"),
         (lambda files: files.signed(lambda content: content.pop("limits")), "does not have the fields of a receipt"),
-        (lambda files: files.signed(lambda content: content.update(version=2)), "contains no 'arramon-receipt'"),
+        (lambda files: files.signed(lambda content: content.update(version=3)), "contains no 'arramon-receipt'"),
         (
             lambda files: files.write(files.payload, {"0": "03"}),
             "lacks the actions of 3 episodes, the first one is '1'",

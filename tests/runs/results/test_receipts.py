@@ -14,11 +14,12 @@ import rfc8785
 import sqlalchemy as sa
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 
-from arramon.v1.chain import episode_head, run_digest
+from arramon.v1.chain import episode_ending, episode_head, run_digest
 from server.episodes.splits import Split
 from server.errors import Conflict, NotFound
 from server.runs.accounts.callers import ANONYMOUS, HOST, Caller, Role
 from server.runs.results.receipts import Receipts
+from server.runs.results.reports import report_of
 from server.runs.results.signing import SigningKey
 from server.runs.storage import tables
 from server.runs.storage.database import Database
@@ -123,10 +124,17 @@ def test_hidden_split_receipt_has_no_episode_scores(database: Database, tmp_path
     play(database, split)
     content = json.loads(receipts.of(HOST, "r").payload)
     assert content["run"]["hidden"] is True
-    assert [set(each) for each in content["episodes"]] == [{"episode_id", "cause", "steps", "head"}] * 2
-    score = content["scores"]["total"]["nDTW"]
-    assert (score["mean"], score["low"] < 0.1, score["high"]) == (1, True, 1)
-    assert (content["intervals"], content["attempts"]) == ("wilson-within-sections", {"number": 1, "begun": 1})
+    assert [set(each) for each in content["episodes"]] == [{"episode_id", "head", "ending"}] * 2
+    assert "steps" not in content
+    for one in content["episodes"]:
+        ending = episode_ending("r", one["episode_id"], "AGENT_FINISHED", tiny.ACTIONS)
+        assert one["ending"] == ending.hex()
+    report = report_of(Journal(database).run("r"), Journal(database), {"secret": split})
+    for row, scores in report.table.rows.items():
+        for metric, shown in scores.items():
+            assert content["scores"][row][metric] == {"mean": shown.mean, "low": shown.low, "high": shown.high}
+    assert (content["scores"]["total"]["nDTW"]["low"], content["scores"]["total"]["nDTW"]["high"]) == (0, 1)
+    assert (content["intervals"], content["attempts"]) == ("from-masked-means", {"number": 1, "begun": 1})
 
 
 def test_receipt_never_changes_once_created(

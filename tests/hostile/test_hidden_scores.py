@@ -1,0 +1,239 @@
+"""An attacker who uses all public numbers of a hidden split together, on runs of its own choice."""
+
+import math
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.special import ndtr, stdtrit
+
+from server.board.board import Board
+from server.board.comparisons import Comparisons
+from server.board.episode_table import EpisodeTable
+from server.board.standings import COLUMNS, Mark
+from server.errors import Conflict
+from server.runs.results.reports import report_of
+from server.scoring.aggregate import Interval
+from server.scoring.disclosure import GROUP_BITS, NOISE, TEST_NOISE, step_of
+from server.scoring.episode import METRICS
+from server.scoring.intervals import Floats
+from server.scoring.masking import Noise, masked_rows
+from tests import tiny
+from tests.board.made import CLOCKS, STEPS, House, standing
+
+EPISODES = 48
+TURNS = ("turn 1", "turn 2")
+DAY = 3
+"""Runs a day that a participant has on a hidden split by default."""
+
+ROW_BITS = 2 * len(METRICS) * math.log2(1 + 0.25 / NOISE**2) / 2
+"""Bits that the rows of one run tell at most of one episode, whatever else is known: 15 metrics of two turns."""
+
+TEST_BITS = len(COLUMNS) * math.log2(1 + 0.25 / TEST_NOISE**2) / 2
+"""The same of the noisy sums that are compared with those of other runs."""
+
+RUN_BITS = ROW_BITS + GROUP_BITS + TEST_BITS
+
+
+class Target(House):
+    """A leaderboard with a larger hidden split, "guarded"."""
+
+    def __init__(self, folder: Path, episodes: int = EPISODES) -> None:
+        super().__init__(folder)
+        self.splits["guarded"] = tiny.write(folder, "guarded", episodes, hidden=True)
+        self.board = Board(self.entries, self.splits, steps_per_phase=STEPS, clocks=CLOCKS)
+
+    def plays(self, run_id: str, scores: Floats, cause: str = "AGENT_FINISHED") -> str:
+        """Play a run of an agent of its own with these scores, equal in all metrics of both turns."""
+        return self.run(run_id, scores.tolist(), split="guarded", agent=run_id, cause=cause)
+
+    def figures(self, run_id: str) -> Floats:
+        """Return what a participant's report shows of the turns of its own run."""
+        rows = report_of(self.journal.run(run_id), self.journal, self.splits).table.rows
+        return np.array([rows[row][metric].mean for row in TURNS for metric in METRICS])
+
+
+@pytest.fixture
+def target(tmp_path: Path) -> Iterator[Target]:
+    made = Target(tmp_path)
+    with closing(made.database):
+        yield made
+
+
+def sum_of_squares(value: Interval, episodes: int) -> float:
+    """Return the sum of squared scores, from the interval of a mean as open splits have it."""
+    quantile, freedom = float(stdtrit(episodes - 1, 0.975)), episodes - 1
+    ends = value.low + value.high
+    weight = (ends - 2 * value.mean) / (1 - ends)
+    share = (weight / quantile**2 * episodes * (freedom + 1) - 1) / freedom
+    return share * value.mean * (1 - value.mean) * freedom + episodes * value.mean**2
+
+
+def sum_of_squared_differences(value: Interval, episodes: int) -> float:
+    """Return the sum of squared differences, from the interval of a difference as open splits have it."""
+    quantile, freedom = float(stdtrit(episodes - 1, 0.975)), episodes - 1
+    share = ((value.high - value.low) / 2 / quantile) ** 2 * episodes
+    return (share * (freedom + 1) - 1) + episodes * value.mean**2
+
+
+def test_nobody_solves_for_the_score_of_another_participant(target: Target) -> None:
+    """One episode played well, all others stopped at once: its own scores are known, the victim's follow."""
+    truth = np.random.default_rng(0).random(EPISODES)
+    target.publish(target.plays("victim", truth))
+    found = []
+    for at in range(12):
+        mine = np.zeros(EPISODES)
+        mine[at] = 1.0
+        target.publish(target.plays(f"probe {at}", mine))
+        ((_, compared),) = (
+            line for line in target.board.against(f"probe {at}", sort="nDTW").lines if line[0].agent == "victim"
+        )
+        difference = compared.difference
+        squares = sum_of_squares(target.board.entry("victim").rows["total"]["nDTW"], EPISODES)
+        other = sum_of_squared_differences(Interval(difference.mean, difference.low, difference.high), EPISODES)
+        found.append(min(max((squares + 1.0 - other) / 2.0, 0.0), 1.0))
+    error = np.sqrt(np.mean((np.array(found) - truth[:12]) ** 2))
+    assert error > 0.8 * truth.std(), (found, truth[:12])
+
+
+def test_what_is_said_of_a_pair_follows_from_shown_means(target: Target) -> None:
+    """Two victims with the same shown means but other scores: the same interval, whatever the attacker plays."""
+    target.publish(target.plays("victim", np.random.default_rng(0).random(EPISODES)))
+    target.publish(target.plays("probe", np.ones(EPISODES)))
+    for metric in COLUMNS:
+        ((other, compared),) = target.board.against("victim", sort=metric).lines
+        rows = [target.board.entry(name).rows["total"][metric].mean for name in ("victim", "probe")]
+        assert other.agent == "probe"
+        assert compared.difference.mean == pytest.approx(rows[0] - rows[1], abs=1e-4)
+        assert {compared.difference.p, compared.corrected} <= {0.001, 0.01, 0.05, 1.0}
+
+
+def test_runs_that_mostly_forfeited_are_compared_with_nobody(target: Target) -> None:
+    target.publish(target.plays("victim", np.ones(EPISODES)))
+    order = [episode.episode_id for episode in target.splits["guarded"].in_playing_order("en")]
+    target.run("probe", [1.0] * EPISODES, split="guarded", agent="probe", causes=["FORFEITED"] * (len(order) // 2 + 1))
+    target.run("half", [1.0] * EPISODES, split="guarded", agent="half", causes=["FORFEITED"] * (len(order) // 2))
+    for name in ("probe", "half"):
+        target.publish(name)
+    lines = {line.agent: line for line in target.board.standings("guarded", "en")}
+    assert (lines["probe"].rank, lines["probe"].marks) == (0, (Mark.FORFEITED,))
+    assert lines["half"].marks == ()
+    with pytest.raises(Conflict, match=r"is not ranked \(forfeited\), and is compared with no other"):
+        target.board.against("probe")
+    assert [other.agent for other, _ in target.board.against("victim").lines] == ["half"]
+    target.publish(target.run("open", 1.0, agent="open", causes=["FORFEITED"] * 5))
+    assert target.board.entry("open").marks == ()
+
+
+@pytest.mark.parametrize(("days", "least"), [(1, 0.47), (3, 0.44), (20, 0.25)])
+def test_least_squares_over_chosen_runs_leave_single_scores_open(target: Target, days: int, least: float) -> None:
+    """Each run plays a random half of the episodes, and stops in the others; its figures are all of that one sum.
+
+    In truth the metrics differ, and tell less. Guessing the mean has an error of 0.5.
+    """
+    draw = np.random.default_rng(days)
+    truth = (draw.random(EPISODES) < 0.5).astype(float)
+    played = draw.random((days * DAY, EPISODES)) < 0.5
+    shown = [target.figures(target.plays(f"run {at}", truth * chosen)) for at, chosen in enumerate(played)]
+    sums = np.array(shown).mean(axis=1) * EPISODES
+    noise = (NOISE**2 + (step_of(EPISODES) * EPISODES) ** 2 / 12) / (2 * len(METRICS))
+    design = played.astype(float)
+    covariance = np.linalg.inv(design.T @ design / noise + np.eye(EPISODES) / 0.25)
+    estimate = 0.5 + covariance @ design.T @ (sums - design.sum(axis=1) / 2) / noise
+    error = np.sqrt(np.mean((np.clip(estimate, 0, 1) - truth) ** 2))
+    assert error > least
+
+
+def test_a_total_leaves_nearly_all_assignments_of_targets_open(tmp_path: Path) -> None:
+    """24 episodes with two candidates each, of known scores: 16.8 million assignments before one total is known."""
+    number, draw = 24, np.random.default_rng(1)
+    candidates = draw.random((number, 2))
+    truth = candidates[np.arange(number), draw.integers(0, 2, number)]
+    target = Target(tmp_path, number)
+    with closing(target.database):
+        shown = target.figures(target.plays("probe", truth))
+    sums = np.zeros(1)
+    for pair in candidates:
+        sums = np.add.outer(sums, pair).ravel()
+    # Exact totals would leave a handful: those that add up to what is shown.
+    assert not 0 < np.count_nonzero(np.abs(sums - shown[0] * number) < 1e-9) < 10_000
+    grid = np.linspace(sums.min(), sums.max(), 4000)
+    step, deviation = step_of(number), NOISE / number
+    likelihood = np.zeros(len(grid))
+    for value in shown:
+        low = -np.inf if value <= 0.0 else value - step / 2
+        high = np.inf if value >= 1.0 else value + step / 2
+        likelihood += np.log(ndtr((high - grid / number) / deviation) - ndtr((low - grid / number) / deviation))
+    weights = np.exp(np.interp(sums, grid, likelihood - likelihood.max()))
+    weights /= weights.sum()
+    left = float(-(weights * np.log2(np.maximum(weights, 1e-300))).sum())
+    variance = float((np.diff(candidates, axis=1) ** 2).sum() / 4)
+    bound = len(shown) * math.log2(1 + variance / NOISE**2) / 2
+    assert number - left < bound + 0.5
+    assert left > number - 2.0
+
+
+def test_one_episode_alone_is_told_apart_hardly_better_than_by_chance() -> None:
+    """A day's runs, all other scores known exactly; all metrics of both turns are 0 or 1, so all figures agree."""
+    others, draw = 20, np.random.default_rng(2)
+    information, days = [], 400
+    for day in range(days):
+        solved = draw.integers(0, 2)
+        scores = np.zeros((EPISODES, 2, len(METRICS)))
+        scores[:others] = 1.0  # found out before, so that the sum is far from both ends
+        scores[others] = solved
+        log = np.zeros(2)
+        for run in range(DAY):
+            rows = masked_rows(scores, Noise(b"secret"), f"{day} {run}")
+            for row in TURNS:
+                for metric in METRICS:
+                    value, step = rows[row][metric].mean, step_of(EPISODES)
+                    means = (others + np.arange(2.0)) / EPISODES
+                    ends = [(value + sign * step / 2 - means) / (NOISE / EPISODES) for sign in (1, -1)]
+                    log += np.log(ndtr(ends[0]) - ndtr(ends[1]))
+        posterior = np.exp(log - np.logaddexp(*log))
+        information.append(1.0 + float(np.log2(posterior[solved])))  # log score: its mean is the information
+    told, error = np.mean(information), np.std(information) / days**0.5
+    assert told < DAY * ROW_BITS + 3 * error
+    assert told < 0.6
+
+
+def test_paired_tests_are_no_ruler() -> None:
+    """Probes that solve some known episodes and one more, against a run that solves none: what the outcome tells of it.
+
+    Without noise, the sixth success makes p fall below 0.05: one bit for each run and column.
+    """
+    most, draws, classes = 0.0, 300, (0.001, 0.01, 0.05, 1.0)
+    section_of = {str(number): "1" for number in range(EPISODES)}
+    ids = tuple(sorted(section_of))
+    tables: dict[str, EpisodeTable] = {}
+    family = Comparisons(tables.__getitem__, lambda split: Noise(b"secret"))
+    for known in (5, 12, 20, 28):
+        counts = np.zeros((2, len(classes)))
+        for solved in (0, 1):
+            scores = np.zeros((EPISODES, 2, len(METRICS)))
+            scores[: known + solved] = 1.0
+            for number in range(draws):
+                names = [f"{kind} {known} {number}" for kind in ("probe", "none")]
+                tables |= {names[0]: EpisodeTable(ids, scores), names[1]: EpisodeTable(ids, 0 * scores)}
+                pair = [standing(name, {}) for name in names]
+                compared = family.family(pair, "PTC@CTC-3", section_of).compare(*pair)
+                counts[solved, classes.index(compared.difference.p)] += 1
+        joint = counts / counts.sum()
+        expected = joint.sum(axis=1, keepdims=True) * joint.sum(axis=0, keepdims=True)
+        told = float((joint[joint > 0] * np.log2(joint[joint > 0] / expected[joint > 0])).sum())
+        most = max(most, told)
+    chance = (len(classes) - 1) / (2 * draws * 2 * math.log(2))  # what as many draws show of nothing, on average
+    assert most < math.log2(1 + 0.25 / TEST_NOISE**2) / 2 + 4 * chance
+
+
+def test_the_bits_are_those_that_security_md_states() -> None:
+    text = Path("SECURITY.md").read_text()
+    for name, bits in (("rows", ROW_BITS), ("groups", GROUP_BITS), ("tests", TEST_BITS), ("run", RUN_BITS)):
+        (line,) = (line for line in text.splitlines() if line.startswith(f"| {name} "))
+        said = float(line.split("|")[3].strip())
+        assert bits <= said < bits + 0.011, name
+    (line,) = (line for line in text.splitlines() if line.startswith("| day "))
+    assert DAY * RUN_BITS <= float(line.split("|")[3].strip()) < DAY * RUN_BITS + 0.02
