@@ -1,0 +1,267 @@
+"""Every door of a real server shows the same few digits of a hidden split: gRPC, pages, downloads, receipts."""
+
+import csv
+import io
+import json
+import re
+import urllib.error
+import urllib.request
+from collections.abc import Iterator, Mapping
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import grpc
+import pytest
+from google.protobuf.message import Message
+
+from arramon.v1 import evaluation_pb2 as ev
+from arramon.v1 import leaderboard_pb2 as lb
+from arramon.v1.evaluation_pb2_grpc import EvaluationStub
+from arramon.v1.leaderboard_pb2_grpc import LeaderboardStub
+from server.episodes.splits import read_splits
+from server.runs.results.reports import make_report
+from server.runs.storage.database import Database
+from server.runs.storage.journal import Journal
+from server.scoring.disclosure import step_of
+from tests import tiny
+from tests.api.player import Player, create
+from tests.serving import METADATA, Server
+
+EPISODES, SPLIT = 47, "guarded"
+"""A prime number of episodes: no exact mean looks like a rounded one, but for 0 and 1."""
+
+DECIMALS = 4
+"""Of every number between -1 and 1 that a door shows."""
+
+TIMES = re.compile("seconds|second", re.IGNORECASE)
+"""Names of numbers that are no scores: times, to two digits where others see them, and their quotients."""
+
+
+@dataclass(frozen=True)
+class Doors:
+    """A server with runs on a hidden split.
+
+    Attributes:
+        stub, board: of a caller without a token.
+        web: address of the pages.
+        runs: ids of the published runs; the first two differ in their seed, the next is the same agent in Hindi, the
+            last one forfeited most episodes.
+        exact: exact means as a reader would see them, with three and four decimals.
+    """
+
+    stub: EvaluationStub
+    board: LeaderboardStub
+    web: str
+    runs: list[str]
+    exact: frozenset[str]
+
+
+@pytest.fixture(scope="module")
+def doors(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Doors]:
+    data = tmp_path_factory.mktemp("data")
+    tiny.write(data, SPLIT, EPISODES, hidden=True)
+    server = Server(data, "127.0.0.1:0", "--steps", "8", "--web", "127.0.0.1:0")
+    (web,) = (line.split()[-1] for line in server.said if line.startswith("pages at "))
+    with grpc.insecure_channel(server.address) as channel:
+        stub, board = EvaluationStub(channel), LeaderboardStub(channel)
+        runs = [
+            played(stub, 29, "en", "1"),
+            played(stub, 23, "en", "2"),
+            played(stub, 13, "hi", "1"),
+            played(stub, 17, "en", "1", agent="probe"),
+            played(stub, 5, "en", "1", agent="forfeits", forfeits=True),
+        ]
+        for run_id in runs:
+            board.Publish(lb.PublishRequest(run_id=run_id), metadata=METADATA)
+        yield Doors(stub, board, web, runs, exact_means(data, runs))
+    assert server.stop() == 0
+
+
+def played(
+    stub: EvaluationStub, solved: int, language: str, seed: str, *, agent: str = "walker", forfeits: bool = False
+) -> str:
+    """Play a run that follows the ground truth in some episodes, and forfeits the others or stops at once."""
+    argument = ev.AgentArgument(name="seed", value=seed)
+    run = create(stub, split=SPLIT, language=language, agent=agent, agent_arguments=[argument])
+    order: dict[str, int] = {}
+    with Player(stub, run.run_id, EPISODES) as player:
+        while (event := player.next()).WhichOneof("event") != "run_ended":
+            if event.WhichOneof("event") != "observation":
+                continue
+            seen = event.observation
+            at = order.setdefault(seen.episode_id, len(order))
+            if at >= solved and forfeits:
+                player.send([ev.Act(episode_id=seen.episode_id, forfeit=ev.Forfeit())])
+            else:
+                actions = tiny.ACTIONS if at < solved else (tiny.P,)
+                player.act(seen.episode_id, seen.step, int(actions[seen.step % len(actions)]))
+    return run.run_id
+
+
+def exact_means(data: Path, runs: list[str]) -> frozenset[str]:
+    (split,) = read_splits(data).values()
+    found = set()
+    with closing(Database(f"sqlite:///{data / 'journal.db'}")) as database:
+        journal = Journal(database)
+        for run_id in runs:
+            endings = journal.endings(run_id)
+            report = make_report(journal.run(run_id), journal.progress(run_id), endings, split, exact=True)
+            found |= {value.mean for metrics in report.table.rows.values() for value in metrics.values()}
+    parts = 4 / step_of(EPISODES)
+    told = {mean for mean in found if abs(mean * parts - round(mean * parts)) > 1e-9}
+    assert len(told) > 5
+    return frozenset(f"{mean:.{digits}f}" for mean in told for digits in (3, DECIMALS))
+
+
+def check(doors: Doors, name: str, number: float) -> None:
+    """Check a number that a door shows."""
+    if TIMES.search(name) or abs(number) > 1.0:
+        return
+    assert abs(number - round(number, DECIMALS)) < 1e-12, f"{name} is {number}"
+    assert f"{abs(number):.{DECIMALS}f}" not in doors.exact, f"{name} is {number}, an exact mean"
+
+
+def check_message(doors: Doors, name: str, message: Message) -> None:
+    for field, value in message.ListFields():
+        inner = f"{name}.{field.name}"
+        for one in value if field.is_repeated and not isinstance(value, Mapping) else [value]:
+            if isinstance(one, Message):
+                check_message(doors, inner, one)
+            elif isinstance(one, float):
+                check(doors, inner, one)
+
+
+def check_data(doors: Doors, name: str, content: object) -> None:
+    if isinstance(content, dict):
+        for key, value in content.items():
+            check_data(doors, f"{name}.{key}", value)
+    elif isinstance(content, list):
+        for value in content:
+            check_data(doors, name, value)
+    elif isinstance(content, float):
+        check(doors, name, content)
+    elif isinstance(content, str) and content.startswith("{"):
+        check_data(doors, name, json.loads(content))
+
+
+def requests(doors: Doors) -> dict[str, list[Any]]:
+    """Return requests of every method that returns what is known of runs; empty for one that returns nothing of it."""
+    runs, metrics = doors.runs, ("PTC@CTC-3", "nDTW", "CTC-3")
+    lists = [lb.ListRequest(split=SPLIT, language=code, sort=sort) for code in ("en", "hi", "both") for sort in metrics]
+    compared = [
+        lb.CompareRequest(run_id=run_id, language=code, sort=sort)
+        for run_id, code in ((runs[0], "en"), (runs[3], "en"), (runs[0], "both"))
+        for sort in metrics
+    ]
+    exports = [
+        lb.ExportRequest(split=SPLIT, language=code, format=form)
+        for code in ("en", "both")
+        for form in (lb.ExportRequest.FORMAT_CSV, lb.ExportRequest.FORMAT_JSON)
+    ]
+    return {
+        "GetReport": [ev.GetReportRequest(run_id=run_id) for run_id in runs],
+        "GetReceipt": [ev.GetReceiptRequest(run_id=run_id) for run_id in runs],
+        "GetBreakdown": [ev.GetBreakdownRequest(run_id=run_id) for run_id in runs],
+        "GetRun": [ev.GetRunRequest(run_id=run_id) for run_id in runs],
+        "ListRuns": [ev.ListRunsRequest()],
+        "GetServerInfo": [ev.GetServerInfoRequest()],
+        "GetAccount": [ev.GetAccountRequest()],
+        "Publish": [lb.PublishRequest(run_id=run_id) for run_id in runs],
+        "List": lists,
+        "GetEntry": [lb.GetEntryRequest(run_id=run_id) for run_id in runs],
+        "Compare": compared,
+        "Export": exports,
+        "ListEpochs": [lb.ListEpochsRequest()],
+        **{name: [] for name in ("CreateRun", "CancelRun", "Play", "Withdraw", "GetActions", "CompareEpochs")},
+    }
+
+
+def test_no_call_shows_more_digits_than_the_split_allows(doors: Doors) -> None:
+    asked = requests(doors)
+    services = [ev.DESCRIPTOR.services_by_name["Evaluation"], lb.DESCRIPTOR.services_by_name["Leaderboard"]]
+    assert set(asked) == {name for service in services for name in service.methods_by_name}  # a new one belongs here
+    shown = 0
+    for service, stub in zip(services, (doors.stub, doors.board), strict=True):
+        for name in service.methods_by_name:
+            for request in asked[name]:
+                answer = getattr(stub, name)(request, metadata=METADATA)
+                check_message(doors, name, answer)
+                shown += answer.ByteSize()
+                if name == "GetReceipt":
+                    check_data(doors, name, json.loads(answer.payload))
+                elif name == "Export" and request.format == lb.ExportRequest.FORMAT_JSON:
+                    check_data(doors, name, json.loads(answer.content))
+                elif name == "Export":
+                    for line in csv.DictReader(io.StringIO(answer.content, newline="")):
+                        for column, cell in line.items():
+                            if re.fullmatch(r"-?\d+\.\d+", cell):
+                                check(doors, column, float(cell))
+    assert shown > 10_000
+
+
+def test_no_page_or_download_shows_more_digits_than_the_split_allows(doors: Doors) -> None:
+    """All pages that are linked from the standings, in both languages of the pages."""
+    waiting = [f"/{code}/?split={SPLIT}&language={spoken}" for code in ("en", "hi") for spoken in ("en", "hi", "both")]
+    seen = set(waiting)
+    kinds = set()
+    while waiting:
+        path = waiting.pop()
+        try:
+            with urllib.request.urlopen(doors.web + path, timeout=120) as answer:
+                text, kind = answer.read().decode(), answer.headers.get_content_type()
+        except urllib.error.HTTPError as error:
+            assert error.code == 404, path
+            continue
+        kinds.add(kind)
+        if kind == "application/json":
+            check_data(doors, path, json.loads(text))
+        elif kind == "text/html":
+            assert [number for number in re.findall(r"\d\.\d{3,}", text) if number in doors.exact] == [], path
+            assert re.findall(r"(?<![\d.])[01]\.[1-9]\d{4,}", text) == [], path  # times of a step are less
+            for link in re.findall(r'href="(/[^"#]*)', text):
+                there = link.replace("&amp;", "&")
+                if there not in seen and len(seen) < 400 and not there.startswith("/static"):
+                    seen.add(there)
+                    waiting.append(there)
+    assert {"text/html", "application/json", "text/csv"} <= kinds
+    assert any("/against" in path for path in seen)
+    assert sum(path.endswith("receipt.json") for path in seen) == len(doors.runs)
+
+
+def test_all_doors_show_the_same_figures(doors: Doors) -> None:
+    for run_id in doors.runs:
+        report = doors.stub.GetReport(ev.GetReportRequest(run_id=run_id), metadata=METADATA)
+        entry = doors.board.GetEntry(lb.GetEntryRequest(run_id=run_id), metadata=METADATA)
+        assert list(report.rows) == list(entry.rows)
+        receipt = json.loads(doors.stub.GetReceipt(ev.GetReceiptRequest(run_id=run_id), metadata=METADATA).payload)
+        shown = {
+            row.name: {one.metric: {"mean": one.mean, "low": one.low, "high": one.high} for one in row.scores}
+            for row in report.rows
+        }
+        assert receipt["scores"] == shown
+        groups = doors.stub.GetBreakdown(ev.GetBreakdownRequest(run_id=run_id), metadata=METADATA).groups
+        turns = {group.name: group for group in groups if group.aspect == "turn"}
+        for name, row in (("first", "turn 1"), ("second", "turn 2")):
+            for score in turns[name].scores:
+                found = shown[row][score.metric]
+                assert (score.mean, score.low, score.high) == (found["mean"], found["low"], found["high"])
+
+
+def test_others_see_steps_and_times_to_two_digits(doors: Doors) -> None:
+    own = doors.stub.GetRun(ev.GetRunRequest(run_id=doors.runs[0]), metadata=METADATA)
+    entry = doors.board.GetEntry(lb.GetEntryRequest(run_id=doors.runs[0]), metadata=METADATA)
+    breakdown = doors.stub.GetBreakdown(ev.GetBreakdownRequest(run_id=doors.runs[0]), metadata=METADATA)
+    assert own.steps > 100
+    for run in (entry.run, breakdown.run):
+        assert run.steps == int(float(f"{own.steps:.1e}")) != own.steps
+        assert run.thinking_seconds == float(f"{run.thinking_seconds:.1e}")
+
+
+def test_run_that_mostly_forfeited_is_ranked_nowhere(doors: Doors) -> None:
+    entry = doors.board.GetEntry(lb.GetEntryRequest(run_id=doors.runs[-1]), metadata=METADATA)
+    assert list(entry.marks) == [lb.MARK_FORFEITED]
+    for code in ("en", "both"):
+        listed = doors.board.List(lb.ListRequest(split=SPLIT, language=code), metadata=METADATA).standings
+        assert [line.rank for line in listed if line.agent == "forfeits"] == [0] * (code == "en")
