@@ -105,8 +105,8 @@ def masked_difference(one: Standing, other: Standing, metric: str, episodes: int
         episodes: number of episodes that both played.
     """
     noise = math.hypot(*(total_deviation(episodes, len(line.entries)) for line in (one, other)))
-    means = (line.rows[TOTAL][metric].mean for line in (one, other))
-    return difference(*means, episodes, noise)
+    first, second = (line.rows[TOTAL][metric].mean for line in (one, other))
+    return difference(first, second, episodes, noise)
 
 
 class Comparisons:

@@ -86,7 +86,8 @@ def _mean(scored: Scored) -> _Shown:
 
 def _apart(scored: Scored, at: int) -> _Shown:
     """Return an agent's mean minus that of the mean of all others, see `masking.difference` for the variance."""
-    rest = Scored(*([*whole[:at], *whole[at + 1 :]] for whole in (scored.means, scored.runs)), scored.episodes)
+    means, runs = ([*whole[:at], *whole[at + 1 :]] for whole in (scored.means, scored.runs))
+    rest = Scored(means, runs, scored.episodes)
     own, others = _own(scored, at), _mean(rest)
     value = own.value - others.value
     largest = min(own.value + others.value, 2.0 - own.value - others.value) - value**2

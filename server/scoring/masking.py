@@ -60,7 +60,8 @@ class Noise:
         Between two runs their differences are symmetric, as the paired tests suppose under their null hypothesis.
         """
         scale = TEST_NOISE / LEAST**0.5
-        return scale * np.array([self.normal(run_id, "test", metric, str(number)) for number in range(LEAST)])
+        scores: Floats = np.array([self.normal(run_id, "test", metric, str(number)) for number in range(LEAST)])
+        return scale * scores
 
 
 _NORMAL = NormalDist()
@@ -163,7 +164,7 @@ def mean_of_rows(tables: Sequence[Rows], episodes: int) -> dict[str, dict[str, I
 
 def total_deviation(episodes: int, runs: int = 1) -> float:
     """Return the standard deviation of the noise in the mean of both turns, over several runs."""
-    return NOISE / episodes / (2.0 * runs) ** 0.5
+    return NOISE / episodes / math.sqrt(2.0 * runs)
 
 
 def mean_interval(mean: float, episodes: int, deviation: float, step: float) -> Interval:

@@ -33,6 +33,7 @@ def test_runs_with_other_seeds_form_one_standing(house: House) -> None:
     assert line.rows["total"]["PTC@CTC-3"].mean == pytest.approx((4 + 3 + 3) / 18)
     assert line.spread is not None
     assert (line.spread.runs, line.spread.deviation) == (3, 0.0)
+    assert line.spread.rest_deviation is not None
     assert line.spread.rest_deviation > 0.2
     for run_id in "abc":
         assert house.board.against(run_id).standing is line

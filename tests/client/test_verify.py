@@ -346,3 +346,21 @@ def test_without_a_receipt_scores_and_results_are_still_written(
     assert "no receipt: the fake server signs nothing (NOT_FOUND)" in said.err
     assert "results: arramon-results/run-1.json" in said.out
     assert [path.name for path in Path("arramon-results").iterdir()] == ["run-1.json"]
+
+
+def test_receipt_of_a_hidden_split_is_valid_without_steps_and_causes(verify: Verify) -> None:
+    """Version 2: the steps are those after which the actions have the head; a client may have sent more."""
+    episodes = [
+        {"episode_id": one["episode_id"], "head": one["head"], "ending": "0" * 64} for one in payload()["episodes"]
+    ]
+    content = {name: value for name, value in payload(version=2, episodes=episodes).items() if name != "steps"}
+    more = {name: "".join(map(str, taken)) + "0" for name, taken in ACTIONS.items()}
+    beside = verify.path.with_name("r7.json")
+    beside.write_text(json.dumps(results(actions=more)))
+    status, said, _ = verify(signed(content), "--key", HOST_KEY)
+    assert (status, "the scores match" in said, "steps;" in said) == (0, True, False)
+    beside.write_text(json.dumps(results(actions={name: "3" + taken for name, taken in more.items()})))
+    assert "the receipt's actions differ" in verify(signed(content), "--key", HOST_KEY)[2]
+    without_ending = [{name: one[name] for name in ("episode_id", "head")} for one in episodes]
+    status, _, said = verify(signed({**content, "episodes": without_ending}), "--key", HOST_KEY)
+    assert (status, "does not have the fields of a receipt" in said) == (1, True)

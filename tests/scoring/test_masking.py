@@ -48,7 +48,7 @@ def test_noise_in_a_mean_is_that_of_some_episodes() -> None:
     shown = [masked_rows(scores, SECRET, f"run {number}")["turn 1"]["nDTW"].mean for number in range(400)]
     rounding = step_of(60) / 12**0.5
     assert np.std(shown) == pytest.approx(np.hypot(NOISE / 60, rounding), rel=0.15)
-    assert np.mean(shown) == pytest.approx(exact, abs=5 * np.std(shown) / 20)
+    assert np.mean(shown) == pytest.approx(exact, abs=5 * float(np.std(shown)) / 20)
 
 
 @pytest.mark.parametrize("episodes", [24, 60, 300, 1205])
@@ -66,11 +66,11 @@ def test_everything_shown_is_on_the_grid_and_in_order(episodes: int) -> None:
     for metric in METRICS:
         turns = [rows[row][metric].mean for row in ROWS[:2]]
         assert rows["total"][metric].mean == pytest.approx(sum(turns) / 2, abs=1e-4)
-    for row in rows.values():
-        assert row["CTC-3"].mean <= row["CTC-5"].mean <= row["CTC-7"].mean
+    for values in rows.values():
+        assert values["CTC-3"].mean <= values["CTC-5"].mean <= values["CTC-7"].mean
         for gate in GATES:
-            assert all(row[f"{name}@{gate}"].mean <= row[name].mean for name in PLACEMENT)
-            assert row[f"PTC@{gate}"].mean <= row[f"rPOD@{gate}"].mean
+            assert all(values[f"{name}@{gate}"].mean <= values[name].mean for name in PLACEMENT)
+            assert values[f"PTC@{gate}"].mean <= values[f"rPOD@{gate}"].mean
 
 
 def test_few_episodes_show_nothing_but_noise() -> None:
@@ -103,7 +103,7 @@ def test_intervals_of_differences_hold_the_truth(episodes: int, one: float, othe
     for _ in range(1000):
         means = [(rng.random(episodes) < mean).mean() + rng.normal(0, deviation) for mean in (one, other)]
         shown = [float(np.clip(np.rint(mean * parts) / parts, 0, 1)) for mean in means]
-        value = difference(*shown, episodes, 2**0.5 * deviation)
+        value = difference(shown[0], shown[1], episodes, 2**0.5 * deviation)
         held += value.low <= one - other <= value.high
     assert held >= 950
 

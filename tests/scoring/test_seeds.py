@@ -27,6 +27,8 @@ def test_components_are_told_apart(runs: float, episodes: float, rest: float) ->
     for _ in range(400):
         scores = 0.5 + runs * draw.normal(size=(5, 1)) + episodes * draw.normal(size=(1, 200))
         spread = seed_spread(scores + rest * draw.normal(size=(5, 200)))
+        assert spread.episodes_deviation is not None
+        assert spread.rest_deviation is not None
         found.append((spread.deviation**2, spread.episodes_deviation**2, spread.rest_deviation**2))
     of_runs, of_episodes, of_rest = np.mean(found, axis=0)
     assert of_runs == pytest.approx(runs**2, abs=0.0004)

@@ -12,7 +12,8 @@ from server.episodes.splits import Split
 from server.errors import BadFile, Conflict
 from server.runs.accounts.callers import HOST
 from server.runs.results.receipt_file import rescore_file
-from server.runs.results.receipts import Receipts
+from server.runs.results.receipts import Receipts, document
+from server.runs.results.reports import make_report
 from server.runs.results.rescoring import Rescored
 from server.runs.results.signing import SigningKey
 from server.runs.storage.database import Database
@@ -134,3 +135,16 @@ def test_other_data_is_refused(files: Files, tmp_path: Path) -> None:
         files.rescore(tiny.write(tmp_path / "other", count=5))
     with pytest.raises(Conflict, match="no longer exists"):
         files.rescore(tiny.write(tmp_path / "other", "another"))
+
+
+def test_a_hidden_receipt_of_an_earlier_release_is_compared_with_exact_scores(tmp_path: Path) -> None:
+    files = Files(tmp_path, hidden=True)
+    with closing(Database(f"sqlite:///{tmp_path / 'journal.db'}")) as database:
+        journal = Journal(database)
+        run, endings = journal.run("r"), journal.endings("r")
+        report = make_report(run, journal.progress("r"), endings, files.split, exact=True)
+        old = document(journal.actions, report, endings, hidden=True, masked=False)
+    assert (old["version"], "scores" in old["episodes"][0], "steps" in old["episodes"][0]) == (1, False, True)
+    files.write(json.dumps(old).encode(), files.taken())
+    assert files.rescore().differences == ()
+    assert old["scores"] != json.loads(files.payload)["scores"]

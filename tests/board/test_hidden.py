@@ -1,0 +1,120 @@
+"""Hidden splits on the leaderboard: what follows from shown means, and what earlier releases stored."""
+
+import json
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+import rfc8785
+import sqlalchemy as sa
+
+from server.board.board import Board
+from server.board.entries import Entries
+from server.board.standings import Mark
+from server.runs.results.receipts import MASKED_VERSION, VERSION, document
+from server.runs.results.reports import make_report
+from server.runs.storage import tables
+from server.scoring.disclosure import step_of
+from server.scoring.episode import METRICS
+from tests import tiny
+from tests.board.made import CLOCKS, STEPS, House
+
+EPISODES, METRIC = 60, "PTC@CTC-3"
+
+
+@pytest.fixture
+def hidden(house: House, tmp_path: Path) -> House:
+    """A house with a hidden split of 60 episodes, 40 of them in Hindi too."""
+    house.splits["guarded"] = tiny.write(tmp_path, "guarded", EPISODES, hidden=True)
+    house.board = Board(house.entries, house.splits, steps_per_phase=STEPS, clocks=CLOCKS)
+    return house
+
+
+def publish(house: House, run_id: str, score: float, **changes: object) -> str:
+    return house.publish(house.run(run_id, score, split="guarded", **changes))  # type: ignore[arg-type]
+
+
+def total(house: House, run_id: str) -> float:
+    return house.board.entry(run_id).rows["total"][METRIC].mean
+
+
+def test_seeds_follow_from_shown_means(hidden: House) -> None:
+    for run_id, score in (("a", 0.4), ("b", 0.6)):
+        publish(hidden, run_id, score, arguments=(("seed", run_id),))
+    (line,) = hidden.board.standings("guarded", "en")
+    means = [total(hidden, run_id) for run_id in "ab"]
+    assert line.rows["total"][METRIC].mean == pytest.approx(sum(means) / 2, abs=1e-4)
+    assert line.spread is not None
+    assert line.spread.deviation == pytest.approx(abs(means[0] - means[1]) / 2**0.5, abs=1e-4)
+    assert (line.spread.episodes_deviation, line.spread.rest_deviation) == (None, None)
+
+
+def test_gap_between_languages_follows_from_shown_means(hidden: House) -> None:
+    publish(hidden, "a", 0.3)
+    publish(hidden, "b", 0.7, language="hi")
+    (line,) = hidden.board.both("guarded")
+    means = {"en": total(hidden, "a"), "hi": total(hidden, "b")}
+    assert line.rows["total"][METRIC].mean == pytest.approx(sum(means.values()) / 2, abs=1e-4)
+    assert line.gap is not None
+    higher = max(means, key=lambda code: means[code])
+    assert (line.gap.higher, line.gap.episodes) == (higher, 40)
+    assert line.gap.mean == pytest.approx(abs(means["en"] - means["hi"]), abs=1e-4)
+    assert line.gap.low <= line.gap.mean <= line.gap.high
+    parts = round(1 / step_of(40))
+    assert line.gap.same * parts == pytest.approx(round(line.gap.same * parts))
+
+
+def test_order_and_ranks_do_not_depend_on_exact_means(hidden: House) -> None:
+    """Runs of which none is shown to be better are in the order of their shown means, ties by publication."""
+    for number in range(12):
+        publish(hidden, f"{number:02}", 0.5 + number / 1000, agent=str(number))
+    lines = hidden.board.standings("guarded", "en")
+    assert {line.rank for line in lines} == {1}
+    means = [line.rows["total"][METRIC].mean for line in lines]
+    assert means == sorted(means, reverse=True)
+    assert [line.agent for line in lines] != [str(number) for number in range(11, -1, -1)]
+
+
+def test_what_an_earlier_release_stored_exactly_is_shown_masked(hidden: House, tmp_path: Path) -> None:
+    """Its entry and its receipt have exact scores; the receipt stays as it is, and is not taken for a masked one."""
+    publish(hidden, "old", 0.3456)
+    shown = hidden.board.entry("old").rows
+    split, run = hidden.splits["guarded"], hidden.journal.run("old")
+    endings = hidden.journal.endings("old")
+    report = make_report(run, hidden.journal.progress("old"), endings, split, exact=True)
+    assert report.table.rows["total"]["nDTW"].mean == pytest.approx(0.3456)
+    content = document(hidden.journal.actions, report, endings, hidden=True, masked=False)
+    assert content["version"] == VERSION
+    rows = {
+        row: {metric: [one.mean, one.low, one.high] for metric, one in values.items()}
+        for row, values in report.table.rows.items()
+    }
+    with hidden.database.write() as connection:
+        of_run = tables.entries.c.run_id == "old"
+        kept = connection.execute(sa.select(tables.entries.c.scores).where(of_run)).scalar_one()
+        connection.execute(tables.entries.update().where(of_run).values(scores={**kept, "rows": rows}))
+        payload = rfc8785.dumps({**content, "attempts": {"number": 1, "begun": 1}})
+        connection.execute(tables.receipts.update().values(payload=payload))
+    again = Board(Entries(hidden.database), hidden.splits, steps_per_phase=STEPS, clocks=CLOCKS)
+    assert again.entry("old").rows == shown
+    # The same where the split's data has changed, so that its noise cannot be derived: rounded at least.
+    other = {**hidden.splits, "guarded": tiny.write(tmp_path / "other", "guarded", EPISODES - 1, hidden=True)}
+    entry = Board(Entries(hidden.database), other, steps_per_phase=STEPS, clocks=CLOCKS).entry("old")
+    assert Mark.OTHER_DATA in entry.marks
+    assert {entry.rows[row][metric].mean for row in entry.rows for metric in METRICS} == {0.3}
+
+
+def test_run_whose_hidden_split_is_gone_shows_what_it_showed(hidden: House) -> None:
+    publish(hidden, "a", 0.3456)
+    shown = hidden.board.entry("a").rows
+    rest = {name: split for name, split in hidden.splits.items() if name != "guarded"}
+    entry = Board(Entries(hidden.database), rest, steps_per_phase=STEPS, clocks=CLOCKS).entry("a")
+    assert entry.rows == shown
+    assert entry.progress.steps == 420
+
+
+def test_receipts_of_hidden_splits_name_their_version(hidden: House) -> None:
+    publish(hidden, "a", 0.5)
+    with closing(hidden.database):
+        (row,) = hidden.database.read(sa.select(tables.receipts.c.payload))
+        assert json.loads(row.payload)["version"] == MASKED_VERSION
