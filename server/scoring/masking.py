@@ -60,8 +60,8 @@ class Noise:
         Between two runs their differences are symmetric, as the paired tests suppose under their null hypothesis.
         """
         scale = TEST_NOISE / LEAST**0.5
-        scores: Floats = np.array([self.normal(run_id, "test", metric, str(number)) for number in range(LEAST)])
-        return scale * scores
+        scores: Floats = scale * np.array([self.normal(run_id, "test", metric, str(at)) for at in range(LEAST)])
+        return scores
 
 
 _NORMAL = NormalDist()
