@@ -10,7 +10,7 @@ DEEPEST = 64
 
 
 class NotJsonError(ValueError):
-    """A text is not JSON, or is JSON that no program here writes; the message follows "it ...", as in "it is not JSON"."""
+    """A text is not JSON, or is JSON that no program here writes; the message continues a sentence: "is not JSON"."""
 
 
 def read_json(data: bytes | str, deepest: int = DEEPEST) -> Any:

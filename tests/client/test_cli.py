@@ -14,7 +14,7 @@ from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from arramon_client.arguments import resume_command
 from arramon_client.cli import main
-from tests.client.fake import Servicer, World, serving
+from tests.client.fake import RUN, Servicer, World, serving
 
 AGENTS = """
 import os, signal
@@ -36,6 +36,10 @@ class Interrupting(Agent):
 """
 
 
+OTHER = "2e" * 16
+"""The id of a run that is not there."""
+
+
 @pytest.fixture
 def address(world: World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
     (tmp_path / "cli_agents.py").write_text(AGENTS)
@@ -51,12 +55,12 @@ def test_run_is_played_reported_and_saved(world: World, address: str, capsys: py
     assert (world.run.agent, world.run.split, world.run.language) == ("cli_agents", "val_seen", "en")
     assert (world.run.participant, list(world.run.sensors)) == ("me", [])
     shown = capsys.readouterr()
-    assert "run run-1: cli_agents plays 4 episodes of val_seen, en, 8 in parallel" in shown.err
+    assert f"run {RUN}: cli_agents plays 4 episodes of val_seen, en, 8 in parallel" in shown.err
     assert "20 steps in " in shown.err
     assert "nDTW" in shown.out
     assert "arramon 9.9.9 | val_seen | en" in shown.out
-    assert "results: arramon-results/run-1.json" in shown.out
-    assert len(json.loads(Path("arramon-results/run-1.json").read_text())["episodes"]) == 4
+    assert f"results: arramon-results/{RUN}.json" in shown.out
+    assert len(json.loads(Path(f"arramon-results/{RUN}.json").read_text())["episodes"]) == 4
 
 
 def test_report_and_receipt_are_requested_until_the_server_is_back(
@@ -77,7 +81,7 @@ def test_settings_reach_the_server(world: World, address: str) -> None:
     opening = world.opens[0]
     assert (opening.max_episodes, opening.image_size, opening.encoding) == (3, 128, 2)
     assert list(world.run.sensors) == ["rgb", "pose"]
-    assert Path("out/run-1.json").exists()
+    assert Path(f"out/{RUN}.json").exists()
 
 
 def test_the_quality_reaches_the_server(world: World, address: str) -> None:
@@ -96,12 +100,12 @@ def test_a_failing_agent_stops_the_run_and_the_resume_command_is_printed(
     said = "error: run stopped: the agent failed in 4 episodes in a row: act() raised ValueError: no weights"
     assert said in shown.err
     assert 'if observations[0].step == 2: raise ValueError("no weights")' in shown.err
-    assert f"resume it with\n  arramon-client {' '.join(begun)} --resume run-1\n" in shown.err
+    assert f"resume it with\n  arramon-client {' '.join(begun)} --resume {RUN}\n" in shown.err
     assert "--keep-going" in shown.err
     assert "nDTW" not in shown.out
     assert (world.causes, world.reasons, list(Path("arramon-results").iterdir())) == ({}, {}, [])
     world.run.agent = "cli_agents"
-    assert main(["--agent", "cli_agents", "--server", address, "--resume", "run-1"]) == 0
+    assert main(["--agent", "cli_agents", "--server", address, "--resume", RUN]) == 0
     assert world.actions == {f"e{i}": [(i + step) % 4 for step in range(5)] for i in range(4)}
 
 
@@ -125,7 +129,7 @@ def test_a_dry_run_plays_two_episodes_of_an_open_split(
     shown = capsys.readouterr()
     assert "this was a dry run: no errors" in shown.err
     assert [path.name for path in Path("arramon-results").iterdir()] == ["dry-run"]
-    assert [path.name for path in Path("arramon-results/dry-run").iterdir()] == ["run-1.json"]
+    assert [path.name for path in Path("arramon-results/dry-run").iterdir()] == [f"{RUN}.json"]
 
 
 @pytest.mark.parametrize(("asked", "named", "number"), [
@@ -155,7 +159,7 @@ def test_dry_run_of_a_failing_agent_shows_its_error(
 def test_an_interrupted_dry_run_is_cancelled(world: World, address: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--agent", "cli_agents:Interrupting", "--lang", "en", "--server", address, "--dry-run"]) == 130
     assert "--resume" not in capsys.readouterr().err
-    assert world.cancelled == ["run-1"]
+    assert world.cancelled == [RUN]
 
 
 def test_a_dry_run_needs_an_open_split(world: World, address: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -174,7 +178,7 @@ def test_with_keep_going_a_failing_agent_plays_to_the_end(
     assert "the agent failed 1 time(s); 4 episode(s) were given up. First failure:" in shown.err
     assert 'if observations[0].step == 2: raise ValueError("no weights")' in shown.err
     assert "arramon_client/" not in shown.err
-    failures = json.loads(Path("arramon-results/run-1.json").read_text())["agent_failures"]
+    failures = json.loads(Path(f"arramon-results/{RUN}.json").read_text())["agent_failures"]
     assert failures[0]["message"] == "act() raised ValueError: no weights"
 
 
@@ -190,8 +194,9 @@ def test_with_keep_going_a_failing_agent_plays_to_the_end(
     (["--agent", "cli_agents", "--lang", "en", "--parallel", "99"], 2, "at most 32 parallel episodes"),
     (["--agent", "cli_agent", "--lang", "en"], 2, "there is no module cli_agent installed"),
     (["--agent", "cli_agents", "--lang", "en", "--output", "cli_agents.py"], 1, "cannot be written to cli_agents.py"),
-    (["--agent", "cli_agents", "--resume", "run-9", "--dry-run"], 2, "cannot be used together with --resume"),
-    (["--agent", "cli_agents", "--resume", "run-9"], 1, "there is no run 'run-9' (NOT_FOUND)"),
+    (["--agent", "cli_agents", "--resume", OTHER, "--dry-run"], 2, "cannot be used together with --resume"),
+    (["--agent", "cli_agents", "--resume", "../run"], 2, "'../run' is not the id of a run, expected 32"),
+    (["--agent", "cli_agents", "--resume", OTHER], 1, f"there is no run {OTHER!r} (NOT_FOUND)"),
     (["--agent", "cli_agents"], 2, "--lang is required"),
     (["--agent", "cli_agents", "--lang", "en", "--episodes", "0"], 2, "'0' is not a whole number above 0"),
     (["--agent", "cli_agents", "--lang", "en", "--sensors", "nose"], 2, "unknown sensor 'nose', expected some of rgb"),
@@ -228,7 +233,7 @@ def test_arguments_and_episodes_reach_agent_and_server(world: World, address: st
     asked = world.requests[0]
     assert [(each.name, each.value) for each in asked.agent_arguments] == [("checkpoint", "my w.pt"), ("beam", "4")]
     assert (list(asked.episode_ids), asked.episodes) == (["e2", "e0"], 0)
-    run = json.loads(Path("arramon-results/run-1.json").read_text())["run"]
+    run = json.loads(Path(f"arramon-results/{RUN}.json").read_text())["run"]
     assert run["agent_arguments"] == [{"name": "checkpoint", "value": "my w.pt"}, {"name": "beam", "value": "4"}]
 
 
@@ -239,7 +244,7 @@ def test_a_run_is_resumed_only_with_its_arguments(
     request.agent_arguments.add(name="beam", value="4")
     request.agent_arguments.add(name="checkpoint", value="my w.pt")
     world.create(request)
-    command = ["--resume", "run-1", "--server", address]
+    command = ["--resume", RUN, "--server", address]
     assert main([*TAKING[:-2], *command]) == 2
     begun = "--agent-arg beam=4 --agent-arg 'checkpoint=my w.pt'"
     assert f"started with {begun}, not with --agent-arg 'checkpoint=my w.pt'" in capsys.readouterr().err
@@ -257,10 +262,10 @@ def test_the_agents_code_is_named_and_kept_when_resuming(
     assert main([*command, *CODED]) == 0
     code = pb.Code(url="https://example.org/a", commit="c" * 40, image="sha256:" + "d" * 64)
     assert world.requests[0].code == code
-    assert main([*command, *CODED[:-2], "--resume", "run-1"]) == 2
+    assert main([*command, *CODED[:-2], "--resume", RUN]) == 2
     assert "was started with other code" in capsys.readouterr().err
-    assert main([*command, *CODED, "--resume", "run-1"]) == 0
-    assert main([*command, "--resume", "run-1"]) == 0
+    assert main([*command, *CODED, "--resume", RUN]) == 0
+    assert main([*command, "--resume", RUN]) == 0
 
 
 def test_without_options_no_code_is_named(world: World, address: str) -> None:
@@ -291,11 +296,11 @@ def test_an_interrupt_prints_the_resume_command_which_completes_the_run(
     begun = ["--agent", "cli_agents:Interrupting", "--lang", "en", "--server", address]
     assert main(begun) == 130
     shown = capsys.readouterr().err
-    command = f"arramon-client --agent cli_agents:Interrupting --lang en --server {address} --resume run-1"
+    command = f"arramon-client --agent cli_agents:Interrupting --lang en --server {address} --resume {RUN}"
     assert f"interrupted\nthe run is saved; resume it with\n  {command}\n" in shown
     assert world.causes == {}
     world.run.agent = "cli_agents"
-    assert main(["--agent", "cli_agents", "--server", address, "--resume", "run-1"]) == 0
+    assert main(["--agent", "cli_agents", "--server", address, "--resume", RUN]) == 0
     assert world.actions == {f"e{i}": [(i + step) % 4 for step in range(5)] for i in range(4)}
     assert world.opens[-1].adopt
 
@@ -304,7 +309,7 @@ def test_resuming_a_complete_run_only_reports_it(
     world: World, address: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["--agent", "cli_agents", "--lang", "en", "--server", address]) == 0
-    assert main(["--agent", "cli_agents", "--server", address, "--resume", "run-1"]) == 0
+    assert main(["--agent", "cli_agents", "--server", address, "--resume", RUN]) == 0
     assert len(world.opens) == 1
     assert capsys.readouterr().out.count("nDTW") == 2
 
@@ -314,7 +319,7 @@ def test_a_resumed_run_waits_for_an_unreachable_server(
 ) -> None:
     world.create(pb.CreateRunRequest(agent="cli_agents", split="val_seen", language="en"))
     world.away.update({"GetServerInfo": 2, "GetRun": 2})
-    assert main(["--agent", "cli_agents", "--server", address, "--resume", "run-1"]) == 0
+    assert main(["--agent", "cli_agents", "--server", address, "--resume", RUN]) == 0
     shown = capsys.readouterr()
     assert shown.err.count(f"no connection yet (no server answers at {address}") == 1
     assert "nDTW" in shown.out
@@ -330,7 +335,7 @@ def test_a_new_run_fails_at_once_if_the_server_is_unreachable(
 
 def test_an_encryption_error_is_not_retried(world: World, address: str, capsys: pytest.CaptureFixture[str]) -> None:
     world.create(pb.CreateRunRequest(agent="cli_agents", split="val_seen", language="en"))
-    assert main(["--agent", "cli_agents", "--server", address, "--tls", "--resume", "run-1"]) == 1
+    assert main(["--agent", "cli_agents", "--server", address, "--tls", "--resume", RUN]) == 1
     assert "it does not use TLS" in capsys.readouterr().err
 
 
@@ -343,7 +348,7 @@ def test_a_run_is_resumed_only_with_its_settings(
     world: World, address: str, capsys: pytest.CaptureFixture[str], changed: list[str], said: str
 ) -> None:
     world.create(pb.CreateRunRequest(agent="cli_agents", split="val_seen", language="en"))
-    assert main([*changed, "--server", address, "--resume", "run-1"]) == 2
+    assert main([*changed, "--server", address, "--resume", RUN]) == 2
     assert said in capsys.readouterr().err
 
 
@@ -370,5 +375,5 @@ def test_the_module_runs_as_a_program_and_handles_a_real_interrupt(world: World,
         os.kill(client.pid, signal.SIGINT)
         _, errors = client.communicate(timeout=120)
     assert client.returncode == 130
-    assert "--resume run-1" in errors
+    assert f"--resume {RUN}" in errors
     assert "Traceback" not in errors

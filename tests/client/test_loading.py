@@ -1,5 +1,6 @@
 """Loading of agents: names, constructor arguments, and error messages."""
 
+import pickle
 import sys
 from collections.abc import Iterator
 from importlib.metadata import EntryPoint
@@ -9,6 +10,7 @@ import pytest
 
 from arramon_client import AgentLoadError, load_agent
 from arramon_client.plugin import loader
+from arramon_client.plugin.agent_files import agent_label
 
 GOOD = """
 class Agent:
@@ -42,6 +44,58 @@ def test_agents_load_by_module_class_factory_or_instance(folder: Path, source: s
     assert load_agent(spec).act([]) == []
 
 
+MINE = GOOD.replace("class Agent", "class Mine")
+
+
+@pytest.mark.parametrize(("source", "chosen"), [
+    ("from agents.stop import Agent\n" + MINE, "Mine"),
+    ("from arramon_client import Agent\n" + MINE.replace("Mine", "Mine(Agent)"), "Mine"),
+    ("class Settings: pass\nclass Agent: pass\n" + MINE, "Mine"),
+    (GOOD.replace("Agent", "Base") + "class Mine(Base): pass", "Mine"),
+    (GOOD.replace("Agent", "_Hidden") + MINE, "Mine"),
+    ("import abc\n" + GOOD.replace("Agent", "Base(abc.ABC)") + "    @abc.abstractmethod\n    def m(self): ...\n" + MINE,
+     "Mine"),
+    (GOOD + MINE, "Agent"),
+    ("from agents.stop import Agent as Stop\n" + MINE, "Mine"),
+])  # fmt: skip
+@pytest.mark.parametrize("spec", ["mine_f", "mine_f.py", "./mine_f.py", "FOLDER/mine_f.py"])
+def test_the_modules_own_agent_is_chosen(folder: Path, source: str, chosen: str, spec: str) -> None:
+    """Not one that it imports, and no class that is no agent."""
+    (folder / "mine_f.py").write_text(source)
+    assert type(load_agent(spec.replace("FOLDER", str(folder)))).__name__ == chosen
+
+
+def test_an_imported_agent_is_played_where_it_is_named(folder: Path) -> None:
+    (folder / "mine_g.py").write_text("from agents.stop import Agent\n" + MINE)
+    for spec in ("mine_g:Agent", "mine_g.py:Agent"):
+        assert type(load_agent(spec)).__module__ == "agents.stop"
+
+
+@pytest.mark.parametrize(("name", "spec"), [
+    ("mine_h.py", "mine_h.py:Mine"), ("team/mine_h.py", "team/mine_h.py:Mine"),
+    ("team/my-agent.py", "./team/my-agent.py"), ("team/random.py", "team/random.py"), ("हिन्दी/a b.py", "हिन्दी/a b.py:Mine"),
+])  # fmt: skip
+def test_files_are_agents(folder: Path, name: str, spec: str) -> None:
+    """Also where the name is no module's, or that of another one, and with what lies beside them."""
+    (folder / name).parent.mkdir(exist_ok=True)
+    (folder / name).with_name("mine_beside.py").write_text("ACTION = 3")
+    (folder / name).write_text(
+        "import mine_beside, random\nassert random.random\n" + MINE.replace("[0]", "[mine_beside.ACTION]")
+    )
+    assert load_agent(spec).act([None]) == [3]  # type: ignore[list-item]
+
+
+def test_a_file_is_known_by_its_module(folder: Path) -> None:
+    """So that what it holds can be pickled, and is named without the folder."""
+    (folder / "mine_i.py").write_text(MINE)
+    agent = load_agent(str(folder / "mine_i.py"))
+    assert pickle.loads(pickle.dumps(agent)).__class__ is type(agent)
+    assert load_agent("mine_i").__class__ is type(agent)
+    assert [agent_label(spec) for spec in ("/home/me/mine_i.py", "a/mine_i.py:Mine", "a.py:Agent", "m:Agent", "m")] == [
+        "mine_i", "mine_i:Mine", "a", "m", "m",
+    ]  # fmt: skip
+
+
 def test_agents_load_from_packages_in_the_working_directory(folder: Path) -> None:
     (folder / "team").mkdir()
     (folder / "team" / "vl.py").write_text(GOOD)
@@ -60,10 +114,20 @@ def test_agents_load_by_entry_point(folder: Path, monkeypatch: pytest.MonkeyPatc
 @pytest.mark.parametrize(("source", "spec", "said", "details"), [
     (GOOD, "mine_d", "no agent 'mine_d': there is no module mine_d installed", ""),
     (GOOD, "agents.stopp", "no module agents.stopp in the package agents. Did you mean agents.stop?", ""),
-    (GOOD, "mine_c.py", "Name it as a module, e.g. --agent mine_c", ""),
-    (GOOD, "./team/vl.py", "e.g. --agent team.vl", ""),
-    (GOOD, "mine_c:", "neither a module, a module:Class nor an entry point", ""),
-    (GOOD, "", "neither a module, a module:Class nor an entry point", ""),
+    (GOOD, "mine_d.py", "there is no file FOLDER/mine_d.py. Did you mean mine_c.py?", ""),
+    (GOOD, "./team/vl.py", "there is no file FOLDER/team/vl.py.", ""),
+    (GOOD, "./team/vl", "A file's name ends in .py; name a package as a module, e.g. --agent team.vl", ""),
+    (GOOD, "mine_c:", "neither a module, a file, a module:Class nor an entry point", ""),
+    (GOOD, "mine_c.py:", "neither a module, a file, a module:Class nor an entry point", ""),
+    (GOOD, "", "neither a module, a file, a module:Class nor an entry point", ""),
+    (GOOD, "mine_c.py:Agnet", "mine_c has no Agnet. Did you mean Agent?", ""),
+    ("import no_such_dependency", "mine_c.py", "imports no_such_dependency, which is neither installed nor in FOLDER",
+     "import no_"),
+    ("def (", "./mine_c.py", "the file FOLDER/mine_c.py cannot be imported", "SyntaxError"),
+    (GOOD.replace("Agent", "One") + GOOD.replace("Agent", "Two"), "mine_c",
+     "has several agents: name one, as in --agent mine_c:One (:One, :Two)", ""),
+    ("from agents.stop import Agent", "mine_c", "Its Agent is imported from agents.stop: to play with it, write mine_c:",
+     ""),
     (GOOD, "mine_c:Agnet", "mine_c has no Agnet. Did you mean Agent?", ""),
     ("import no_such_dependency", "mine_c", "it imports no_such_dependency, which is not installed", "import no_"),
     ("x = 1\nx.y", "mine_c", "its module mine_c cannot be imported", "AttributeError: 'int' object has no attribute"),
@@ -71,7 +135,7 @@ def test_agents_load_by_entry_point(folder: Path, monkeypatch: pytest.MonkeyPatc
     ("raise SystemExit(3)", "mine_c", "cannot be imported", "SystemExit: 3"),
     ("x = 1", "mine_c", "has neither a class Agent nor a function make_agent()", ""),
     ("from arramon_client import Agent", "mine_c", "has neither a class Agent", ""),
-    ("class Mine: pass", "mine_c", "Name one of its classes: mine_c:Mine.", ""),
+    ("class Mine: pass", "mine_c", "another class with begin and act; without these methods: Mine.", ""),
     ("x = 1", "mine_c:x", "1 is neither an agent nor a class or function that returns one", ""),
     ("class Agent:\n    def __init__(self): open('weights.pt')", "mine_c", "Agent() raised FileNotFoundError",
      "open('weights.pt')"),
@@ -87,7 +151,7 @@ def test_loading_errors_show_only_the_agents_own_frames(
     (folder / "mine_c.py").write_text(source)
     with pytest.raises(AgentLoadError) as caught:
         load_agent(spec)
-    assert said in str(caught.value)
+    assert said.replace("FOLDER", str(folder)) in str(caught.value)
     assert details in caught.value.details
     assert "arramon_client" not in caught.value.details
     assert "importlib" not in caught.value.details

@@ -24,7 +24,7 @@ from arramon_client.agent import Episode, Label
 from arramon_client.plugin.failures import FAILURES_IN_A_ROW, FailureCounter
 from arramon_client.session import Session
 from arramon_client.transport.connection import Server
-from tests.client.fake import Recorder, Servicer, World, serving
+from tests.client.fake import RUN, Recorder, Servicer, World, serving
 
 EVERYTHING = [(f"e{i}", step) for i in range(4) for step in range(5)]
 BY_RULE = {f"e{i}": [(i + step) % 4 for step in range(5)] for i in range(4)}
@@ -113,7 +113,7 @@ def test_an_unreachable_server_is_given_up_and_the_run_is_named(world: World, ru
             return super().act(observations)
 
     context = serving(Servicer(world))
-    with connect(context.__enter__()) as server, pytest.raises(ServerUnreachableError, match="--resume run-1"):
+    with connect(context.__enter__()) as server, pytest.raises(ServerUnreachableError, match=f"--resume {RUN}"):
         played(server, run, Away(), patience=0.3)
 
 

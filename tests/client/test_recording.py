@@ -24,7 +24,7 @@ from arramon_client.recording.trace import FROM_ACTIONS, FROM_POSE, Trace
 from server.sim import geometry, room
 from server.sim.rules import Action, Limits, Phase, State, step
 from tests import tiny
-from tests.client.fake import Servicer, World, serving
+from tests.client.fake import RUN, Servicer, World, serving
 
 AGENT = """
 import os, signal
@@ -67,10 +67,10 @@ def test_a_recording_holds_what_the_agent_saw_and_did(
 ) -> None:
     assert main(command(address, "--record", "rec", "--parallel", "2")) == 0
     assert world.actions == BY_RULE
-    assert "recording: rec/run-1/index.html" in capsys.readouterr().out
-    assert sorted(path.name for path in Path("rec/run-1").iterdir()) == ["e0", "e1", "e2", "e3", "index.html"]
+    assert f"recording: rec/{RUN}/index.html" in capsys.readouterr().out
+    assert sorted(path.name for path in Path(f"rec/{RUN}").iterdir()) == ["e0", "e1", "e2", "e3", "index.html"]
     for episode_id, actions in BY_RULE.items():
-        folder = Path("rec/run-1") / episode_id
+        folder = Path(f"rec/{RUN}") / episode_id
         steps = steps_of(folder)
         assert [step["action"] for step in steps] == actions
         assert [step["instruction"] for step in steps] == [f"go {number}" for number in range(5)]
@@ -93,7 +93,7 @@ def test_without_record_nothing_is_written(world: World, address: str) -> None:
 
 def test_the_step_of_a_failure_is_recorded(world: World, address: str) -> None:
     assert main([*command(address, "--record", "rec"), "--agent", "recorded_agents:Failing"]) != 0
-    steps = steps_of(Path("rec/run-1/e0"))
+    steps = steps_of(Path(f"rec/{RUN}/e0"))
     assert [step["action"] for step in steps] == [0, 1, None]
     assert "rgb" in steps[2]
 
@@ -101,18 +101,18 @@ def test_the_step_of_a_failure_is_recorded(world: World, address: str) -> None:
 @pytest.mark.usefixtures("interruptible")
 def test_an_interrupted_run_has_pages_of_the_played_steps(world: World, address: str) -> None:
     assert main([*command(address, "--record", "rec"), "--agent", "recorded_agents:Interrupting"]) == 130
-    assert [step["action"] for step in steps_of(Path("rec/run-1/e1"))][:2] == BY_RULE["e1"][:2]
-    assert json.loads(Path("rec/run-1/e1/episode.json").read_text())["cause"] == ""
-    assert "not ended when the recording stopped" in Path("rec/run-1/e1/index.html").read_text()
-    assert "not ended when the recording stopped" in Path("rec/run-1/index.html").read_text()
+    assert [step["action"] for step in steps_of(Path(f"rec/{RUN}/e1"))][:2] == BY_RULE["e1"][:2]
+    assert json.loads(Path(f"rec/{RUN}/e1/episode.json").read_text())["cause"] == ""
+    assert "not ended when the recording stopped" in Path(f"rec/{RUN}/e1/index.html").read_text()
+    assert "not ended when the recording stopped" in Path(f"rec/{RUN}/index.html").read_text()
 
 
 def test_a_resumed_run_is_recorded_with_the_original_actions(world: World, address: str) -> None:
     """The history of an open episode is recorded too, with what was taken then, not with what would be taken now."""
     world.create(pb.CreateRunRequest(agent="recorded_agents", split="val_seen", language="en"))
     world.players, world.actions = {"e0": "another"}, {"e0": [3, 3]}
-    assert main([*command(address, "--record", "rec"), "--resume", "run-1"]) == 0
-    assert [step["action"] for step in steps_of(Path("rec/run-1/e0"))] == [3, 3, 2, 3, 0]
+    assert main([*command(address, "--record", "rec"), "--resume", RUN]) == 0
+    assert [step["action"] for step in steps_of(Path(f"rec/{RUN}/e0"))] == [3, 3, 2, 3, 0]
 
 
 def test_an_unwritable_folder_is_reported_before_a_run_is_created(
@@ -127,15 +127,15 @@ def test_a_recording_that_fails_does_not_affect_the_run(
     world: World, address: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     Path("rec").mkdir()
-    Path("rec/run-1").write_text("in the way")
+    Path(f"rec/{RUN}").write_text("in the way")
     assert main(command(address, "--record", "rec")) == 1
     shown = capsys.readouterr()
-    assert shown.err.count("warning: the recording in rec/run-1 is incomplete: ") == 1
-    assert "error: the recording in rec/run-1 is incomplete: " in shown.err
+    assert shown.err.count(f"warning: the recording in rec/{RUN} is incomplete: ") == 1
+    assert f"error: the recording in rec/{RUN} is incomplete: " in shown.err
     assert "Traceback" not in shown.err
     assert "nDTW" in shown.out
     assert world.actions == BY_RULE
-    assert json.loads(Path("arramon-results/run-1.json").read_text())["actions"]["e1"] == "12301"
+    assert json.loads(Path(f"arramon-results/{RUN}.json").read_text())["actions"]["e1"] == "12301"
 
 
 LIMITED = """
@@ -149,7 +149,7 @@ sys.exit(main(sys.argv[2:]))
 def test_a_full_disk_does_not_affect_the_run(world: World, address: str) -> None:
     """The operating system lets no file grow beyond what the results need, which is less than a page does."""
     assert main(command(address, "--record", "rec")) == 0
-    results, page = Path("arramon-results/run-1.json"), Path("rec/run-1/e0/index.html")
+    results, page = Path(f"arramon-results/{RUN}.json"), Path(f"rec/{RUN}/e0/index.html")
     kept, limit = json.loads(results.read_text()), (results.stat().st_size + page.stat().st_size) // 2
     assert results.stat().st_size < limit < page.stat().st_size
     results.unlink()
@@ -158,13 +158,13 @@ def test_a_full_disk_does_not_affect_the_run(world: World, address: str) -> None
     arguments = [str(limit), *command(address, "--record", "again")]
     done = subprocess.run([sys.executable, "-c", LIMITED, *arguments], capture_output=True, text=True, timeout=120)
     assert done.returncode == 1, done.stderr
-    assert "error: the recording in again/run-1 is incomplete: " in done.stderr
+    assert f"error: the recording in again/{RUN} is incomplete: " in done.stderr
     assert "File too large" in done.stderr
     assert "Traceback" not in done.stderr
     assert world.actions == BY_RULE
     assert json.loads(results.read_text())["actions"] == kept["actions"]
     assert not list(Path("again").rglob("*.part"))
-    assert len(steps_of(Path("again/run-1/e0"))) == 5
+    assert len(steps_of(Path(f"again/{RUN}/e0"))) == 5
 
 
 def test_a_slow_disk_leaves_out_images_but_no_actions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

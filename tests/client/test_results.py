@@ -10,7 +10,7 @@ from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from arramon_client import AgentFailure, OutputError
 from arramon_client.results import check_output, score_table, write_results
-from tests.client.fake import METRICS
+from tests.client.fake import METRICS, RUN
 
 
 @pytest.fixture
@@ -25,7 +25,7 @@ def report() -> pb.Report:
         for name in ("turn 1", "turn 2", "total")
     ]
     run = pb.Run(
-        run_id="r7", agent="vl", split="val_seen", language="hi", episodes=2, steps=31, state=pb.RUN_STATE_COMPLETE
+        run_id=RUN, agent="vl", split="val_seen", language="hi", episodes=2, steps=31, state=pb.RUN_STATE_COMPLETE
     )
     turns = [pb.Row(name="turn 1", scores=[pb.Score(metric="nDTW", mean=0.5, low=0.5, high=0.5)])]
     episode = pb.EpisodeScores(episode_id="e1", cause=types_pb2.CAUSE_STEP_LIMIT, turns=turns, steps=31)
@@ -72,13 +72,13 @@ def test_a_missing_score_is_a_dash(report: pb.Report) -> None:
 def test_results_file_holds_run_scores_and_failures(report: pb.Report, tmp_path: Path) -> None:
     failure = AgentFailure(("e1",), "act() raised ValueError: नहीं", "Traceback ...")
     path = write_results(report, [failure], tmp_path)
-    assert path == tmp_path / "r7.json"
-    assert [entry.name for entry in tmp_path.iterdir()] == ["r7.json"]
+    assert path == tmp_path / f"{RUN}.json"
+    assert [entry.name for entry in tmp_path.iterdir()] == [f"{RUN}.json"]
     content = json.loads(path.read_text(encoding="utf-8"))
     assert content["format"] == 1
     assert content["signature"] == "arramon 0.1.0 | val_seen | hi"
     assert (content["run"]["run_id"], content["run"]["steps"], content["run"]["state"]) == (
-        "r7", 31, "RUN_STATE_COMPLETE",
+        RUN, 31, "RUN_STATE_COMPLETE",
     )  # fmt: skip
     assert content["table"][2] == {
         "row": "total", "nDTW": 0.1, "CTC-0": 0.2, "CTC-3": 0.3, "CTC-5": 0.4, "CTC-7": 0.5,
@@ -94,7 +94,7 @@ def test_results_file_holds_run_scores_and_failures(report: pb.Report, tmp_path:
 
 
 def test_an_existing_file_is_replaced_atomically(report: pb.Report, tmp_path: Path) -> None:
-    (tmp_path / "r7.json").write_text("x" * 100_000)
+    (tmp_path / f"{RUN}.json").write_text("x" * 100_000)
     json.loads(write_results(report, [], tmp_path).read_text())
 
 

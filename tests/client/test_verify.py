@@ -12,7 +12,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.chain import episode_head, run_digest
 from arramon_client.cli import main
-from tests.client.fake import Servicer, World, serving
+from tests.client.fake import RUN, Servicer, World, serving
 
 ACTIONS = {"e1": (0, 0, 3), "e2": (1, 2), "e3": ()}
 DATA = "ab" * 32
@@ -323,14 +323,14 @@ def test_a_runs_receipt_is_compared_with_the_actions_sent(
     with serving(servicer) as address:
         assert main(["--agent", "verify_agent", "--lang", "en", "--server", address]) == 0
         said = capsys.readouterr()
-        assert "receipt: arramon-results/run-1.receipt.json\n" in said.out
+        assert f"receipt: arramon-results/{RUN}.receipt.json\n" in said.out
         warning = "warning: episode e2: the receipt's actions differ from those that this client sent"
         assert (warning in said.err) == changed
-        status = main(["verify", "arramon-results/run-1.receipt.json", "--server", address])
+        status = main(["verify", f"arramon-results/{RUN}.receipt.json", "--server", address])
         assert status == int(changed)
         # ActionBatch for again, the file keeps what this client sent.
-        assert main(["--agent", "verify_agent", "--server", address, "--resume", "run-1"]) == 0
-    kept = json.loads(Path("arramon-results/run-1.json").read_text())["actions"]
+        assert main(["--agent", "verify_agent", "--server", address, "--resume", RUN]) == 0
+    kept = json.loads(Path(f"arramon-results/{RUN}.json").read_text())["actions"]
     assert kept == {e: "".join(map(str, taken)) for e, taken in world.actions.items()}
 
 
@@ -344,8 +344,8 @@ def test_without_a_receipt_scores_and_results_are_still_written(
         assert main(["--agent", "verify_agent", "--lang", "en", "--server", address]) == 0
     said = capsys.readouterr()
     assert "no receipt: the fake server signs nothing (NOT_FOUND)" in said.err
-    assert "results: arramon-results/run-1.json" in said.out
-    assert [path.name for path in Path("arramon-results").iterdir()] == ["run-1.json"]
+    assert f"results: arramon-results/{RUN}.json" in said.out
+    assert [path.name for path in Path("arramon-results").iterdir()] == [f"{RUN}.json"]
 
 
 def test_receipt_of_a_hidden_split_is_valid_without_steps_and_causes(verify: Verify) -> None:

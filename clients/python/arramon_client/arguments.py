@@ -6,10 +6,12 @@ from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 
+from arramon_client.commands.base import parse as parse_known
 from arramon_client.errors import UsageError
 from arramon_client.plugin.arguments import parse_arguments
 from arramon_client.run_settings import ENCODINGS
 from arramon_client.transport.access import add_access
+from arramon_client.transport.incoming import RUN_ID
 
 SENSORS = ("rgb", "depth", "segmentation", "pose", "oracle")
 
@@ -32,7 +34,8 @@ other commands, each with a --help of its own:
 {commands}
 
 exit status: 0 success; 1 error; 2 wrong usage, or the agent cannot be loaded;
-3 the agent failed in some episodes, or the run was stopped because it failed; 130 interrupted"""
+3 the agent failed in some episodes, or the run was stopped because it failed;
+130, 143 or 129 stopped by Ctrl-C, SIGTERM or SIGHUP: the run can be resumed"""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -47,7 +50,7 @@ def parser() -> argparse.ArgumentParser:
     )
     made.add_argument("--version", action="version", version=f"arramon-client {version('arramon-client')}")
     add = made.add_argument
-    add("--agent", required=True, metavar="A", help="module (agents.random_walk), module:Class or entry point")
+    add("--agent", metavar="A", help="module (agents.random_walk), file (./my_agent.py), either with :Class; required")
     add(
         "--agent-arg",
         action="append",
@@ -59,7 +62,14 @@ def parser() -> argparse.ArgumentParser:
     add("--code-url", default="", metavar="URL", help="address of the agent's code. Published with the run")
     add("--code-commit", default="", metavar="ID", help="full id of the code's commit, with --code-url")
     add("--code-image", default="", metavar="DIGEST", help="digest of the agent's container image: sha256:...")
-    add("--lang", metavar="L", help="language of the instructions: en, hi, ... (required unless --resume)")
+    add(
+        "--lang",
+        type=_languages,
+        default=(),
+        dest="languages",
+        metavar="L",
+        help="language of the instructions: en, hi, ...; en,hi plays a run in each (required unless --resume)",
+    )
     add("--split", metavar="S", help="split to play (default: the server's only split with that language)")
     add("--server", metavar="ADDR", help="host:port or unix:/path (default: start an embedded server)")
     add(
@@ -107,8 +117,11 @@ def parser() -> argparse.ArgumentParser:
     )
     add(
         "--resume",
+        type=_run_ids,
+        default=(),
         metavar="RUN",
-        help="resume a run, with the language, split, sensors and episodes it was created with",
+        help="resume a run, with the language, split, sensors and episodes it was created with; with several languages "
+        "RUN,RUN, of which those that were not created yet may be missing",
     )
     add("--dry-run", action="store_true", help="test the setup: play two episodes of an open split instead")
     add("--keep-going", action="store_true", help="do not stop when the agent fails: give up the episode and go on")
@@ -119,6 +132,7 @@ def parser() -> argparse.ArgumentParser:
         help="participant's name to record with the run (default: anonymous)",
     )
     add("--quiet", action="store_true", help="show no progress")
+    add("--json", action="store_true", help="print the results as JSON, and nothing else to standard output")
     add_access(made)
     return made
 
@@ -130,8 +144,13 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
         SystemExit: if they are wrong, with status 2, after printing the reason.
     """
     made = parser()
-    arguments = made.parse_args(argv)
-    if arguments.resume is None and arguments.lang is None:
+    misplaced = next((word for word in argv[1:] if word in COMMANDS), None)
+    if misplaced is not None and "--agent" not in argv:
+        made.error(f"the command comes first: arramon-client {misplaced} ...")
+    arguments = parse_known(made, argv)
+    if arguments.agent is None:
+        made.error("the following arguments are required: --agent")
+    if not arguments.resume and not arguments.languages:
         made.error("--lang is required: the language of the instructions, e.g. --lang en")
     if arguments.episodes is not None and arguments.episode:
         made.error("--episodes and --episode cannot be used together: one gives a number, the other names episodes")
@@ -142,19 +161,31 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
         arguments.agent_arguments = parse_arguments(arguments.agent_arguments)
     except UsageError as error:
         made.error(str(error))
-    if arguments.resume is not None and arguments.dry_run:
+    if arguments.languages and len(arguments.resume) > len(arguments.languages):
+        made.error(f"--resume names {len(arguments.resume)} runs, more than --lang names languages")
+    if arguments.resume and arguments.dry_run:
         made.error("--dry-run tests the setup of a new run, and cannot be used together with --resume")
+    _check_server(made, arguments)
+    return arguments
+
+
+def _check_server(made: argparse.ArgumentParser, arguments: argparse.Namespace) -> None:
+    """Check the options that go with an embedded server or with another one alone."""
     for option, value in (("--data", arguments.data), ("--workers", arguments.workers)):
         if arguments.server is not None and value is not None:
             made.error(f"{option} applies to the embedded server, and cannot be used together with --server")
     for option in ("token", "token_file", "tls", "tls_ca"):
         if arguments.server is None and getattr(arguments, option) is not None:
             made.error(f"--{option.replace('_', '-')} requires --server: the embedded server does not use it")
-    return arguments
 
 
 def resume_command(argv: Sequence[str], run_id: str) -> str:
-    """Return the command that resumes a run started with these arguments, without the token, as it is printed."""
+    """Return the command that resumes a run started with these arguments, without the token, as it is printed.
+
+    Args:
+        argv: the arguments as typed.
+        run_id: the run's id, or several, separated by commas.
+    """
     kept = []
     skip = False
     for argument in argv:
@@ -184,6 +215,23 @@ def _quality(text: str) -> int:
     if not 1 <= number <= 100:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1 to 100")
     return number
+
+
+def _languages(text: str) -> tuple[str, ...]:
+    codes = tuple(text.split(","))
+    if not all(codes) or len(set(codes)) < len(codes):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a list of different languages, such as en,hi")
+    return codes
+
+
+def _run_ids(text: str) -> tuple[str, ...]:
+    ids = tuple(text.split(","))
+    for each in ids:
+        if not RUN_ID.fullmatch(each):
+            raise argparse.ArgumentTypeError(f"{each!r} is not the id of a run, expected 32 hexadecimal digits")
+    if len(set(ids)) < len(ids):
+        raise argparse.ArgumentTypeError(f"{text!r} names a run twice")
+    return ids
 
 
 def _sensors(text: str) -> tuple[str, ...]:

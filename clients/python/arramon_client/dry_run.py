@@ -7,11 +7,25 @@ from arramon.v1 import evaluation_pb2
 from arramon_client.errors import ArramonClientError, UsageError
 from arramon_client.transport.connection import Server, call
 
+LONGEST_NAME = 200
+"""Characters in an agent's name that servers accept."""
+
 EPISODES = 2
 """Episodes of a dry run: enough to play in parallel, and few enough to take about a minute."""
 
 FOLDER = "dry-run"
 """Name of the dry run's folder, inside the folder for results."""
+
+MARK = " (dry run)"
+"""End of the agent's name in a dry run: it is listed among the participant's runs, on any server."""
+
+STOP_TIMEOUT = 3.0
+"""Seconds that an interrupted dry run may take to be cancelled; usually it takes some milliseconds."""
+
+
+def marked(agent: str) -> str:
+    """Return the name of an agent in a dry run."""
+    return agent[: LONGEST_NAME - len(MARK)] + MARK
 
 
 def choose_split(
@@ -48,4 +62,5 @@ def cancelled_unless_played(server: Server, run_id: str) -> Iterator[None]:
     finally:
         if not played:
             with suppress(ArramonClientError):  # The original error is shown; the server may be unreachable.
-                call(server.stub.CancelRun, evaluation_pb2.CancelRunRequest(run_id=run_id), server.address)
+                request = evaluation_pb2.CancelRunRequest(run_id=run_id)
+                call(server.stub.CancelRun, request, server.address, timeout=STOP_TIMEOUT)

@@ -16,7 +16,7 @@ from arramon_client.errors import ServerUnreachableError
 from arramon_client.play import Outcome, Progress, Settings, play
 from arramon_client.plugin.failures import FailureCounter
 from arramon_client.recording.recorder import Recording
-from arramon_client.transport.access import host_of, open_channel
+from arramon_client.transport.access import host_of, is_local, open_channel
 from arramon_client.transport.connection import CHANNEL_OPTIONS, Server
 
 
@@ -43,7 +43,7 @@ def play_streams(
     Raises:
         ArramonClientError: the error of the first stream that failed; the others are closed.
     """
-    addresses = list(server.info.addresses)[: settings.parallel]
+    addresses = _own_addresses(server)[: settings.parallel]
     if len(addresses) < 2:
         return play(
             server.stub,
@@ -101,6 +101,12 @@ def play_streams(
         reconnections=sum(outcome.reconnections for outcome in outcomes),
         actions={episode_id: sent for outcome in outcomes for episode_id, sent in outcome.actions.items()},
     )
+
+
+def _own_addresses(server: Server) -> list[str]:
+    """Return the addresses of the server's processes, if it is on this machine; a server elsewhere cannot name any."""
+    addresses = dict.fromkeys(server.info.addresses)
+    return [each for each in addresses if is_local(each)] if is_local(server.address) else []
 
 
 def _share(settings: Settings, number: int, streams: int) -> Settings:

@@ -14,6 +14,7 @@ from arramon_client.recording.recorder import Recorder
 from arramon_client.session import AgentFailure, Session
 from arramon_client.transport.connection import CONNECTION_LOST, explain
 from arramon_client.transport.images import ImagesUnreadableError
+from arramon_client.transport.incoming import details_of
 from arramon_client.transport.retry import PATIENCE, Retry
 from arramon_client.transport.stream import PlayStream, StreamEnded
 
@@ -133,7 +134,8 @@ def play(
         before, broken, moved = session.advances, "", False
         stream = PlayStream(stub, opening)
         try:
-            session.start_stream(history=history)
+            is_shared = settings.encoding == types_pb2.ENCODING_SHARED
+            session.start_stream(history=history, most=settings.parallel, shared=is_shared)
             _play_stream(stream, session, progress, retry)
         except ImagesUnreadableError as error:
             if settings.encoding == types_pb2.ENCODING_RAW:
@@ -145,7 +147,7 @@ def play(
         except grpc.RpcError as error:
             if error.code() not in CONNECTION_LOST:
                 raise explain(error, address) from error
-            broken = f"{error.code().name}: {error.details()}"
+            broken = f"{error.code().name}: {details_of(error)}"
         finally:
             stream.close()
         if session.ended:

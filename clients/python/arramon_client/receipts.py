@@ -1,6 +1,5 @@
 """Receipt files: write, read and verify a receipt, and check it against the host's key and the actions sent."""
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,10 +9,13 @@ from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from cryptography.hazmat.primitives.serialization import load_pem_public_key
 
+from arramon.strict_json import NotJsonError, read_json
 from arramon.v1 import evaluation_pb2
 from arramon.v1.chain import episode_head, run_digest, steps_to
 from arramon_client.errors import ReceiptError
 from arramon_client.files import write_whole
+from arramon_client.printable import to_json
+from arramon_client.transport.incoming import check_run_id
 
 FILE_FORMAT, FILE_VERSION = "arramon-receipt-file", 1
 FORMAT, VERSION, MASKED_VERSION = "arramon-receipt", 1, 2
@@ -85,20 +87,26 @@ def write_receipt(receipt: evaluation_pb2.Receipt, run_id: str, folder: Path) ->
 
     Raises:
         OutputError: if it cannot be written.
+        ReceiptError: if its payload is not text.
     """
+    check_run_id(run_id)
+    try:
+        payload = receipt.payload.decode()
+    except UnicodeDecodeError as error:
+        raise ReceiptError(f"the receipt of run {run_id} is not text: {error}") from error
     content = {
         "format": FILE_FORMAT,
         "version": FILE_VERSION,
-        "payload": receipt.payload.decode(),
+        "payload": payload,
         "signature": receipt.signature.hex(),
         "public_key": receipt.public_key.hex(),
     }
     path = folder / f"{run_id}{SUFFIX}"
-    write_whole(path, json.dumps(content, indent=2, ensure_ascii=False) + "\n")
+    write_whole(path, to_json(content))
     return path
 
 
-def read_json(path: Path, kind: str) -> Any:
+def read_file(path: Path, kind: str) -> Any:
     """Return the JSON content of a file.
 
     Args:
@@ -109,11 +117,11 @@ def read_json(path: Path, kind: str) -> Any:
         ReceiptError: if it cannot be read, or is not JSON.
     """
     try:
-        return json.loads(path.read_bytes())
+        return read_json(path.read_bytes())
     except OSError as error:
         raise ReceiptError(f"{path} cannot be read: {error.strerror or error}") from error
-    except ValueError as error:
-        raise ReceiptError(f"{path} is not a {kind}: it is not JSON, or was truncated") from error
+    except NotJsonError as error:
+        raise ReceiptError(f"{path} is not a {kind}: it {error}") from error
 
 
 def read_receipt(path: Path) -> Receipt:
@@ -122,7 +130,7 @@ def read_receipt(path: Path) -> Receipt:
     Raises:
         ReceiptError: if it cannot be read, or was altered.
     """
-    content = read_json(path, "receipt")
+    content = read_file(path, "receipt")
     _check_format(path, content, FILE_FORMAT, FILE_VERSION)
     payload = content.get("payload")
     if not isinstance(payload, str):
@@ -229,8 +237,8 @@ def _checked(path: Path, payload: str, signature: bytes, key: bytes) -> Receipt:
     except (InvalidSignature, ValueError) as error:  # ValueError: the payload cannot be encoded in UTF-8
         raise ReceiptError(f"{path} was altered: its signature does not match its content and key") from error
     try:
-        content = json.loads(payload)
-    except (ValueError, RecursionError):
+        content = read_json(payload)
+    except NotJsonError:
         content = None
     _check_format(path, content, FORMAT, *MORE)
     if not (_fits(SHAPE, content) and _fits(MORE[content["version"]], content)):

@@ -1,6 +1,5 @@
 """Results of a run: the score table, in the layout of the paper's, and the results file."""
 
-import json
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -11,10 +10,13 @@ from google.protobuf.json_format import MessageToDict
 from rich import box
 from rich.table import Table
 
+from arramon.strict_json import NotJsonError, read_json
 from arramon.v1 import evaluation_pb2, types_pb2
 from arramon_client.errors import OutputError
 from arramon_client.files import write_whole
+from arramon_client.printable import to_json
 from arramon_client.session import AgentFailure
+from arramon_client.transport.incoming import check_run_id
 
 COLUMNS = (
     ("nDTW", "nDTW"),
@@ -92,17 +94,17 @@ def write_results(
     Raises:
         OutputError: if it cannot be written.
     """
-    path = folder / f"{report.run.run_id}.json"
+    path = folder / f"{check_run_id(report.run.run_id)}.json"
     sent = {episode_id: "".join(map(str, taken)) for episode_id, taken in actions.items()}
     content = {**results(report, failures), "actions": {**_earlier_actions(path), **sent}}
-    write_whole(path, json.dumps(content, indent=2, ensure_ascii=False) + "\n")
+    write_whole(path, to_json(content))
     return path
 
 
 def _earlier_actions(path: Path) -> dict[str, str]:
     try:
-        content = json.loads(path.read_bytes())
-    except (OSError, ValueError):
+        content = read_json(path.read_bytes())
+    except (OSError, NotJsonError):
         return {}
     actions = content.get("actions") if isinstance(content, dict) else None
     return actions if isinstance(actions, dict) else {}

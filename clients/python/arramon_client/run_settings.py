@@ -18,13 +18,16 @@ ENCODINGS = {
 }
 
 
-def choose_split(info: evaluation_pb2.ServerInfo, language: str, split: str | None) -> evaluation_pb2.Split:
+def choose_split(
+    info: evaluation_pb2.ServerInfo, language: str, split: str | None, languages: Sequence[str] | None = None
+) -> evaluation_pb2.Split:
     """Return the split to play.
 
     Args:
         info: the server's information.
         language: requested language.
         split: requested split; None for the only one that has the language.
+        languages: all requested languages; None for that one. The split has all of them if it is chosen here.
 
     Raises:
         UsageError: if there is no such language or split, or if `split` is None and several have the language.
@@ -35,10 +38,14 @@ def choose_split(info: evaluation_pb2.ServerInfo, language: str, split: str | No
     if language not in languages:
         raise UsageError(f"the server has no language {language!r}; it has {_listed(languages)}")
     if split is None:
-        fitting = [each for each in info.splits if language in each.episodes]
+        asked = languages or (language,)
+        fitting = [each for each in info.splits if all(code in each.episodes for code in asked)]
+        listed = f"the language {language!r}" if len(asked) == 1 else f"the languages {', '.join(map(repr, asked))}"
+        if not fitting:
+            raise UsageError(f"no split of the server has {listed}")
         if len(fitting) > 1:
             names = _listed(each.name for each in fitting)
-            raise UsageError(f"several splits have the language {language!r}; select one with --split: {names}")
+            raise UsageError(f"several splits have {listed}; select one with --split: {names}")
         return fitting[0]
     for each in info.splits:
         if each.name == split:

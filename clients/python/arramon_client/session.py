@@ -16,9 +16,16 @@ from arramon_client.plugin import agent_calls
 from arramon_client.plugin.failures import FailureCounter
 from arramon_client.recording.recorder import Recorder
 from arramon_client.transport.images import ImageDecoder
+from arramon_client.transport.incoming import check_message, check_observation, check_same_run
 from arramon_client.transport.shared_memory import decoder_of
 
 Problem = evaluation_pb2.Problem
+
+MOST_EPISODES = 1024
+"""Episodes that may be open on a stream, if no other number was requested."""
+
+MOST_PROBLEMS = 1000
+"""Problems that a server may report in a run: each is shown to the participant."""
 
 
 @dataclass(frozen=True)
@@ -94,6 +101,8 @@ class Session:
         self._resend: list[evaluation_pb2.Act] = []
         self._rebuilding: set[str] = set()  # Episodes whose history is being replayed to the agent.
         self._history = False  # Whether the current stream replays the history of its episodes.
+        self._most = MOST_EPISODES  # Episodes that may be open on the current stream.
+        self._shared = False  # Whether the current stream may pass images through shared memory.
         self._labels: tuple[Label, ...] = ()  # Labels of the current stream's segmentations.
         self._decoder = ImageDecoder()  # Of the current stream's images.
         self._warned = False
@@ -113,9 +122,15 @@ class Session:
         """Whether a new stream is needed: an episode arrived in mid-play on a stream that does not replay history."""
         return self.needs_history and not self._history
 
-    def start_stream(self, *, history: bool) -> None:
-        """Prepare for a new stream, on which the server repeats the observations that were not answered."""
-        self._history = history
+    def start_stream(self, *, history: bool, most: int = MOST_EPISODES, shared: bool = False) -> None:
+        """Prepare for a new stream, on which the server repeats the observations that were not answered.
+
+        Args:
+            history: whether it replays the history of its episodes.
+            most: number of episodes that were requested.
+            shared: whether shared memory was requested for its images.
+        """
+        self._history, self._most, self._shared = history, most, shared
         self._resend.clear()
         for episode in self._open.values():
             episode.inbox.clear()
@@ -125,10 +140,13 @@ class Session:
 
         Raises:
             AgentStoppedError: if the agent fails and the run must stop; no episode is given up for that failure.
-            ProtocolError: if the event reports a protocol violation by this client.
+            ProtocolError: if the event reports a protocol violation by this client, or is malformed.
             ImagesUnreadableError: if this client cannot read images in the stream's encoding.
         """
-        match event.WhichOneof("event"):
+        kind = event.WhichOneof("event")
+        if kind != "observation":
+            check_message(event)
+        match kind:
             case "opened":
                 self._take_opened(event.opened)
             case "episode_started":
@@ -138,6 +156,7 @@ class Session:
             case "episode_ended":
                 self._take_ended(event.episode_ended)
             case "run_ended":
+                check_same_run(event.run_ended.run, self.run.run_id)
                 self.run, self.ended = event.run_ended.run, True
                 self.episodes_ended = self.run.episodes_ended
             case "problem":
@@ -219,6 +238,9 @@ class Session:
         self.failures.append(AgentFailure(ids, str(error), error.details))
 
     def _take_opened(self, opened: evaluation_pb2.Opened) -> None:
+        check_same_run(opened.run, self.run.run_id)
+        if opened.encoding == types_pb2.ENCODING_SHARED and not self._shared:
+            raise ProtocolError("the server offers images in shared memory, which was not requested")
         self.run = opened.run
         self._labels = labels_of(opened)
         self._decoder = decoder_of(opened)
@@ -239,6 +261,8 @@ class Session:
             self._rebuilding.add(started.episode_id)
             if not self._history:
                 return
+        if len(self._open) >= self._most:
+            raise ProtocolError(f"the server started more than the {self._most} episodes that were requested at once")
         episode = _Open(episode_of(started, self._labels))
         self._open[started.episode_id] = episode
         if self._recording is not None:
@@ -252,6 +276,7 @@ class Session:
         episode = self._open.get(message.episode_id)
         if episode is None:
             return
+        check_observation(message)
         if not message.HasField("taken") and message.step in episode.answers:
             self._rebuilding.discard(message.episode_id)
             self._resend.append(episode.answers[message.step])
@@ -263,6 +288,8 @@ class Session:
         where = f" (episode {problem.episode_id}, step {problem.step})" if problem.episode_id else ""
         text = f"{Problem.Code.Name(problem.code)}: {problem.message}{where}"
         self.problems.append(text)
+        if len(self.problems) > MOST_PROBLEMS:
+            raise ProtocolError(f"the server reported more than {MOST_PROBLEMS} problems")
         self._notify(f"the server reports {text}")
         if problem.code != Problem.CODE_NOT_YOUR_EPISODE:
             raise ProtocolError(f"the server reports {text}: this is a defect of this client or of the server")

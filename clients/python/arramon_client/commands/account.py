@@ -3,11 +3,11 @@
 import argparse
 from collections.abc import Sequence
 
-from rich.console import Console
 from rich.table import Table
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon_client.commands.base import run
+from arramon_client.output import console
 from arramon_client.transport.access import access_of, add_access
 from arramon_client.transport.connection import call, connect
 
@@ -34,10 +34,10 @@ def _show(options: argparse.Namespace) -> None:
     with connect(options.server, access_of(options)) as server:
         account = call(server.stub.GetAccount, pb.GetAccountRequest(), server.address)
     role = pb.Role.Name(account.role).removeprefix("ROLE_").lower()
-    console = Console(width=max(Console().width, 80))
-    console.print(f"{account.participant or 'no participant name'} ({role})", markup=False, highlight=False)
+    shown = console(80)
+    shown.print(f"{account.participant or 'no participant name'} ({role})")
     if account.quotas:
-        console.print(_table(account.quotas))
+        shown.print(_table(account.quotas))
 
 
 def _table(quotas: Sequence[pb.Quota]) -> Table:

@@ -1,12 +1,9 @@
 """The command `arramon-client epochs`: epochs of hidden splits, and how agents stand on one against another."""
 
 import argparse
-import json
-import sys
 from collections.abc import Iterable, Sequence
 
 from rich import box
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
@@ -16,6 +13,7 @@ from arramon_client.commands.base import run
 from arramon_client.commands.leaderboard import SORTS, WIDTH
 from arramon_client.commands.server_options import add_server, server_of
 from arramon_client.errors import UsageError
+from arramon_client.output import console, print_json
 from arramon_client.transport.connection import call
 
 FORMAT, VERSION = "arramon-epochs", 1
@@ -46,23 +44,22 @@ def _show(options: argparse.Namespace) -> None:
         raise UsageError("--compare prints a table, and cannot be used together with --json")
     if bool(options.compare) != (options.lang is not None):
         raise UsageError("--compare needs the language of the instructions, --lang, which is used with it alone")
-    console = Console()
-    console.width = max(console.width, WIDTH)
+    shown = console(WIDTH)
     with server_of(options) as server:
         stub = leaderboard_pb2_grpc.LeaderboardStub(server.channel)
         if options.compare:
             older, newer = options.compare
             request = pb.CompareEpochsRequest(older=older, newer=newer, language=options.lang, sort=SORTS[options.sort])
-            console.print(comparison(call(stub.CompareEpochs, request, server.address), older, newer, options.sort))
+            shown.print(comparison(call(stub.CompareEpochs, request, server.address), older, newer, options.sort))
             return
         epochs = call(stub.ListEpochs, pb.ListEpochsRequest(), server.address).epochs
     if options.json:
-        sys.stdout.write(json.dumps(as_file(epochs), indent=2, ensure_ascii=False) + "\n")
+        print_json(as_file(epochs))
         return
     if not epochs:
-        console.print("the server has no epochs of hidden splits")
+        shown.print("the server has no epochs of hidden splits")
         return
-    console.print(table(epochs))
+    shown.print(table(epochs))
 
 
 def as_file(epochs: Iterable[pb.Epoch]) -> dict[str, object]:

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from rich import box
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text, TextType
 
@@ -14,7 +13,8 @@ from arramon.v1 import evaluation_pb2, leaderboard_pb2_grpc
 from arramon.v1 import leaderboard_pb2 as pb
 from arramon_client.commands.base import run
 from arramon_client.commands.server_options import add_server, server_of
-from arramon_client.errors import UsageError
+from arramon_client.errors import ProtocolError, UsageError
+from arramon_client.output import console
 from arramon_client.results import COLUMNS, score_cell
 from arramon_client.transport.connection import Server, call
 
@@ -28,6 +28,9 @@ SHOWN = {1: "better", 0: "no difference", -1: "worse"}
 
 SORTS = {metric.removesuffix("@CTC-3"): metric for _, metric in COLUMNS}
 """Values of `--sort`, and the metric that each one selects."""
+
+MAX_STANDINGS = 100_000
+"""Standings that are read at most."""
 
 WIDTH, WIDE = 110, 130
 """Minimum width of a table in characters: of most, and of reproductions."""
@@ -152,12 +155,11 @@ def _show(options: argparse.Namespace) -> None:
         if options.lang != BOTH:
             raise UsageError(f"--smallest-gap needs all languages together, but --lang is {options.lang!r}")
         listing.standings = by_gap(listing, options.smallest_gap)
-    console = Console()
-    console.width = max(console.width, WIDTH)
-    console.print(table(listing, split, options.lang))
+    shown = console(WIDTH)
+    shown.print(table(listing, split, options.lang))
     if not listing.standings:
         hint = "; each language has a separate list, see --lang" if options.lang == BOTH else ""
-        console.print(f"no published runs yet{hint}", markup=False, highlight=False, soft_wrap=True)
+        shown.print(f"no published runs yet{hint}", soft_wrap=True)
 
 
 def by_gap(listing: Listing, least: float) -> list[pb.Standing]:
@@ -178,16 +180,12 @@ def by_gap(listing: Listing, least: float) -> list[pb.Standing]:
 def _compare(server: Server, options: argparse.Namespace) -> None:
     request = pb.CompareRequest(run_id=options.against, language=options.lang, sort=SORTS[options.sort])
     stub = leaderboard_pb2_grpc.LeaderboardStub(server.channel)
-    console = Console()
-    console.width = max(console.width, WIDTH)
-    console.print(differences(call(stub.Compare, request, server.address), options.sort))
+    console(WIDTH).print(differences(call(stub.Compare, request, server.address), options.sort))
 
 
 def _show_reproductions(server: Server, run_id: str) -> None:
     stub = leaderboard_pb2_grpc.LeaderboardStub(server.channel)
-    console = Console()
-    console.width = max(console.width, WIDE)
-    console.print(reproductions(call(stub.GetEntry, pb.GetEntryRequest(run_id=run_id), server.address)))
+    console(WIDE).print(reproductions(call(stub.GetEntry, pb.GetEntryRequest(run_id=run_id), server.address)))
 
 
 def reproductions(entry: pb.Entry) -> Table:
@@ -206,10 +204,13 @@ def reproductions(entry: pb.Entry) -> Table:
         made.add_column(heading, justify="right", no_wrap=True)
     for one in entry.reproductions:
         by_metric = {score.metric: score for score in one.differences}
-        found = [by_metric[metric] for _, metric in COLUMNS]
-        cells = [f"{score.mean:+.3f}\n{score.low:+.3f}..{score.high:+.3f}" for score in found]
+        cells = [_difference(by_metric.get(metric)) for _, metric in COLUMNS]
         made.add_row(Text(f"{one.run.participant}\n{one.run.run_id}"), *cells)
     return made
+
+
+def _difference(score: evaluation_pb2.Score | None) -> str:
+    return "-" if score is None else f"{score.mean:+.3f}\n{score.low:+.3f}..{score.high:+.3f}"
 
 
 def _ranked_table(title: TextType, caption: str) -> Table:
@@ -289,6 +290,9 @@ def _collect(stub: leaderboard_pb2_grpc.LeaderboardStub, request: pb.ListRequest
         listing.references += page.references
         if not page.next_page_token:
             return listing
+        is_repeated = page.next_page_token == request.page_token
+        if not page.standings or is_repeated or len(listing.standings) > MAX_STANDINGS:
+            raise ProtocolError(f"the server has pages without end, or more than {MAX_STANDINGS} standings")
         request.page_token = page.next_page_token
 
 

@@ -1,13 +1,10 @@
 """The command `arramon-client report`: scores of runs by what the turns ask for."""
 
 import argparse
-import json
-import sys
 from collections.abc import Sequence
 from typing import Any
 
 from rich import box
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
@@ -15,6 +12,7 @@ from arramon.v1 import evaluation_pb2 as pb
 from arramon_client.commands.base import run
 from arramon_client.commands.server_options import add_server, server_of
 from arramon_client.errors import UsageError
+from arramon_client.output import console, print_json
 from arramon_client.transport.connection import call
 
 METRICS = {
@@ -92,20 +90,16 @@ def _main(options: argparse.Namespace) -> None:
             for run_id in options.runs
         ]
     if options.json:
-        sys.stdout.write(json.dumps([as_json(one) for one in found], ensure_ascii=False, indent=1) + "\n")
+        print_json([as_json(one) for one in found])
         return
     splits = {one.run.split for one in found}
     if len(splits) > 1:
         raise UsageError(f"the runs are on different splits: {', '.join(sorted(splits))}; give runs on one")
     metric = options.metric or ("both" if len(found) > 1 else None)
-    console = Console()
-    console.width = max(console.width, WIDTH, LABEL + len(found) * CELL if metric else 0)
-    if metric is None:
-        console.print(all_scores(found[0]))
-    else:
-        console.print(one_score(found, metric))
+    shown = console(max(WIDTH, LABEL + len(found) * CELL if metric else 0))
+    shown.print(all_scores(found[0]) if metric is None else one_score(found, metric))
     for line in remarks(found):
-        console.print(line, markup=False, highlight=False, soft_wrap=True)
+        shown.print(line, soft_wrap=True)
 
 
 def all_scores(found: pb.Breakdown) -> Table:
@@ -121,7 +115,7 @@ def all_scores(found: pb.Breakdown) -> Table:
             made.add_section()
             made.add_row(Text(ASPECTS.get(aspect, aspect), "bold"))
         scores = {score.metric: score for score in group.scores}
-        cells = [_cell(scores[metric]) for metric, _ in METRICS.values()]
+        cells = [_cell(scores.get(metric)) for metric, _ in METRICS.values()]
         made.add_row(f"  {words(group)}", str(group.turns), *cells)
     return made
 
@@ -153,7 +147,7 @@ def one_score(runs: Sequence[pb.Breakdown], metric: str) -> Table:
 def plot(score: pb.Score) -> str:
     """Return a line from 0 to 1 with the interval and the mean of a score."""
     last = PLOT - 1
-    low, mean, high = (round(value * last) for value in (score.low, score.mean, score.high))
+    low, mean, high = (round(min(max(value, 0), 1) * last) for value in (score.low, score.mean, score.high))
     line = ["-" if low <= place <= high else " " for place in range(PLOT)]
     line[mean] = "o"
     return f"|{''.join(line)}|"
@@ -218,6 +212,8 @@ def _key(group: pb.TurnGroup) -> tuple[str, str, int]:
     return group.aspect, group.name, group.low
 
 
-def _cell(score: pb.Score) -> str:
+def _cell(score: pb.Score | None) -> str:
+    if score is None:
+        return "-"
     low, high = (f"{value:.2f}".removeprefix("0") for value in (score.low, score.high))
     return f"{score.mean:.3f} {low}-{high}"

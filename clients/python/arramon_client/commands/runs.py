@@ -1,21 +1,23 @@
 """The commands `arramon-client runs` and `cancel`: list one's runs, and cancel them."""
 
 import argparse
-import json
 import sys
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 from arramon.v1 import evaluation_pb2 as pb
+from arramon_client import dry_run
 from arramon_client.arguments import positive
 from arramon_client.commands.base import run
 from arramon_client.commands.server_options import add_server, server_of
+from arramon_client.errors import ProtocolError
+from arramon_client.output import print_json
 from arramon_client.transport.connection import Server, call
 
 STATES = ("running", "complete", "cancelled")
 
-PAGE = 100
-"""Number of runs requested per page."""
+PAGE, MAX_PAGES = 100, 10_000
+"""Number of runs requested per page, and of pages that are read at most."""
 
 HEADER = ("run", "state", "agent", "split", "language", "episodes", "created", "ended", "")
 
@@ -56,10 +58,9 @@ def _show(options: argparse.Namespace) -> None:
                     break
                 listed.append(each)
     if options.json:
-        text = json.dumps([*map(_as_json, listed)], ensure_ascii=False, indent=1)
+        print_json([*map(_as_json, listed)])
     else:
-        text = _table([HEADER, *map(_row, listed)]) if listed else "no matching runs"
-    sys.stdout.write(f"{text}\n")
+        sys.stdout.write((_table([HEADER, *map(_row, listed)]) if listed else "no matching runs") + "\n")
     if more:
         sys.stderr.write(f"only the latest {options.limit} runs are listed: see --limit\n")
 
@@ -75,16 +76,19 @@ def _cancel(options: argparse.Namespace) -> None:
 def _listed(server: Server) -> Iterator[pb.Run]:
     """Yield all runs that the caller may see, page by page."""
     request = pb.ListRunsRequest(page_size=PAGE)
-    while True:
+    for _ in range(MAX_PAGES):
         page = call(server.stub.ListRuns, request, server.address)
         yield from page.runs
         if not page.next_page_token:
             return
+        if not page.runs or page.next_page_token == request.page_token:
+            break
         request.page_token = page.next_page_token
+    raise ProtocolError(f"the server has pages of runs without end: an empty or repeated one, or more than {MAX_PAGES}")
 
 
 def _is_wanted(each: pb.Run, options: argparse.Namespace) -> bool:
-    found = {"split": each.split, "lang": each.language, "state": _state(each), "agent": each.agent}
+    found = {"split": each.split, "lang": each.language, "state": _state(each), "agent": _agent(each)[0]}
     return all(getattr(options, name) in (None, value) for name, value in found.items())
 
 
@@ -92,11 +96,17 @@ def _state(each: pb.Run) -> str:
     return pb.RunState.Name(each.state).removeprefix("RUN_STATE_").lower()
 
 
+def _agent(each: pb.Run) -> tuple[str, bool]:
+    """Return the agent's name, and whether the run is a dry run."""
+    return each.agent.removesuffix(dry_run.MARK), each.agent.endswith(dry_run.MARK)
+
+
 def _row(each: pb.Run) -> tuple[str, ...]:
     played = f"{each.episodes_ended} of {each.episodes}"
-    published = "published" if each.published else ""
+    agent, is_dry = _agent(each)
+    remark = "published" if each.published else "dry run" if is_dry else ""
     times = (each.created_at, each.ended_at or "-")
-    return (each.run_id, _state(each), each.agent, each.split, each.language, played, *times, published)
+    return (each.run_id, _state(each), agent, each.split, each.language, played, *times, remark)
 
 
 def _table(rows: Sequence[Sequence[str]]) -> str:
@@ -109,7 +119,8 @@ def _as_json(each: pb.Run) -> dict[str, Any]:
     return {
         "run_id": each.run_id,
         "participant": each.participant,
-        "agent": each.agent,
+        "agent": _agent(each)[0],
+        "dry_run": _agent(each)[1],
         "split": each.split,
         "language": each.language,
         "sensors": [*each.sensors],

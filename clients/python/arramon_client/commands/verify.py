@@ -89,7 +89,7 @@ def _results(options: argparse.Namespace) -> Mapping[str, Any] | None:
     )
     if options.results is None and (path == options.receipt or not path.exists()):
         return None
-    content = receipts.read_json(path, "results file")
+    content = receipts.read_file(path, "results file")
     if not (isinstance(content, dict) and {"run", "metrics"} <= content.keys()):
         raise ReceiptError(f"{path} is not a results file: it has no run and no metrics")
     return {**content, "path": path}

@@ -1,7 +1,6 @@
 """The command `arramon-client conformance`: check a server against the protocol's contract, and print the results."""
 
 import argparse
-import json
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,6 +15,7 @@ from arramon_client.conformance.suite import Check, Outcome, Result, run_checks,
 from arramon_client.conformance.target import Target, choose_target
 from arramon_client.errors import UsageError
 from arramon_client.files import write_whole
+from arramon_client.printable import many_lines, to_json
 from arramon_client.transport.access import access_of, add_access
 from arramon_client.transport.connection import connect, explain
 
@@ -45,7 +45,7 @@ def main(argv: Sequence[str]) -> int:
 
 def _work(options: argparse.Namespace) -> int:
     checks = select(CHECKS, [name for name in options.only.split(",") if name])
-    console = Console(width=200)
+    console = Console(width=200, markup=False, highlight=False, emoji=False)
     with connect(options.server, access_of(options)) as server:
         target = choose_target(server, options.split, options.lang, options.timeout)
         needed, at_once = _runs(checks)
@@ -65,7 +65,7 @@ def _work(options: argparse.Namespace) -> int:
     counts = Counter(result.outcome for result in results)
     _say(console, ", ".join(f"{counts[outcome]} {outcome.value}" for outcome in Outcome))
     if options.json is not None:
-        write_whole(options.json, json.dumps(_content(target, results), indent=2, ensure_ascii=False) + "\n")
+        write_whole(options.json, to_json(_content(target, results)))
     return ERROR if counts[Outcome.FAILED] else SUCCESS
 
 
@@ -125,7 +125,7 @@ def _content(target: Target, results: Sequence[Result]) -> dict[str, object]:
 
 
 def _say(console: Console, text: str) -> None:
-    console.print(text, markup=False, highlight=False, soft_wrap=True)
+    console.print(many_lines(text, 2000), markup=False, highlight=False, soft_wrap=True)
 
 
 def _seconds(text: str) -> float:

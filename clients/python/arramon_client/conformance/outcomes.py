@@ -5,6 +5,8 @@ from typing import Any
 
 import grpc
 
+from arramon_client.transport.incoming import details_of
+
 
 class Violation(Exception):
     """The server broke its contract; the message names the value found and the expected one."""
@@ -36,7 +38,7 @@ def expect_refusal(what: str, work: Callable[[], Any], code: grpc.StatusCode) ->
     try:
         work()
     except grpc.RpcError as error:
-        details = (error.details() or "").strip()
+        details = details_of(error).strip()
         found = error.code()
         expect(found == code, f"{what} was refused with {found.name} ({details}), expected {code.name}")
         expect(details, f"{what} was refused with {found.name} and no message, expected one that says what was wrong")

@@ -10,6 +10,7 @@ import grpc
 from arramon_client.conformance.outcomes import Skipped, Violation
 from arramon_client.conformance.target import Target
 from arramon_client.errors import ArramonClientError, UsageError
+from arramon_client.transport.incoming import details_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,5 +92,5 @@ def _outcome(each: Check, target: Target) -> tuple[Outcome, str]:
     except (Violation, ArramonClientError) as violation:
         return Outcome.FAILED, str(violation)
     except grpc.RpcError as error:
-        return Outcome.FAILED, f"the server answered {error.code().name}: {error.details() or 'no message'}"
+        return Outcome.FAILED, f"the server answered {error.code().name}: {details_of(error) or 'no message'}"
     return Outcome.PASSED, ""

@@ -12,6 +12,7 @@ from arramon_client.conformance.outcomes import Skipped, need
 from arramon_client.conformance.player import Metadata, Player
 from arramon_client.errors import UsageError
 from arramon_client.transport.connection import METADATA, Server
+from arramon_client.transport.incoming import details_of
 
 AGENT = "conformance"
 """Agent's name in every run that the suite creates."""
@@ -146,7 +147,7 @@ class Target:
                 self.call("CancelRun", pb.CancelRunRequest(run_id=run_id))
             except grpc.RpcError as error:
                 if error.code() != grpc.StatusCode.FAILED_PRECONDITION:  # it has already ended
-                    problems.append(f"run {run_id} could not be cancelled: {error.code().name}: {error.details()}")
+                    problems.append(f"run {run_id} could not be cancelled: {error.code().name}: {details_of(error)}")
         return problems
 
 

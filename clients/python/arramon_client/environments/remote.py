@@ -13,7 +13,7 @@ from arramon.v1 import evaluation_pb2, types_pb2
 from arramon.v1.chain import episode_head
 from arramon_client.agent import Episode, Label, Observation
 from arramon_client.environments.backend import Ending, Images, Scores, Settings, SplitInfo, Step, Texts
-from arramon_client.errors import ArramonClientError, UsageError
+from arramon_client.errors import ArramonClientError, ProtocolError, UsageError
 from arramon_client.play import Settings as PlaySettings
 from arramon_client.play import play
 from arramon_client.run_settings import choose_encoding, choose_image_size, choose_split
@@ -137,7 +137,9 @@ class RemotePlayer:
             self._start_run(episode_id)
         item = self._next()
         assert self._relay is not None
-        assert isinstance(item, Observation)
+        if not isinstance(item, Observation):
+            raise ProtocolError("the server ended an episode before its first observation")
+        self._check_images(item)
         self._episode_id, self._actions, self._in_episode = item.episode_id, [], True
         self._labels, self._seen = self._relay.labels, item
         return _into(item, into)
@@ -164,6 +166,7 @@ class RemotePlayer:
         item = self._next()
         here = (self._seen.turn, self._seen.phase)
         if isinstance(item, Observation):
+            self._check_images(item)
             self._seen = item
             over = (here,) if (item.turn, item.phase) != here else ()
             return Step(None, item.steps_left, phases_ended=over)
@@ -236,12 +239,23 @@ class RemotePlayer:
         """Forfeit the present episode."""
         assert self._relay is not None
         self._relay.answer(None)
-        item = self._next()
-        assert not isinstance(item, Observation)
+        if isinstance(self._next(), Observation):
+            raise ProtocolError("the server continued an episode that was given up")
         self._in_episode = False
         if self._relay.is_last:
             self._relay.wait()
             self._relay = None
+
+    def _check_images(self, seen: Observation) -> None:
+        """Check that an observation has what was requested, in the size that was announced."""
+        side = self._settings.image_size or self._server.info.image_sizes[0]
+        for name in self._settings.sensors:
+            value = getattr(seen, name, None)
+            if name in ("rgb", "depth", "segmentation") and (value is None or value.shape[:2] != (side, side)):
+                shape = "none" if value is None else " x ".join(map(str, value.shape[:2]))
+                raise ProtocolError(f"the server sent {shape} for the image {name}, expected {side} x {side}")
+            if name == "pose" and value is None:
+                raise ProtocolError("the server sent no pose, which was requested")
 
     def _scores(self) -> Scores | None:
         """Wait for the end of the run, and return the scores of its last episode if the host tells them."""
@@ -254,7 +268,9 @@ class RemotePlayer:
         for episode in report.episodes:
             if episode.episode_id == self._episode_id:
                 turns = {row.name: {score.metric: score.mean for score in row.scores} for row in episode.turns}
-                first, second = turns["turn 1"], turns["turn 2"]
+                first, second = turns.get("turn 1", {}), turns.get("turn 2", {})
+                if turns.keys() != {"turn 1", "turn 2"} or first.keys() != second.keys():
+                    raise ProtocolError(f"the scores of episode {self._episode_id} are not those of two turns")
                 return {**turns, "total": {name: (first[name] + second[name]) / 2 for name in first}}
         return None
 

@@ -12,10 +12,11 @@ from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import cast
 
-from arramon_client import agent as contract
 from arramon_client.agent import Agent
 from arramon_client.errors import AgentLoadError
+from arramon_client.plugin import agent_files
 from arramon_client.plugin.arguments import check_signature
+from arramon_client.plugin.candidates import default_member
 from arramon_client.plugin.tracebacks import own_frames
 
 OWN_AGENTS = "agents"
@@ -32,8 +33,9 @@ def load_agent(spec: str, arguments: Mapping[str, object] = MappingProxyType({})
         spec: one of
 
             - the name of an entry point in the group `arramon.agents`;
-            - `package.module`, whose class `Agent` or function `make_agent()` is called;
-            - `package.module:Name`, a class or function to call, or an agent itself.
+            - `package.module`, whose class `Agent`, function `make_agent()` or only agent class is called;
+            - `path/to/file.py`, the same for a file, whose folder is searched for what it imports;
+            - `package.module:Name` or `path/to/file.py:Name`, a class or function to call, or an agent itself.
 
             A module that an entry point names (`agents.follower`) is loaded from where it is installed, even if the
             working directory has a package of the same name. Other modules are searched for in the working directory
@@ -46,17 +48,20 @@ def load_agent(spec: str, arguments: Mapping[str, object] = MappingProxyType({})
     """
     _make_working_directory_importable()
     entry = _entry_points().get(spec)
+    path, attribute = agent_files.split_spec(spec)
     if entry is not None:
         name, attribute = entry.module, entry.attr
     else:
-        name, _, attribute = spec.partition(":")
-        _check_spelling(spec, name, attribute)
-    if _is_registered(name):
+        name, _, attribute = (path, ":", attribute) if path else spec.partition(":")
+        _check_spelling(spec, name, attribute, is_file=bool(path))
+    if path and entry is None:
+        module = agent_files.load_file(Path(path), spec)
+    elif _is_registered(name):
         module = _import_installed(name, spec)
     else:
         _add_own_folder(name, spec)
         module = _import(name, spec)
-    found = _member(module, attribute) if attribute else _default_member(module)
+    found = _member(module, attribute) if attribute else default_member(module)
     made = _make(found, spec, arguments)
     _check_is_agent(made, spec)
     return cast(Agent, made)
@@ -117,14 +122,15 @@ def _working_directory_hidden() -> Iterator[None]:
         sys.path[:] = path
 
 
-def _check_spelling(spec: str, name: str, attribute: str) -> None:
-    is_path = name.endswith(".py") or "/" in name or "\\" in name
-    if is_path or not all(part.isidentifier() for part in name.split(".")) or (":" in spec and not attribute):
+def _check_spelling(spec: str, name: str, attribute: str, *, is_file: bool) -> None:
+    is_path = "/" in name or "\\" in name
+    is_module = not is_path and all(part.isidentifier() for part in name.split("."))
+    if not (is_module or is_file) or (spec.endswith(":") and not attribute):
         hint = ""
         if is_path:
-            dotted = name.removesuffix(".py").replace("\\", "/").strip("./").replace("/", ".")
-            hint = f" Name it as a module, e.g. --agent {dotted}, in the folder that contains it."
-        raise AgentLoadError(f"--agent {spec!r} is neither a module, a module:Class nor an entry point.{hint}")
+            dotted = name.replace("\\", "/").strip("./").replace("/", ".")
+            hint = f" A file's name ends in .py; name a package as a module, e.g. --agent {dotted}."
+        raise AgentLoadError(f"--agent {spec!r} is neither a module, a file, a module:Class nor an entry point.{hint}")
 
 
 def _import(name: str, spec: str) -> ModuleType:
@@ -171,19 +177,6 @@ def _member(module: ModuleType, attribute: str) -> object:
             raise AgentLoadError(f"the module {module.__name__} has no {attribute}.{suggestion}")
         found = getattr(found, part)
     return found
-
-
-def _default_member(module: ModuleType) -> object:
-    """Return the module's `Agent` or `make_agent`, ignoring the contract's `Agent` imported as a type."""
-    for name in ("Agent", "make_agent"):
-        found = getattr(module, name, None)
-        if found is not None and found is not contract.Agent:
-            return found
-    classes = [
-        name for name, value in vars(module).items() if isinstance(value, type) and value.__module__ == module.__name__
-    ]
-    hint = f" Name one of its classes: {', '.join(f'{module.__name__}:{name}' for name in classes)}." if classes else ""
-    raise AgentLoadError(f"the module {module.__name__} has neither a class Agent nor a function make_agent().{hint}")
 
 
 def _make(found: object, spec: str, arguments: Mapping[str, object]) -> object:

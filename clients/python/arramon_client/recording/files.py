@@ -15,6 +15,7 @@ import simplejpeg
 
 from arramon_client.agent import Episode, Observation
 from arramon_client.files import write_whole
+from arramon_client.printable import to_json
 from arramon_client.recording.trace import Trace
 
 FORMAT, VERSION = "arramon-recording", 1
@@ -107,7 +108,7 @@ class EpisodeFiles:
         """
         self._steps.close()
         self._about["cause"] = cause
-        write_whole(self.folder / ABOUT, json.dumps(self._about, indent=2, ensure_ascii=False) + "\n")
+        write_whole(self.folder / ABOUT, to_json(self._about))
 
     def abandon(self) -> None:
         """Close the open file, ignoring errors."""

@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from typing import NamedTuple, TypeVar
 
 import grpc
+from google.protobuf.message import Message
 
 from arramon.v1 import PROTOCOL, PROTOCOL_METADATA, evaluation_pb2, evaluation_pb2_grpc
 from arramon_client.errors import (
@@ -17,7 +18,9 @@ from arramon_client.errors import (
     ServerUnreachableError,
     VersionMismatchError,
 )
+from arramon_client.printable import one_line
 from arramon_client.transport.access import VARIABLE, Access, open_channel
+from arramon_client.transport.incoming import check_message, details_of
 
 Answer = TypeVar("Answer")
 
@@ -41,7 +44,7 @@ CHANNEL_OPTIONS = (
 )
 
 UNARY_TIMEOUT = 60.0
-"""Seconds that a unary call may take."""
+"""Seconds that a unary call may take, if nothing else is said."""
 
 CONNECTION_LOST = frozenset({
     grpc.StatusCode.UNAVAILABLE,
@@ -111,6 +114,7 @@ def connect(
         NotArramonError: if the program that answers is not an ArraMon server.
         VersionMismatchError: if the server speaks another protocol.
         RefusedError: if the server does not accept the token.
+        ProtocolError: if its information is malformed.
     """
     channel = open_channel(address, access, CHANNEL_OPTIONS)
     try:
@@ -132,38 +136,41 @@ def greet(stub: evaluation_pb2_grpc.EvaluationStub, address: str, timeout: float
     """Return the server's information after checking that it speaks this client's protocol.
 
     Raises:
-        ServerUnreachableError, NotArramonError, VersionMismatchError, RefusedError: as for `connect`.
+        ServerUnreachableError, NotArramonError, VersionMismatchError, RefusedError, ProtocolError: as for `connect`.
     """
     try:
         info = stub.GetServerInfo(evaluation_pb2.GetServerInfoRequest(), timeout=timeout, metadata=METADATA)
     except grpc.RpcError as error:
         if error.code() == grpc.StatusCode.FAILED_PRECONDITION:
-            raise VersionMismatchError(f"the server at {address} refuses this client: {error.details()}") from error
+            raise VersionMismatchError(f"the server at {address} refuses this client: {details_of(error)}") from error
         raise explain(error, address) from error
     if info.protocol != PROTOCOL:
         older = "this client" if info.protocol > PROTOCOL else "the server"
         raise VersionMismatchError(
-            f"the server at {address} ({info.version}) speaks protocol {info.protocol}, this client {PROTOCOL}: "
-            f"upgrade {older}"
+            f"the server at {address} ({one_line(info.version, 100)}) speaks protocol {info.protocol}, this client "
+            f"{PROTOCOL}: upgrade {older}"
         )
-    return info
+    return check_message(info)
 
 
-def call(method: Callable[..., Answer], request: object, address: str) -> Answer:
-    """Make a unary call, and translate its errors.
+def call(method: Callable[..., Answer], request: object, address: str, *, timeout: float = UNARY_TIMEOUT) -> Answer:
+    """Make a unary call, translate its errors, and check the answer (`incoming.check_message`).
 
     Raises:
-        ArramonClientError: the error that `explain` returns.
+        ArramonClientError: the error that `explain` returns, or ProtocolError if the answer is malformed.
     """
     try:
-        return method(request, timeout=UNARY_TIMEOUT, metadata=METADATA)
+        answer = method(request, timeout=timeout, metadata=METADATA)
     except grpc.RpcError as error:
         raise explain(error, address) from error
+    if isinstance(answer, Message):
+        check_message(answer)
+    return answer
 
 
 def explain(error: grpc.RpcError, address: str) -> ArramonClientError:
     """Return the client's error for a failed call, with a message for the participant."""
-    code, details = error.code(), error.details() or ""
+    code, details = error.code(), details_of(error)
     match code:
         case grpc.StatusCode.UNAVAILABLE | grpc.StatusCode.DEADLINE_EXCEEDED:
             advice = next((advice for sign, advice in ADVICE.items() if sign in details), "")

@@ -11,6 +11,7 @@ import zstandard
 
 from arramon.v1 import types_pb2
 from arramon_client.errors import ProtocolError
+from arramon_client.transport.incoming import MAX_SIDE
 
 THOUSANDTHS = np.float32(0.001)
 """Factor from the protocol's depth values, whole thousandths of a unit, to units."""
@@ -44,6 +45,7 @@ class ImageDecoder:
             ProtocolError: if the data does not match the message's encoding and size.
         """
         shape = (image.height, image.width, 3)
+        _check_sides(image)
         if image.encoding == types_pb2.ENCODING_JPEG:
             return _jpeg(image.data, shape)
         return np.frombuffer(bytes(self._pixels(image, 3)), np.uint8).reshape(shape)
@@ -76,10 +78,22 @@ class ImageDecoder:
 
     def _pixels(self, image: types_pb2.Image, bytes_a_pixel: int) -> bytes | memoryview:
         """Return the pixels of a lossless image, of exactly the expected length; they may change later."""
+        _check_sides(image)
         reader = self._readers.get(image.encoding)
         if reader is None:
             raise ProtocolError(f"an image with {bytes_a_pixel} bytes per pixel has the encoding {image.encoding}")
         return reader(image, image.height * image.width * bytes_a_pixel)
+
+
+def _check_sides(image: types_pb2.Image) -> None:
+    if not (0 < image.height <= MAX_SIDE and 0 < image.width <= MAX_SIDE):
+        raise ProtocolError(f"an image is {image.height} x {image.width}, expected sides of 1 to {MAX_SIDE} pixels")
+
+
+def _check_compressed(data: bytes, pixels: int) -> None:
+    """Check, before decoding, that an image was not made larger by compression: its decoding would take long."""
+    if len(data) > 2 * pixels + 4096:
+        raise ProtocolError(f"a compressed image of {pixels} bytes takes {len(data)}")
 
 
 def _raw(image: types_pb2.Image, expected: int) -> bytes:
@@ -91,6 +105,7 @@ def _raw(image: types_pb2.Image, expected: int) -> bytes:
 
 def _decompressed(image: types_pb2.Image, expected: int) -> bytes:
     data = image.data
+    _check_compressed(data, expected)
     try:
         stated = zstandard.frame_content_size(data)
         if stated != expected:  # Checked before decompression, which allocates that much memory.
@@ -102,6 +117,10 @@ def _decompressed(image: types_pb2.Image, expected: int) -> bytes:
 
 
 def _jpeg(data: bytes, shape: tuple[int, int, int]) -> npt.NDArray[np.uint8]:
+    height, width, channels = shape
+    _check_compressed(data, height * width * channels)
+    if _is_progressive(data):
+        raise ProtocolError("a JPEG image is progressive, expected a sequential one")
     try:
         height, width, *_ = simplejpeg.decode_jpeg_header(data)
         if (height, width) != shape[:2]:  # Checked before decoding, which allocates that much memory.
@@ -111,6 +130,20 @@ def _jpeg(data: bytes, shape: tuple[int, int, int]) -> npt.NDArray[np.uint8]:
     except ValueError as error:
         raise ProtocolError(f"a JPEG image cannot be decoded: {error}") from error
     return pixels
+
+
+def _is_progressive(data: bytes) -> bool:
+    """Return whether a JPEG is of a kind whose many passes over the image can take minutes."""
+    place = 2
+    while place + 4 <= len(data) and data[place] == 0xFF:
+        marker = data[place + 1]
+        if 0xC0 <= marker <= 0xCF and marker not in (0xC4, 0xC8, 0xCC):  # the header of the frame
+            return marker not in (0xC0, 0xC1)
+        if marker == 0xFF:  # padding
+            place += 1
+            continue
+        place += 2 + int.from_bytes(data[place + 2 : place + 4], "big")
+    return False
 
 
 class _Threads(threading.local):

@@ -52,7 +52,9 @@ def map_memory(message: types_pb2.SharedMemory) -> memoryview:
         file = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
         try:
             found = os.fstat(file)
-            if not stat.S_ISREG(found.st_mode) or found.st_size != message.size or not message.token:
+            # It has no name in any folder: other files, which this client has open itself, are not the server's.
+            is_memory = stat.S_ISREG(found.st_mode) and found.st_nlink == 0
+            if not is_memory or found.st_size != message.size or not message.token:
                 raise ImagesUnreadableError(f"{_FAILED}: {path} is not the memory that the server shares")
             content = memoryview(mmap.mmap(file, message.size, access=mmap.ACCESS_READ))
         finally:

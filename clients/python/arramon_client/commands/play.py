@@ -1,0 +1,174 @@
+"""The command that plays: one run for each language, on a remote or an embedded server, and their scores."""
+
+import argparse
+import contextlib
+import os
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from arramon.v1 import evaluation_pb2
+from arramon_client import arguments, dry_run, results, run_settings
+from arramon_client.agent import Agent
+from arramon_client.commands.base import SUCCESS
+from arramon_client.commands.single_run import AGENT_FAILED, Finished, SingleRun
+from arramon_client.errors import ProtocolError, UsageError
+from arramon_client.language_gap import gap_table, gaps
+from arramon_client.local.embedded import SERVER, EmbeddedServer, check_installed, default_data, embedded_server
+from arramon_client.local.first_episodes import SPLIT, holds_episodes, make_episodes
+from arramon_client.output import console, print_json
+from arramon_client.plugin.arguments import parse_value
+from arramon_client.plugin.loader import load_agent
+from arramon_client.printable import many_lines
+from arramon_client.transport.access import Access, access_of
+from arramon_client.transport.connection import Server, connect, give_up
+from arramon_client.transport.retry import PATIENCE, Retry, ask
+
+
+@dataclass
+class PlayCommand:
+    """One invocation of the command.
+
+    Attributes:
+        options: the parsed options.
+        argv: the arguments as typed.
+        begun: ids of the runs that were created or resumed, in the order of the languages.
+        expected: number of runs: one for each language.
+        finished: those that were played to their end.
+    """
+
+    options: argparse.Namespace
+    argv: Sequence[str]
+    begun: list[str] = field(default_factory=list)
+    expected: int = 1
+    finished: list[Finished] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._console = console(stderr=True)
+
+    def say(self, text: str) -> None:
+        """Write a line for the participant without wrapping, so that commands and paths can be copied."""
+        with contextlib.suppress(BrokenPipeError):  # Nobody reads any more; the run goes on.
+            self._console.print(many_lines(text), soft_wrap=True)
+
+    @property
+    def output(self) -> Path:
+        """The folder for results; a dry run has a subfolder of its own."""
+        folder: Path = self.options.output
+        return folder / dry_run.FOLDER if self.options.dry_run else folder
+
+    def hint(self) -> None:
+        """Print the command that resumes what is not finished."""
+        if self.begun and len(self.finished) < self.expected and not self.options.dry_run:
+            kept = "the run is saved" if self.expected == 1 else "the runs are saved"
+            command = arguments.resume_command(self.argv, ",".join(self.begun))
+            self.say(f"{kept}; resume {'it' if self.expected == 1 else 'them'} with\n  {command}")
+
+    def run(self) -> int:
+        """Play the runs, show their scores and write their files; return the exit status.
+
+        Raises:
+            ArramonClientError: any error whose message is for the participant.
+        """
+        with _stdout_for_json() if self.options.json else contextlib.nullcontext():
+            status = self._run()
+        if self.options.json:
+            print_json(self._as_json())
+        return status
+
+    def _run(self) -> int:
+        options = self.options
+        agent = load_agent(options.agent, {name: parse_value(typed) for name, typed in options.agent_arguments.items()})
+        results.check_output(self.output)
+        if options.record is not None:
+            results.check_output(options.record, "the recording")
+        with ExitStack() as stack:
+            revive: Callable[[], None] = lambda: None  # noqa: E731 - replaced if a server is embedded
+            address, access, unreachable = options.server, Access(), give_up
+            if address is None:
+                embedded = stack.enter_context(self._embedded())
+                address, revive = embedded.address, embedded.revive
+            else:
+                access = access_of(options)
+                if options.resume:  # The run's server may be restarting.
+                    unreachable = Retry(",".join(options.resume), PATIENCE, self.say).wait_for
+            server = stack.enter_context(connect(address, access, unreachable=unreachable))
+            status = self._play_all(server, agent, revive)
+        if len(self.finished) > 1 and not options.json:
+            console(results.TABLE_WIDTH).print(gap_table([each.report for each in self.finished]))
+        if options.dry_run:
+            failed = "fix the agent before the real run" if status == AGENT_FAILED else "see the errors above"
+            verdict = "no errors" if status == SUCCESS else failed
+            self.say(f"this was a dry run: {verdict}. Run the same command without --dry-run for the real run")
+        return status
+
+    def _play_all(self, server: Server, agent: Agent, revive: Callable[[], None]) -> int:
+        """Play one run after the other; return the worst of their exit statuses."""
+        resumed = [self._resumed(server, run_id) for run_id in self.options.resume]
+        languages = self._languages(server, resumed)
+        self.expected = len(languages)
+        for language in languages:
+            single = SingleRun(self.options, language, server, agent, self.output, self.say, revive)
+            before = next((run for run in resumed if run.language == language), None)
+            run = single.create() if before is None else single.check_resumed(before)
+            self.begun.append(run.run_id)
+            self.finished.append(single.finish(run))
+        return max(each.status for each in self.finished)
+
+    def _resumed(self, server: Server, run_id: str) -> evaluation_pb2.Run:
+        request = evaluation_pb2.GetRunRequest(run_id=run_id)
+        retry = Retry(run_id, PATIENCE, self.say)  # The server may become unreachable between two calls.
+        run = ask(server.stub.GetRun, request, server.address, retry)
+        if run.run_id != run_id:
+            raise ProtocolError(f"the server sent the run {run.run_id!r}, expected {run_id}")
+        return run
+
+    def _languages(self, server: Server, resumed: Sequence[evaluation_pb2.Run]) -> tuple[str, ...]:
+        """Return the languages to play, resumed runs first, after checking that the split has all of them."""
+        asked: tuple[str, ...] = self.options.languages or tuple(run.language for run in resumed)
+        for run in resumed:
+            if run.language not in asked:
+                raise UsageError(f"run {run.run_id} was started with --lang {run.language}, not {','.join(asked)}")
+            if sum(each.language == run.language for each in resumed) > 1:
+                raise UsageError(f"run {run.run_id} is not the only one with the language {run.language!r}")
+            self.options.split = self.options.split or run.split  # Further languages are played on the same.
+        for language in asked if len(resumed) < len(asked) else ():
+            run_settings.choose_split(server.info, language, self.options.split, asked)
+        begun = [run.language for run in resumed]
+        return (*(each for each in asked if each in begun), *(each for each in asked if each not in begun))
+
+    def _embedded(self) -> AbstractContextManager[EmbeddedServer]:
+        # Only this client uses the server: a step must survive the end of the process, but not a loss of power.
+        # Clocks are off, so that an agent in a debugger does not time out.
+        options = ("--no-fsync", "--workers", str(self.options.workers or 1), "--step-seconds", "0")
+        data = self.options.data or default_data()
+        if not (self.options.split or self.options.resume or holds_episodes(data)):
+            check_installed(SERVER)
+            self.say(f"no episodes in {data} yet: generating a small part of {SPLIT} (only once)")
+            make_episodes(data, quiet=self.options.quiet)
+        return embedded_server(data, options=options, notify=self.say)
+
+    def _as_json(self) -> dict[str, Any]:
+        """Return what `--json` prints: the one run, or all of them with the gaps between their languages."""
+        runs = [each.as_json() for each in self.finished]
+        if len(runs) == 1:
+            return runs[0]
+        first, *others = (each.report for each in self.finished)
+        return {"runs": runs, "gaps": [vars(gap) for other in others for gap in gaps(first, other)]}
+
+
+@contextlib.contextmanager
+def _stdout_for_json() -> Iterator[None]:
+    """Send to standard error what the agent and its libraries print, until the end of the context."""
+    sys.stdout.flush()
+    kept = os.dup(1)
+    try:
+        os.dup2(2, 1)
+        with contextlib.redirect_stdout(sys.stderr):
+            yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)

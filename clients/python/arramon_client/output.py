@@ -1,0 +1,26 @@
+"""What commands write to the terminal: texts from servers and files are printed as they are, without markup."""
+
+import sys
+from typing import Any
+
+from rich.console import Console
+
+from arramon_client.printable import to_json
+
+
+def console(least: int = 0, *, stderr: bool = False) -> Console:
+    """Return a console that takes no text for markup.
+
+    Args:
+        least: its minimum width in characters: on a narrower terminal lines wrap instead of being cut off.
+        stderr: whether it writes to standard error.
+    """
+    made = Console(stderr=stderr, markup=False, highlight=False, emoji=False)
+    made.width = max(made.width, least)
+    return made
+
+
+def print_json(content: Any) -> None:
+    """Print plain data as JSON."""
+    sys.stdout.write(to_json(content))
+    sys.stdout.flush()

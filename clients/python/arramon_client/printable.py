@@ -1,0 +1,60 @@
+"""Texts from strangers, such as a server's or a file's, made safe to print and to store."""
+
+import json
+import re
+import unicodedata
+from typing import Any
+
+_UNSAFE = re.compile(
+    "[\x00-\x1f\x7f-\x9f\xad\u061c\u180e\u200b\u200e\u200f\u2028-\u202e\u2060-\u206f\ufeff\ufff9-\ufffb\ud800-\udfff"
+    "\U0001bca0-\U0001bca3\U0001d173-\U0001d17a\U000e0000-\U000e007f]"
+)
+"""Characters that move the cursor, change colours or the text direction, or are invisible, and halves of characters.
+
+Not the joiners U+200C and U+200D, which Devanagari needs."""
+
+_UNSAFE_IN_LINES = re.compile("\r(?!\n)|" + _UNSAFE.pattern.replace("\x00-\x1f", "\x00-\x08\x0b\x0c\x0e-\x1f"))
+"""The same without the tab and ends of lines."""
+
+_MOST_MARKS = 8
+"""Combining marks in a row that are shown: no script stacks as many, and a hundred cover the lines above."""
+
+REPLACEMENT = "\ufffd"
+
+
+def one_line(text: str, most: int = 500) -> str:
+    """Return a text as one line that is safe to print.
+
+    Args:
+        text: any text.
+        most: its maximum length in characters; a longer one is cut, and ends with an ellipsis.
+    """
+    if not (text.isascii() and text.isprintable()):
+        text = _without_stacks(_UNSAFE.sub(REPLACEMENT, " ".join(re.split(r"[\t\n\r\u2028\u2029]+", text[: most + 1]))))
+    return text if len(text) <= most else text[: most - 1] + "…"
+
+
+def many_lines(text: str, most: int = 20_000) -> str:
+    """Return a text that is safe to print, with its tabs and ends of lines; the arguments are as for `one_line`."""
+    if not (text.isascii() and text.isprintable()):
+        text = _without_stacks(_UNSAFE_IN_LINES.sub(REPLACEMENT, text[: most + 1]))
+    return text if len(text) <= most else text[: most - 1] + "…"
+
+
+def to_json(content: Any) -> str:
+    """Return plain data as indented JSON and the end of a line, with escapes for all that is not safe to print."""
+    text = json.dumps(content, indent=2, ensure_ascii=False)
+    return _UNSAFE_IN_LINES.sub(_escape, text) + "\n"  # Such characters are in strings alone.
+
+
+def _escape(found: "re.Match[str]") -> str:
+    return json.dumps(found.group())[1:-1]
+
+
+def _without_stacks(text: str) -> str:
+    kept, marks = [], 0
+    for letter in text:
+        marks = marks + 1 if unicodedata.category(letter) in ("Mn", "Me") else 0
+        if marks <= _MOST_MARKS:
+            kept.append(letter)
+    return "".join(kept) if len(kept) < len(text) else text
