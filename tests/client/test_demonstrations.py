@@ -1,6 +1,7 @@
 """The reader of plain demonstrations, and frames that are drawn on demand."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -99,5 +100,42 @@ def test_damaged_folders(folder: Path, tmp_path: Path) -> None:
     torn = copy("torn")
     path = next(torn.glob("*.jsonl"))
     path.write_text(path.read_text()[:-20])
-    with pytest.raises(UsageError, match=r"jsonl:2: is not JSON"):
+    with pytest.raises(UsageError, match=r"jsonl:2: it is not JSON"):
         Demonstrations(torn)
+
+
+@pytest.mark.parametrize(("change", "said"), [
+    ({"actions": "0123"}, "its actions is '0123', expected a list"),
+    ({"actions": [0, 1, 300, 2]}, "its actions are not numbers"),
+    ({"actions": [0, 1, 7]}, "its turns are not numbers, 3"),
+    ({"finished": "yes"}, "its finished is 'yes', expected a bool"),
+    ({"episode_id": None}, "its episode_id is None, expected a str"),
+    ({"poses": [["x"]]}, "its poses are not numbers"),
+    ({"instructions": {"en": ["go"]}}, "its instructions in 'en' are not two texts for each of two turns"),
+    ({"scores": []}, "its scores is [], expected a dict"),
+    (None, "it is not an object"),
+    ("[" * 200_000, "it is nested more than 64 levels deep"),
+    ("{", "it is not JSON, or was truncated"),
+])  # fmt: skip
+def test_a_line_of_another_shape_is_refused_with_its_place(
+    folder: Path, tmp_path: Path, change: dict[str, object] | str | None, said: str
+) -> None:
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
+    path = next(tmp_path.glob("demonstrations-*.jsonl"))
+    first, *rest = path.read_text().splitlines()
+    changed = {**json.loads(first), **change} if isinstance(change, dict) else change
+    line = changed if isinstance(changed, str) else json.dumps(changed)
+    path.write_text("\n".join([rest[0] if rest else first, line]) + "\n")
+    with pytest.raises(UsageError, match=re.escape(f"{path}:2: {said}")):
+        Demonstrations(tmp_path)
+
+
+@pytest.mark.parametrize(("record", "said"), [
+    ("[" * 200_000, "nested more than 64 levels deep"),
+    ('{"format": "arramon-demonstrations", "version": 1}', "has no settings"),
+    ('{"format": "arramon-demonstrations", "version": 1, "settings": {}, "episodes_by_language": []}', "has no"),
+])  # fmt: skip
+def test_a_record_of_another_shape_is_refused(tmp_path: Path, record: str, said: str) -> None:
+    (tmp_path / "demonstrations.json").write_text(record)
+    with pytest.raises(UsageError, match=said):
+        Demonstrations(tmp_path)

@@ -73,7 +73,8 @@ def test_an_imported_agent_is_played_where_it_is_named(folder: Path) -> None:
 
 @pytest.mark.parametrize(("name", "spec"), [
     ("mine_h.py", "mine_h.py:Mine"), ("team/mine_h.py", "team/mine_h.py:Mine"),
-    ("team/my-agent.py", "./team/my-agent.py"), ("team/random.py", "team/random.py"), ("हिन्दी/a b.py", "हिन्दी/a b.py:Mine"),
+    ("team/my-agent.py", "./team/my-agent.py"), ("team/random.py", "team/random.py"),
+    ("हिन्दी/a b.py", "हिन्दी/a b.py:Mine"),
 ])  # fmt: skip
 def test_files_are_agents(folder: Path, name: str, spec: str) -> None:
     """Also where the name is no module's, or that of another one, and with what lies beside them."""
@@ -126,8 +127,7 @@ def test_agents_load_by_entry_point(folder: Path, monkeypatch: pytest.MonkeyPatc
     ("def (", "./mine_c.py", "the file FOLDER/mine_c.py cannot be imported", "SyntaxError"),
     (GOOD.replace("Agent", "One") + GOOD.replace("Agent", "Two"), "mine_c",
      "has several agents: name one, as in --agent mine_c:One (:One, :Two)", ""),
-    ("from agents.stop import Agent", "mine_c", "Its Agent is imported from agents.stop: to play with it, write mine_c:",
-     ""),
+    ("from agents.stop import Agent", "mine_c", "Its Agent is imported from agents.stop: to play with it, write", ""),
     (GOOD, "mine_c:Agnet", "mine_c has no Agnet. Did you mean Agent?", ""),
     ("import no_such_dependency", "mine_c", "it imports no_such_dependency, which is not installed", "import no_"),
     ("x = 1\nx.y", "mine_c", "its module mine_c cannot be imported", "AttributeError: 'int' object has no attribute"),

@@ -4,7 +4,7 @@ import contextlib
 import math
 import queue
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -65,18 +65,18 @@ class Lie:
         shown = repr(self.value)
         return f"{self.message}.{self.field}={shown[:30]}"
 
-    def tell(self, message: Message) -> None:
-        """Put the false value into a message and all that it contains, which stays as it is where it does not fit."""
+    def tell(self, message: Message) -> int:
+        """Put the false value into a message and all that it contains; return the number of times."""
+        told = 0
         for field, value in message.ListFields():
             if field.message_type is None:
                 continue
-            inner = value.values() if is_map(field) and _values(field).message_type else value
-            for each in (
-                inner if field.is_repeated and not _is_plain_map(field) else () if field.is_repeated else (value,)
-            ):
-                self.tell(each)
+            for each in _contained(field, value):
+                told += self.tell(each)
         if message.DESCRIPTOR.name == self.message:
             self._set(message)
+            told += 1
+        return told
 
     def _set(self, message: Message) -> None:
         field = message.DESCRIPTOR.fields_by_name[self.field]
@@ -106,8 +106,11 @@ def _values(field: FieldDescriptor) -> FieldDescriptor:
     return field.message_type.fields_by_name["value"]
 
 
-def _is_plain_map(field: FieldDescriptor) -> bool:
-    return is_map(field) and _values(field).message_type is None
+def _contained(field: FieldDescriptor, value: Any) -> Iterable[Message]:
+    """The messages in the value of a field."""
+    if is_map(field):
+        return value.values() if _values(field).message_type is not None else ()
+    return value if field.is_repeated else (value,)
 
 
 SERVICES = (
@@ -194,6 +197,13 @@ TRUE: dict[str, Any] = {
     "Score.low": 0.25,
     "Score.high": 0.75,
     "Comparison.p": 0.5,
+    "Texts.alphabet": "abcdefghijklmnopqrstuvwxyz ",
+    "Texts.longest": 20,
+    "Texts.longest_utf8": 20,
+    "Limits.steps_per_phase": 9,
+    "Quota.runs_per_day": 0,
+    "Quota.runs_in_all": 0,
+    "Quota.runs_at_once": 0,
 }
 """Field, or message and field -> its true value, where the one by its type would not do."""
 
@@ -203,7 +213,7 @@ def full(message: type[Message], depth: int = 6) -> Any:
     made = message()
     for field in message.DESCRIPTOR.fields:
         name = f"{message.DESCRIPTOR.name}.{field.name}"
-        if name in ("Run.agent_arguments", "Run.code", "Observation.taken"):  # As the run was asked for.
+        if name == "Observation.taken":  # It is no history.
             continue
         if is_map(field):
             inner = _values(field)
@@ -228,6 +238,7 @@ def full(message: type[Message], depth: int = 6) -> Any:
     if isinstance(made, pb.Row):
         made.ClearField("scores")
         made.scores.extend(pb.Score(metric=m, mean=0.5, low=0.25, high=0.75) for m in METRICS)
+        made.scores[0].sections.CopyFrom(full(pb.Sections))
     if isinstance(made, types_pb2.Image):
         made.CopyFrom(types_pb2.Image(height=SIZE, width=SIZE, encoding=types_pb2.ENCODING_RAW))
     return made
@@ -277,6 +288,7 @@ class Liar(grpc.GenericRpcHandler):
 
     Attributes:
         lie: the present lie; None for none.
+        told: the number of times that it was told.
         refusal: the status and details with which every call but GetServerInfo is refused; None for none.
         image: of every observation; None for an honest one.
         events: sent in place of the honest ones after `opened`; None for these.
@@ -286,6 +298,7 @@ class Liar(grpc.GenericRpcHandler):
 
     def __init__(self) -> None:
         self.lie: Lie | None = None
+        self.told = 0
         self.refusal: tuple[grpc.StatusCode, str] | None = None
         self.image: types_pb2.Image | None = None
         self.events: list[pb.Event] | None = None
@@ -313,12 +326,15 @@ class Liar(grpc.GenericRpcHandler):
         if isinstance(message, pb.Run):
             message.agent = self.agent
             message.state = pb.RUN_STATE_COMPLETE if self.finished else pb.RUN_STATE_RUNNING
+            if method == "GetRun":  # As it was started.
+                message.ClearField("agent_arguments")
+                message.ClearField("code")
         self._tell(message)
         return message
 
     def _tell(self, message: Message) -> None:
         if self.lie is not None:
-            self.lie.tell(message)
+            self.told += self.lie.tell(message)
 
     def _play(self, requests: Iterator[pb.PlayRequest], context: Any) -> Iterator[pb.PlayResponse]:
         acts = self._acts(requests, context)
@@ -326,6 +342,7 @@ class Liar(grpc.GenericRpcHandler):
         run.agent = self.agent
         opened = pb.Opened(run=run, encoding=types_pb2.ENCODING_RAW, image_size=SIZE)
         opened.labels.add(kind="nothing")
+        opened.shared.CopyFrom(full(types_pb2.SharedMemory))
         yield self._response([pb.Event(opened=opened)])
         if self.events is not None:
             yield self._response(self.events)
@@ -338,6 +355,8 @@ class Liar(grpc.GenericRpcHandler):
             ended = pb.PhaseEnded(episode_id=EPISODE, turn=1, phase=types_pb2.PHASE_NAVIGATION)
             yield self._response([pb.Event(phase_ended=ended), self._observation(step)])
         run.state = pb.RUN_STATE_COMPLETE
+        problem = pb.Problem(code=pb.Problem.CODE_NOT_YOUR_EPISODE, message="not yours", episode_id="e9", step=1)
+        yield self._response([pb.Event(problem=problem)])
         end = pb.EpisodeEnded(episode_id=EPISODE, cause=types_pb2.CAUSE_AGENT_FINISHED, episodes_ended=1)
         yield self._response([pb.Event(episode_ended=end), pb.Event(run_ended=pb.RunEnded(run=run))])
 
@@ -352,11 +371,14 @@ class Liar(grpc.GenericRpcHandler):
                     arrived.put(request)
 
         threading.Thread(target=read, daemon=True).start()
-        while True:
+        looks = 0
+        while context.is_active() and looks < (1200 if self.lie is None else 2):
             try:
-                yield arrived.get(timeout=60.0 if self.lie is None else 0.2)
+                yield arrived.get(timeout=0.05)
+                looks = 0
             except queue.Empty:
-                context.abort(grpc.StatusCode.FAILED_PRECONDITION, "nothing was answered")
+                looks += 1
+        context.abort(grpc.StatusCode.FAILED_PRECONDITION, "nothing was answered")
 
     def _observation(self, step: int) -> pb.Event:
         seen = pb.Observation(

@@ -2,24 +2,40 @@
 
 import contextlib
 import io
+import math
 import re
 import sys
 import threading
+import tracemalloc
 from collections.abc import Iterator, Sequence
-from itertools import cycle
+from itertools import count, cycle, islice
 from pathlib import Path
+from typing import Any
 
+import grpc
+import gymnasium
 import pytest
 
+import arramon_client.environments  # noqa: F401 - registers them
+from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from arramon_client.cli import main
+from arramon_client.commands import leaderboard, runs
+from arramon_client.errors import ArramonClientError
+from arramon_client.multi_stream import own_addresses
+from arramon_client.transport.access import Access
+from arramon_client.transport.connection import CONNECTION_LOST, Server
 from tests.hostile.liar import (
     ANSWERS,
+    EPISODE,
     RUN,
+    SIZE,
     SPLIT,
     TEXTS,
     Liar,
     Lie,
+    bombs,
+    full,
     lies,
     lying,
     messages_in,
@@ -145,13 +161,16 @@ def test_no_false_field_harms_the_client(victim: Victim, message: str) -> None:
     assert receive
     commands = cycle(receive)
     for lie in lies(MESSAGES[message]):
-        victim.liar.lie = lie
-        for command in (next(commands) for _ in range(min(2, len(receive)))):
+        victim.liar.lie, victim.liar.told = lie, 0
+        for command in islice(commands, len(receive)):
             try:
                 victim.run(*command)
             except BaseException as error:
                 error.add_note(f"{' '.join(command)}: {lie}")
                 raise
+            if victim.liar.told:
+                break
+        assert victim.liar.told, f"{lie} was not told"
 
 
 @pytest.mark.parametrize("run_id", [text for text in TEXTS if text])
@@ -163,3 +182,143 @@ def test_a_false_run_id_is_named_and_nothing_is_written(victim: Victim, run_id: 
     assert "expected 32 hexadecimal digits" in said
     assert len(said.splitlines()) == 1
     assert [*victim.folder.joinpath("arramon-results").iterdir()] == []
+
+
+CODES = [code for code in grpc.StatusCode if code is not grpc.StatusCode.OK]
+
+
+@pytest.mark.parametrize("text", [text[:4000] for text in TEXTS if text])
+def test_no_refusal_harms_the_client(victim: Victim, text: str) -> None:
+    """Of no call of any command, with any status. A connection that is lost is tried again, so not that one."""
+    short = [command for command in COMMANDS if command[0] != "--agent"]
+    for number, code in enumerate(code for code in CODES if code not in CONNECTION_LOST):
+        victim.liar.refusal = (code, text)
+        for command in (PLAY, ("--agent", "liars_agent", "--resume", RUN), short[number % len(short)]):
+            status, said = victim.run(*command)
+            assert status == 1
+            assert len(said.splitlines()) == 1, said
+
+
+@pytest.mark.parametrize(("name", "image"), bombs(), ids=[name for name, _ in bombs()])
+def test_no_image_is_decoded_that_was_not_requested(
+    victim: Victim, name: str, image: types_pb2.Image, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    victim.liar.image = image
+    tracemalloc.start()
+    try:
+        status, said = victim.run(*PLAY, "--record", "rec")
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert status == 1, said
+    assert sum(line.startswith("error: ") for line in said.splitlines()) == 1, said
+    assert peak < 64 * 1024 * 1024
+
+
+EVENTS: dict[str, tuple[list[pb.Event], str]] = {
+    "another run": ([pb.Event(run_ended=pb.RunEnded(run=pb.Run(run_id="6b" * 16)))], "expected 5a5a"),
+    "shared memory that was not requested": (
+        [pb.Event(opened=pb.Opened(run=pb.Run(run_id=RUN), encoding=types_pb2.ENCODING_SHARED))],
+        "shared memory, which was not requested",
+    ),
+    "too many episodes": (
+        [pb.Event(episode_started=pb.EpisodeStarted(episode_id=f"e{i}", language="en")) for i in range(2000)],
+        "more than the 8 episodes that were requested",
+    ),
+    "problems without end": (
+        [pb.Event(problem=pb.Problem(code=pb.Problem.CODE_NOT_YOUR_EPISODE, episode_id=EPISODE))] * 2000,
+        "reported more than 1000 problems",
+    ),
+    "an action that is none": (
+        [
+            pb.Event(episode_started=pb.EpisodeStarted(episode_id=EPISODE, language="en")),
+            pb.Event(observation=pb.Observation(episode_id=EPISODE, turn=1, taken=9)),  # type: ignore[arg-type]
+        ],
+        "has the action 9, expected 0 to 3",
+    ),
+    "a pose that is no number": (
+        [
+            pb.Event(episode_started=pb.EpisodeStarted(episode_id=EPISODE, language="en")),
+            pb.Event(observation=pb.Observation(episode_id=EPISODE, turn=1, pose=types_pb2.Pose(x=math.nan))),
+        ],
+        "expected a finite number",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", EVENTS)
+def test_events_that_were_not_requested_end_the_run(victim: Victim, name: str) -> None:
+    victim.liar.events, expected = EVENTS[name]
+    status, said = victim.run(*PLAY)
+    assert (status, expected in said) == (1, True), said
+
+
+def test_a_server_elsewhere_names_no_addresses_on_this_machine() -> None:
+    """They would be given the token."""
+    info = pb.ServerInfo(addresses=["127.0.0.1:1", "unix:/run/docker.sock", "127.0.0.1:1", "10.0.0.7:2"])
+    server = Server(None, info, "host.example:50551", None, Access())  # type: ignore[arg-type]
+    assert own_addresses(server) == []
+    assert own_addresses(server._replace(address="127.0.0.1:50551")) == ["127.0.0.1:1", "unix:/run/docker.sock"]
+
+
+@pytest.mark.parametrize("method", ["runs", "leaderboard"])
+@pytest.mark.parametrize("is_empty", [False, True])
+def test_pages_without_end_end(victim: Victim, method: str, is_empty: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    pages = count()
+
+    def answer(name: str) -> Any:
+        message = full(ANSWERS[name])
+        if name in ("ListRuns", "List"):
+            message.next_page_token = f"page {next(pages)}"
+            for each in ("runs", "standings") if is_empty else ():
+                if each in message.DESCRIPTOR.fields_by_name:
+                    message.ClearField(each)
+        return message
+
+    monkeypatch.setattr(victim.liar, "answer", answer)
+    monkeypatch.setattr(runs, "MAX_PAGES", 20)
+    monkeypatch.setattr(leaderboard, "MAX_STANDINGS", 20)
+    status, said = (
+        victim.run(method, "--state", "running", "--limit", "1000")
+        if method == "runs"
+        else victim.run(method, "--split", SPLIT)
+    )
+    assert (status, "without end" in said, next(pages) < 30) == (1, True, True), said
+
+
+@pytest.mark.parametrize("lie", [Lie("ServerInfo", "version", text) for text in TEXTS if text], ids=str)
+def test_the_conformance_suite_prints_nothing_harmful(victim: Victim, lie: Lie) -> None:
+    victim.liar.lie = lie
+    status, said = victim.run("conformance", "--timeout", "5", "--only", "information,runs", "--json", "rec")
+    assert status == 1, said
+
+
+@pytest.mark.parametrize("message", ["Run", "Observation", "Opened", "EpisodeEnded", "Report", "Image"])
+def test_the_conformance_suite_survives_lies(victim: Victim, message: str) -> None:
+    for lie in islice(lies(MESSAGES[message]), 0, None, 7):
+        victim.liar.lie = lie
+        status, said = victim.run("conformance", "--timeout", "5", "--only", "runs,steps,images")
+        assert status == 1, said
+
+
+@pytest.mark.filterwarnings("ignore:.*share an object")  # The array of an instruction's tokens is, on purpose.
+@pytest.mark.parametrize(
+    "message", ["Run", "Observation", "EpisodeStarted", "EpisodeEnded", "RunEnded", "Score", "Texts"]
+)
+def test_an_environment_on_a_host_raises_no_other_errors(victim: Victim, message: str) -> None:
+    """The errors that its documentation names: of the client, and of Gymnasium."""
+    for lie in islice(lies(MESSAGES[message]), 0, None, 3):
+        victim.liar.lie = lie
+        with contextlib.suppress(ArramonClientError):
+            env = gymnasium.make(
+                "arramon/ArraMon-v0", server=victim.address, lang="en", split=SPLIT, sensors=("rgb",), image_size=SIZE
+            )
+            try:
+                env.reset()
+                for _ in range(4):
+                    if any(env.step(0)[2:4]):
+                        break
+            finally:
+                with contextlib.suppress(ArramonClientError):
+                    env.close()
+        victim.look_around()

@@ -6,7 +6,6 @@ for demonstration in demonstrations:
         ...
 """
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,12 +14,21 @@ from typing import Any, overload
 import numpy as np
 import numpy.typing as npt
 
+from arramon.strict_json import NotJsonError, read_json
 from arramon_client.agent import Observation
 from arramon_client.errors import UsageError
 
 RECORD, FORMAT, VERSION = "demonstrations.json", "arramon-demonstrations", 1
 
 FILES = "demonstrations-*.jsonl"
+
+KINDS = {
+    **dict.fromkeys(("episode_id", "section", "cause"), str),
+    **dict.fromkeys(("instructions", "scores"), dict),
+    **dict.fromkeys(("actions", "turns", "phases", "poses"), list),
+    "finished": bool,
+}
+"""Types of a demonstration's fields."""
 
 PHASES = ("navigation", "assembly")
 """Names of the phases, by number."""
@@ -86,7 +94,7 @@ class Demonstrations(Sequence[Demonstration]):
 
     def __init__(self, folder: Path) -> None:
         self.settings = _settings(folder)
-        self._all = [_demonstration(line) for path in sorted(folder.glob(FILES)) for line in _lines(path)]
+        self._all = [one for path in sorted(folder.glob(FILES)) for one in _demonstrations(path)]
         expected = sum(self.settings["episodes_by_language"].values())
         if sum(len(one.instructions) for one in self._all) != expected:
             raise UsageError(f"files are missing in {folder}: expected {expected} episodes, each language counted")
@@ -152,36 +160,72 @@ class Demonstrations(Sequence[Demonstration]):
 def _settings(folder: Path) -> dict[str, Any]:
     path = folder / RECORD
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+        record = read_json(path.read_bytes())
+    except OSError as error:
         raise UsageError(f"{path} cannot be read: {error}; expected a folder that `export-demos` wrote") from error
+    except NotJsonError as error:
+        raise UsageError(f"{path} {error}; expected a folder that `export-demos` wrote") from error
     if not isinstance(record, dict) or (record.get("format"), record.get("version")) != (FORMAT, VERSION):
         raise UsageError(f"{path} is not of the format {FORMAT!r}, version {VERSION}")
-    if record["settings"]["format"] != "plain":
-        raise UsageError(f"{folder} is in the format {record['settings']['format']!r}, expected 'plain'")
-    if not record["complete"]:
+    settings, counts = record.get("settings"), record.get("episodes_by_language")
+    if not (isinstance(settings, dict) and isinstance(counts, dict) and all(type(n) is int for n in counts.values())):
+        raise UsageError(f"{path} has no settings, or no numbers of episodes by language")
+    if settings.get("format") != "plain":
+        raise UsageError(f"{folder} is in the format {settings.get('format')!r}, expected 'plain'")
+    if not record.get("complete"):
         raise UsageError(f"the export to {folder} is not complete; give the same `export-demos` command again")
-    return {**record["settings"], "episodes_by_language": record["episodes_by_language"]}
+    return {**settings, "episodes_by_language": counts}
 
 
-def _lines(path: Path) -> Iterator[dict[str, Any]]:
-    with path.open(encoding="utf-8") as file:
+def _demonstrations(path: Path) -> Iterator[Demonstration]:
+    with path.open("rb") as file:
         for number, line in enumerate(file, start=1):
             try:
-                yield json.loads(line)
-            except ValueError as error:
-                raise UsageError(f"{path}:{number}: is not JSON: {error}") from error
+                yield _demonstration(read_json(line))
+            except NotJsonError as error:
+                raise UsageError(f"{path}:{number}: it {error}") from error
+            except _ShapeError as error:
+                raise UsageError(f"{path}:{number}: {error}") from error
 
 
-def _demonstration(line: Mapping[str, Any]) -> Demonstration:
-    numbers = {name: np.asarray(line[name], np.uint8) for name in ("actions", "turns", "phases")}
+class _ShapeError(Exception):
+    """A demonstration lacks a field, or has one of another type; the message says which."""
+
+
+def _demonstration(line: Any) -> Demonstration:
+    if not isinstance(line, dict):
+        raise _ShapeError("it is not an object")
+    for name, kind in KINDS.items():
+        if not isinstance(line.get(name), kind):
+            raise _ShapeError(f"its {name} is {line.get(name)!r:.60}, expected a {kind.__name__}")
+    steps = len(line["actions"])
+    numbers = {name: _array(line, name, np.uint8, (steps,)) for name in ("actions", "turns", "phases")}
+    for name, fewest, most in (("actions", 0, 3), ("turns", 1, 2), ("phases", 0, 1)):
+        if steps and not fewest <= numbers[name].min() <= numbers[name].max() <= most:
+            raise _ShapeError(f"its {name} are not all from {fewest} to {most}")
+    for language, turns in line["instructions"].items():
+        phases = [text for turn in turns for text in turn] if _is_pair(turns) and all(map(_is_pair, turns)) else []
+        if len(phases) != 4 or not all(isinstance(text, str) for text in phases):
+            raise _ShapeError(f"its instructions in {language!r} are not two texts for each of two turns")
     return Demonstration(
         episode_id=line["episode_id"],
         section=line["section"],
         instructions=line["instructions"],
-        poses=np.asarray(line["poses"], np.float64).reshape(-1, 3),
+        poses=_array(line, "poses", np.float64, (steps, 3)),
         cause=line["cause"],
         finished=line["finished"],
         scores=line["scores"],
         **numbers,
     )
+
+
+def _array(line: Mapping[str, Any], name: str, kind: type[Any], shape: tuple[int, ...]) -> npt.NDArray[Any]:
+    try:
+        array = np.asarray(line[name], kind).reshape(shape)
+    except (OverflowError, TypeError, ValueError) as error:
+        raise _ShapeError(f"its {name} are not numbers, {' x '.join(map(str, shape))}: {error}") from error
+    return array
+
+
+def _is_pair(value: Any) -> bool:
+    return isinstance(value, list) and len(value) == 2

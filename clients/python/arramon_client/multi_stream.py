@@ -2,9 +2,10 @@
 
 import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from concurrent.futures import Future, as_completed
 from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 from itertools import cycle
 from typing import Any, cast
 
@@ -43,7 +44,7 @@ def play_streams(
     Raises:
         ArramonClientError: the error of the first stream that failed; the others are closed.
     """
-    addresses = _own_addresses(server)[: settings.parallel]
+    addresses = own_addresses(server)[: settings.parallel]
     if len(addresses) < 2:
         return play(
             server.stub,
@@ -67,27 +68,29 @@ def play_streams(
             notify(text)
 
     with ExitStack() as stack:
-        pool = stack.enter_context(ThreadPoolExecutor(len(addresses), "stream"))
+        threads = stack.enter_context(_Threads())
 
         def start(number: int, address: str) -> Future[Outcome]:
-            # Closed before the pool is joined, so that no stream goes on after an error.
+            # Closed before the threads are joined, so that no stream goes on after an error.
             channel = stack.enter_context(open_channel(address, access, CHANNEL_OPTIONS))
             fallback = _FallbackStub(channel, server)
             stack.callback(fallback.close)
             stub = cast(evaluation_pb2_grpc.EvaluationStub, fallback)
             own, told = _share(settings, number, len(addresses)), progress_sum.callback(number)
-            return pool.submit(
-                play,
-                stub,
-                run,
-                shared,
-                own,
-                address=address,
-                notify=tell,
-                progress=told,
-                revive=revive,
-                recording=recording,
-                failure_counter=failure_counter,
+            return threads.start(
+                partial(
+                    play,
+                    stub,
+                    run,
+                    shared,
+                    own,
+                    address=address,
+                    notify=tell,
+                    progress=told,
+                    revive=revive,
+                    recording=recording,
+                    failure_counter=failure_counter,
+                )
             )
 
         streams = [start(number, address) for number, address in enumerate(addresses)]
@@ -103,7 +106,40 @@ def play_streams(
     )
 
 
-def _own_addresses(server: Server) -> list[str]:
+class _Threads:
+    """Threads of streams, joined at the end of the context unless the client is interrupted: the agent may be slow.
+
+    They are daemons, so that a client that was asked to stop does not wait for the agent either.
+    """
+
+    def __init__(self) -> None:
+        self._threads: list[threading.Thread] = []
+
+    def __enter__(self) -> "_Threads":
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is not None and issubclass(kind, KeyboardInterrupt):
+            return
+        for thread in self._threads:
+            thread.join()
+
+    def start(self, work: Callable[[], Outcome]) -> Future[Outcome]:
+        """Start a thread; the future has what its work returns or raises."""
+        future: Future[Outcome] = Future()
+
+        def run() -> None:
+            try:
+                future.set_result(work())
+            except BaseException as error:  # noqa: BLE001 - raised again where the result is asked for
+                future.set_exception(error)
+
+        self._threads.append(threading.Thread(target=run, name=f"stream-{len(self._threads)}", daemon=True))
+        self._threads[-1].start()
+        return future
+
+
+def own_addresses(server: Server) -> list[str]:
     """Return the addresses of the server's processes, if it is on this machine; a server elsewhere cannot name any."""
     addresses = dict.fromkeys(server.info.addresses)
     return [each for each in addresses if is_local(each)] if is_local(server.address) else []

@@ -29,6 +29,9 @@ KEY_BYTES, SIGNATURE_BYTES = 32, 64
 
 NUMBER, EVERY = (int, float), "*"
 
+LARGEST = 2**53
+"""Largest number in a receipt: JSON holds larger ones inexactly."""
+
 SHAPE = {
     "run": {
         **dict.fromkeys(("run_id", "participant", "agent", "split", "language", "state", "created_at"), str),
@@ -152,7 +155,7 @@ def read_key(text: str) -> bytes:
     content = text
     if not _is_hexadecimal(text):
         try:
-            content = Path(text).read_text().strip()
+            content = Path(text).read_text("utf-8-sig").strip()
         except (OSError, UnicodeDecodeError) as error:
             raise ReceiptError(f"{text} is neither a hexadecimal key nor a readable file: {error}") from error
     if _is_hexadecimal(content):
@@ -263,7 +266,9 @@ def _fits(shape: Any, value: Any) -> bool:
     if isinstance(shape, list):
         return isinstance(value, list) and all(_fits(shape[0], each) for each in value)
     if not isinstance(shape, dict):
-        return isinstance(value, shape)
+        if isinstance(value, float | int) and not isinstance(value, bool):
+            return isinstance(value, shape) and abs(value) <= LARGEST
+        return isinstance(value, shape) and not isinstance(value, bool)
     if not isinstance(value, dict):
         return False
     if EVERY in shape:

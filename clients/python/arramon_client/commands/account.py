@@ -3,11 +3,12 @@
 import argparse
 from collections.abc import Sequence
 
+from google.protobuf.json_format import MessageToDict
 from rich.table import Table
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon_client.commands.base import run
-from arramon_client.output import console
+from arramon_client.output import console, print_json
 from arramon_client.transport.access import access_of, add_access
 from arramon_client.transport.connection import call, connect
 
@@ -26,6 +27,7 @@ def main(argv: Sequence[str]) -> int:
         prog="arramon-client account", allow_abbrev=False, description="Show your account on a server."
     )
     parser.add_argument("--server", required=True, metavar="ADDR", help="host:port or unix:/path")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
     add_access(parser)
     return run(parser, argv, _show)
 
@@ -34,6 +36,13 @@ def _show(options: argparse.Namespace) -> None:
     with connect(options.server, access_of(options)) as server:
         account = call(server.stub.GetAccount, pb.GetAccountRequest(), server.address)
     role = pb.Role.Name(account.role).removeprefix("ROLE_").lower()
+    if options.json:
+        quotas = [
+            MessageToDict(each, preserving_proto_field_name=True, always_print_fields_with_no_presence=True)
+            for each in account.quotas
+        ]
+        print_json({"participant": account.participant, "role": role, "quotas": quotas})
+        return
     shown = console(80)
     shown.print(f"{account.participant or 'no participant name'} ({role})")
     if account.quotas:

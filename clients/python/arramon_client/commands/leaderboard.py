@@ -5,6 +5,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
+from google.protobuf.json_format import MessageToDict
 from rich import box
 from rich.table import Table
 from rich.text import Text, TextType
@@ -14,7 +15,7 @@ from arramon.v1 import leaderboard_pb2 as pb
 from arramon_client.commands.base import run
 from arramon_client.commands.server_options import add_server, server_of
 from arramon_client.errors import ProtocolError, UsageError
-from arramon_client.output import console
+from arramon_client.output import console, print_json
 from arramon_client.results import COLUMNS, score_cell
 from arramon_client.transport.connection import Server, call
 
@@ -116,6 +117,7 @@ def publish(argv: Sequence[str]) -> int:
         "--tokens", type=amount, metavar="N", help="tokens that language models read and wrote in all"
     )
     declared.add_argument("--price", type=amount, metavar="USD", help="price of the whole run in US dollars")
+    parser.add_argument("--json", action="store_true", help="print what was published as JSON")
     return run(parser, argv, _publish)
 
 
@@ -123,6 +125,7 @@ def withdraw(argv: Sequence[str]) -> int:
     """Run `arramon-client withdraw` and return its exit status."""
     parser = _parser("withdraw", "Take a run off the leaderboard; it can be published again.")
     parser.add_argument("run", metavar="RUN", help="the run's id")
+    parser.add_argument("--json", action="store_true", help="print what was withdrawn as JSON")
     return run(parser, argv, _withdraw)
 
 
@@ -251,6 +254,10 @@ def _publish(options: argparse.Namespace) -> None:
         )
         entry = call(stub.Publish, request, server.address)
     marks = _marks(entry.marks, entry.coverage if entry.HasField("coverage") else None)
+    if options.json:
+        made = MessageToDict(entry, preserving_proto_field_name=True, always_print_fields_with_no_presence=True)
+        print_json({"published": made})
+        return
     name = f"{entry.run.agent} by {entry.run.participant}"
     sys.stdout.write(f"published: {name} on {entry.run.split}, {entry.run.language}{f'; {marks}' if marks else ''}\n")
 
@@ -268,6 +275,9 @@ def _withdraw(options: argparse.Namespace) -> None:
     with server_of(options) as server:
         stub = leaderboard_pb2_grpc.LeaderboardStub(server.channel)
         call(stub.Withdraw, pb.WithdrawRequest(run_id=options.run), server.address)
+    if options.json:
+        print_json({"withdrawn": options.run})
+        return
     sys.stdout.write(f"withdrawn: {options.run}\n")
 
 

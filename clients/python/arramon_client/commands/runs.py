@@ -38,6 +38,7 @@ def cancel(argv: Sequence[str]) -> int:
     """Run `arramon-client cancel` and return its exit status."""
     parser = _parser("cancel", "Cancel your runs: every episode that is not finished is given up.")
     parser.add_argument("runs", nargs="+", metavar="RUN", help="a run's id, as shown by `arramon-client runs`")
+    parser.add_argument("--json", action="store_true", help="print the cancelled runs as JSON")
     return run(parser, argv, _cancel)
 
 
@@ -66,11 +67,17 @@ def _show(options: argparse.Namespace) -> None:
 
 
 def _cancel(options: argparse.Namespace) -> None:
+    cancelled = []
     with server_of(options) as server:
         for run_id in options.runs:
             ended = call(server.stub.CancelRun, pb.CancelRunRequest(run_id=run_id), server.address)
+            cancelled.append(_as_json(ended))
+            if options.json:
+                continue
             sys.stdout.write(f"{_state(ended)}: {ended.run_id}, {ended.agent} on {ended.split}, {ended.language}\n")
             sys.stdout.flush()
+    if options.json:
+        print_json(cancelled)
 
 
 def _listed(server: Server) -> Iterator[pb.Run]:

@@ -1,7 +1,9 @@
 """The command `arramon-client verify`: check a receipt's signature, the host's key and the actions that were sent."""
 
 import argparse
-from collections.abc import Mapping, Sequence
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -9,8 +11,10 @@ from rich.console import Console
 
 from arramon.v1 import evaluation_pb2
 from arramon_client import receipts
-from arramon_client.commands.base import SUCCESS, run
-from arramon_client.errors import ReceiptError
+from arramon_client.commands.base import ERROR, SUCCESS, run
+from arramon_client.errors import ReceiptError, UsageError
+from arramon_client.output import console, print_json
+from arramon_client.printable import many_lines, one_line
 from arramon_client.receipts import Receipt
 from arramon_client.results import TABLE_WIDTH, score_table
 from arramon_client.transport.access import access_of, add_access
@@ -25,11 +29,11 @@ def main(argv: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(
         prog="arramon-client verify",
         allow_abbrev=False,
-        description="Check a receipt: its signature, the host's key and the actions that this client sent.",
-        epilog="exit status: 0 the receipt is valid; 1 it is not, for the reasons printed; 2 wrong usage; "
-        "3 the receipt is intact, but no host's key was given to compare its key with",
+        description="Check receipts: their signatures, the host's key and the actions that this client sent.",
+        epilog="exit status: 0 all receipts are valid; 1 one of them is not, for the reasons printed; 2 wrong usage; "
+        "3 the receipts are intact, but no host's key was given to compare their keys with",
     )
-    parser.add_argument("receipt", type=Path, metavar="RECEIPT", help="the file RUN.receipt.json")
+    parser.add_argument("receipts", type=Path, nargs="+", metavar="RECEIPT", help="a file RUN.receipt.json; repeatable")
     key = parser.add_mutually_exclusive_group()
     key.add_argument(
         "--key",
@@ -40,34 +44,93 @@ def main(argv: Sequence[str]) -> int:
     parser.add_argument(
         "--results", type=Path, metavar="FILE", help="results file of the run (default: RUN.json beside the receipt)"
     )
+    parser.add_argument("--json", action="store_true", help="print what was checked as JSON")
     add_access(parser)
     return run(parser, argv, _verify)
 
 
+@dataclass(frozen=True)
+class _Checked:
+    """What was checked of a receipt: it is valid unless there is an error.
+
+    Attributes:
+        path: its file.
+        error: why it is not valid; empty if it is.
+        receipt: its content; None if it cannot be read.
+        results: what the comparison with the results file found; empty if there was none.
+    """
+
+    path: Path
+    error: str = ""
+    receipt: Receipt | None = None
+    results: str = ""
+
+    def as_json(self, key_checked: bool) -> dict[str, Any]:
+        return {
+            "file": str(self.path),
+            "valid": not self.error,
+            "error": self.error or None,
+            "key": self.receipt.public_key.hex() if self.receipt is not None else None,
+            "key_checked": key_checked,
+            "results": self.results or None,
+            "receipt": self.receipt.content if self.receipt is not None else None,
+        }
+
+
 def _verify(options: argparse.Namespace) -> int:
-    receipt = receipts.read_receipt(options.receipt)
+    if options.results is not None and len(options.receipts) > 1:
+        raise UsageError("--results is the file of one run, and cannot be used together with several receipts")
     key, whose = _host_key(options)
-    if key is not None:
-        receipts.check_key(receipt, key, whose)
-    console = Console()
-    console.width = max(console.width, TABLE_WIDTH)
+    checked = []
+    for path in options.receipts:
+        one = _check(path, options.results, key, whose)
+        checked.append(one)
+        if not options.json:
+            _show_one(one, key, whose, named=len(options.receipts) > 1)
+    if options.json:
+        found = [one.as_json(key is not None) for one in checked]
+        print_json(found if len(found) > 1 else found[0])
+        for one in checked:
+            if one.error:
+                sys.stderr.write(f"error: {many_lines(one.error)}\n")
+    if any(one.error for one in checked):
+        return ERROR
+    return SUCCESS if key is not None else KEY_NOT_CHECKED
+
+
+def _check(path: Path, results_path: Path | None, key: bytes | None, whose: str) -> _Checked:
+    try:
+        receipt = receipts.read_receipt(path)
+        if key is not None:
+            receipts.check_key(receipt, key, whose)
+        results = _results(path, results_path)
+        return _Checked(path, receipt=receipt, results=_check_results(receipt, results) if results is not None else "")
+    except ReceiptError as error:
+        return _Checked(path, error=str(error))
+
+
+def _show_one(one: _Checked, key: bytes | None, whose: str, *, named: bool) -> None:
+    shown = console(TABLE_WIDTH)
 
     def say(text: str) -> None:
-        console.print(text, markup=False, highlight=False, soft_wrap=True)
+        shown.print(many_lines(text), soft_wrap=True)
 
-    results = _results(options)
-    checked = _check_results(receipt, results) if results is not None else ""
-    _show(receipt, console)
-    if checked:
-        say(checked)
+    if named:
+        say(f"{one.path}:")
+    if one.receipt is None:
+        shown.file.flush()
+        sys.stderr.write(f"error: {many_lines(one.error)}\n")
+        return
+    _show(one.receipt, shown, say)
+    if one.results:
+        say(one.results)
     if key is not None:
         say(f"signed with {whose}, {key.hex()}")
-        return SUCCESS
+        return
     say(
-        f"signed with the key {receipt.public_key.hex()}. It was NOT checked that this is the host's key: anyone can "
-        "sign with a key of their own. Give the host's key with --key, or get it from its server with --server"
+        f"signed with the key {one.receipt.public_key.hex()}. It was NOT checked that this is the host's key: anyone "
+        "can sign with a key of their own. Give the host's key with --key, or get it from its server with --server"
     )
-    return KEY_NOT_CHECKED
 
 
 def _host_key(options: argparse.Namespace) -> tuple[bytes | None, str]:
@@ -82,16 +145,16 @@ def _host_key(options: argparse.Namespace) -> tuple[bytes | None, str]:
         return server.info.public_key, f"the key of {options.server}"
 
 
-def _results(options: argparse.Namespace) -> Mapping[str, Any] | None:
+def _results(receipt: Path, named: Path | None) -> Mapping[str, Any] | None:
     """Return the results file's content; None if none was named and none is beside the receipt."""
-    path: Path = options.results or options.receipt.with_name(
-        options.receipt.name.removesuffix(receipts.SUFFIX) + ".json"
-    )
-    if options.results is None and (path == options.receipt or not path.exists()):
+    path = named or receipt.with_name(receipt.name.removesuffix(receipts.SUFFIX) + ".json")
+    if named is None and (path == receipt or not path.exists()):
         return None
     content = receipts.read_file(path, "results file")
-    if not (isinstance(content, dict) and {"run", "metrics"} <= content.keys()):
+    if not (isinstance(content, dict) and isinstance(content.get("run"), dict) and "metrics" in content):
         raise ReceiptError(f"{path} is not a results file: it has no run and no metrics")
+    if not isinstance(content.get("actions", {}), dict):
+        raise ReceiptError(f"{path} is not a results file: its actions are not listed by episode")
     return {**content, "path": path}
 
 
@@ -127,18 +190,21 @@ def _digits(path: Path, sent: object) -> list[int]:
     return [int(digit) for digit in sent]
 
 
-def _show(receipt: Receipt, console: Console) -> None:
+def _show(receipt: Receipt, shown: Console, say: Callable[[str], None]) -> None:
     run, content = receipt.run, receipt.content
     rows = [
         evaluation_pb2.Row(
-            name=name, scores=[evaluation_pb2.Score(metric=metric, **values) for metric, values in scores.items()]
+            name=one_line(name),
+            scores=[
+                evaluation_pb2.Score(metric=one_line(metric), **{end: values[end] for end in ("mean", "low", "high")})
+                for metric, values in scores.items()
+            ],
         )
         for name, scores in content["scores"].items()
     ]
-    shown = evaluation_pb2.Run(
-        agent=run["agent"], split=run["split"], language=run["language"], episodes=len(receipt.episodes)
-    )
-    console.print(score_table(evaluation_pb2.Report(run=shown, rows=rows)))
+    named = {name: one_line(run[name]) for name in ("agent", "split", "language")}
+    of = evaluation_pb2.Run(**named, episodes=len(receipt.episodes))
+    shown.print(score_table(evaluation_pb2.Report(run=of, rows=rows)))
     causes = ", ".join(f"{number} {cause}" for cause, number in sorted(content["causes"].items()))
     limits = content["limits"]
     clocks = (
@@ -158,4 +224,4 @@ def _show(receipt: Receipt, console: Console) -> None:
     if content.get("epoch"):
         lines.append(f"epoch with the commitment {content['epoch']}")
     for line in lines:
-        console.print(line, markup=False, highlight=False, soft_wrap=True)
+        say(one_line(line, 5000))

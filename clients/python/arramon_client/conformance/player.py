@@ -5,6 +5,7 @@ from __future__ import annotations
 import queue
 import threading
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from typing import Any
 
 import grpc
@@ -13,6 +14,9 @@ from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon_client.conformance.outcomes import Violation, expect
+
+MAX_QUEUED = 4096
+"""Events that may wait to be looked at; with more, nothing is read from the stream."""
 
 Metadata = tuple[tuple[str, str | bytes], ...]
 
@@ -30,7 +34,7 @@ class Player:
     def __init__(self, stub: EvaluationStub, first: pb.PlayRequest, *, timeout: float, metadata: Metadata) -> None:
         self._timeout = timeout
         self._asked: queue.SimpleQueue[pb.PlayRequest | None] = queue.SimpleQueue()
-        self._told: queue.SimpleQueue[pb.Event | grpc.RpcError | None] = queue.SimpleQueue()
+        self._told: queue.Queue[pb.Event | grpc.RpcError | None] = queue.Queue(MAX_QUEUED)
         self._asked.put(first)
         self._call = stub.Play(iter(self._asked.get, None), metadata=metadata)
         self._reader = threading.Thread(target=self._read, name="conformance-play", daemon=True)
@@ -42,7 +46,9 @@ class Player:
     def __exit__(self, *_: object) -> None:
         self._call.cancel()
         self._asked.put(None)
-        self._reader.join(self._timeout)
+        while self._reader.is_alive():  # It may wait for room in the queue.
+            with suppress(queue.Empty):
+                self._told.get(timeout=0.01)
 
     def send(self, *acts: pb.Act) -> None:
         """Send one message with these acts."""

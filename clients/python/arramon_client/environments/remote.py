@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from queue import SimpleQueue
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +21,8 @@ from arramon_client.run_settings import choose_encoding, choose_image_size, choo
 from arramon_client.transport.access import Access
 from arramon_client.transport.connection import Server, call, connect
 from arramon_client.transport.retry import PATIENCE
+
+IMAGES = ("rgb", "depth", "segmentation")
 
 AGENT = "environment"
 """Name of the agent on the leaderboard."""
@@ -139,7 +142,7 @@ class RemotePlayer:
         assert self._relay is not None
         if not isinstance(item, Observation):
             raise ProtocolError("the server ended an episode before its first observation")
-        self._check_images(item)
+        item = self._checked(item)
         self._episode_id, self._actions, self._in_episode = item.episode_id, [], True
         self._labels, self._seen = self._relay.labels, item
         return _into(item, into)
@@ -166,7 +169,7 @@ class RemotePlayer:
         item = self._next()
         here = (self._seen.turn, self._seen.phase)
         if isinstance(item, Observation):
-            self._check_images(item)
+            item = self._checked(item)
             self._seen = item
             over = (here,) if (item.turn, item.phase) != here else ()
             return Step(None, item.steps_left, phases_ended=over)
@@ -246,16 +249,25 @@ class RemotePlayer:
             self._relay.wait()
             self._relay = None
 
-    def _check_images(self, seen: Observation) -> None:
-        """Check that an observation has what was requested, in the size that was announced."""
-        side = self._settings.image_size or self._server.info.image_sizes[0]
+    def _checked(self, seen: Observation) -> Observation:
+        """Return an observation with what was requested alone, after checking that it has that."""
+        side = self._settings.image_size
         for name in self._settings.sensors:
             value = getattr(seen, name, None)
-            if name in ("rgb", "depth", "segmentation") and (value is None or value.shape[:2] != (side, side)):
-                shape = "none" if value is None else " x ".join(map(str, value.shape[:2]))
+            if name in IMAGES and (value is None or value.shape[:2] != (side, side)):
+                shape = "nothing" if value is None else " x ".join(map(str, value.shape[:2]))
                 raise ProtocolError(f"the server sent {shape} for the image {name}, expected {side} x {side}")
             if name == "pose" and value is None:
                 raise ProtocolError("the server sent no pose, which was requested")
+        texts = self._split.texts[self._settings.language]
+        if not 0 < len(seen.instruction) <= texts.longest or not set(seen.instruction) <= set(texts.alphabet):
+            raise ProtocolError(
+                "the server sent an instruction that is longer, or has other characters, than announced"
+            )
+        if not seen.phase or seen.steps_left > self._split.steps_per_phase:
+            raise ProtocolError(f"the server sent no known phase, or {seen.steps_left} steps left: more than its limit")
+        others: dict[str, Any] = {name: None for name in (*IMAGES, "pose") if name not in self._settings.sensors}
+        return replace(seen, **others)
 
     def _scores(self) -> Scores | None:
         """Wait for the end of the run, and return the scores of its last episode if the host tells them."""

@@ -1,6 +1,7 @@
 """Credentials for a server: the participant's token, encryption, and their command-line options."""
 
 import argparse
+import codecs
 import ipaddress
 import os
 from collections.abc import Sequence
@@ -119,8 +120,8 @@ def access_of(options: argparse.Namespace) -> Access:
     if options.token is not None:
         token, origin = options.token, "--token"
     elif options.token_file is not None:
-        token, origin = _content(options.token_file).decode("utf-8", "replace"), str(options.token_file)
-    token = token.strip()
+        token, origin = _text(options.token_file), str(options.token_file)
+    token = token.lstrip("\ufeff").strip()
     if not (token.isascii() and token.isprintable() and " " not in token) or (not token and origin != f"${VARIABLE}"):
         raise UsageError(f"{origin} does not contain a token: expected one word of letters, digits, - and _")
     authority = _authority(options.tls_ca) if options.tls_ca is not None else None
@@ -157,6 +158,14 @@ def _authority(path: Path) -> bytes:
             f"--tls-ca {path} contains no certificate: expected PEM, with a line -----BEGIN CERTIFICATE-----"
         ) from error
     return content
+
+
+def _text(path: Path) -> str:
+    """Return the text of a file, also if an editor began it with a byte order mark."""
+    content = _content(path)
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        raise UsageError(f"{path} is text in UTF-16, expected UTF-8: save it again as UTF-8")
+    return content.decode("utf-8-sig", "replace")
 
 
 def _content(path: Path) -> bytes:
