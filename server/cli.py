@@ -1,6 +1,7 @@
 """The command line of the server: `arramon-server serve`, `generate` and the others in `server.commands`."""
 
 import argparse
+import difflib
 import os
 import sys
 from collections.abc import Sequence
@@ -35,6 +36,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     # Set before gRPC is loaded: its own output is not in the log's format, and the error explains the same.
     os.environ.setdefault("GRPC_VERBOSITY", "NONE")
     words = sys.argv[1:] if argv is None else argv
+    if words and not words[0].startswith("-") and not any(words[0] in its for its in FAMILIES.values()):
+        return _report_unknown(words[0])
     arguments = parser(words[0] if words else "").parse_args(words)
     try:
         arguments.configuration = load_configuration(vars(arguments), os.environ)
@@ -53,6 +56,15 @@ def main(argv: Sequence[str] | None = None) -> int:
         print("arramon-server: interrupted", file=sys.stderr)
         return 130
     return status or 0
+
+
+def _report_unknown(word: str) -> int:
+    """Print that there is no such command, and the one that is spelled most like it."""
+    known = [command for its in FAMILIES.values() for command in its]
+    close = difflib.get_close_matches(word, known, n=1)
+    hint = f"did you mean {close[0]!r}?" if close else f"expected {', '.join(known)}"
+    print(f"arramon-server: unknown command {word!r}; {hint}", file=sys.stderr)
+    return 2
 
 
 def load(argv: Sequence[str]) -> None:

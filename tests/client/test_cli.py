@@ -377,3 +377,64 @@ def test_the_module_runs_as_a_program_and_handles_a_real_interrupt(world: World,
     assert client.returncode == 130
     assert f"--resume {RUN}" in errors
     assert "Traceback" not in errors
+
+
+@pytest.mark.parametrize(("argv", "said"), [
+    (["leaderbord"], "arramon-client: unknown command 'leaderbord'; did you mean 'leaderboard'?\n"),
+    (["veryfy", "x.json"], "arramon-client: unknown command 'veryfy'; did you mean 'verify'?\n"),
+    (["play"], "arramon-client: unknown command 'play'; expected account, cancel, conformance, "),
+    (["--server", "x:1", "leaderboard"], "the command comes first: arramon-client leaderboard ..."),
+    (["--agent", "a", "--lang", "en", "--epsiodes", "3"],
+     "unrecognized arguments: --epsiodes 3; did you mean '--episodes'?"),
+    (["runs", "--sever", "x"], "unrecognized arguments: --sever x; did you mean '--server'?"),
+    (["--agent", "a", "--lang", "en,"], "'en,' is not a list of different languages, such as en,hi"),
+    (["--agent", "a", "--lang", "en,en"], "'en,en' is not a list of different languages"),
+    (["--agent", "a", "--lang", "en", "--resume", f"{RUN},{OTHER}"], "--resume names 2 runs, more than --lang names"),
+    (["--agent", "a", "--resume", f"{RUN},{RUN}"], "names a run twice"),
+])  # fmt: skip
+def test_what_is_misspelled_is_named_with_the_nearest(
+    capsys: pytest.CaptureFixture[str], argv: list[str], said: str
+) -> None:
+    assert main(argv) == 2
+    shown = capsys.readouterr()
+    assert (shown.out, said in shown.err) == ("", True), shown.err
+
+
+def test_json_is_all_that_is_printed(world: World, address: str, capfd: pytest.CaptureFixture[str]) -> None:
+    """Also where the agent prints, and programs that it starts."""
+    Path("talking.py").write_text(AGENTS + "os.system('echo from a program')\nprint('from Python')\n")
+    assert main(["--agent", "talking.py", "--lang", "en", "--server", address, "--json", "--record", "rec"]) == 0
+    shown = capfd.readouterr()
+    content = json.loads(shown.out)
+    assert content["run"]["run_id"] == RUN
+    assert content["metrics"]["total"]["nDTW"]["mean"] == 0.25
+    assert content["files"] == {"results": f"arramon-results/{RUN}.json", "recording": f"rec/{RUN}/index.html"}
+    assert "from a program" in shown.err
+    assert "from Python" in shown.err
+    assert "20 steps in" in shown.err
+
+
+def test_with_json_errors_are_on_standard_error(address: str, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["--agent", "cli_agents", "--lang", "fr", "--server", address, "--json"]) == 2
+    shown = capfd.readouterr()
+    assert (shown.out, "error: the server has no language 'fr'" in shown.err) == ("", True)
+
+
+def test_a_file_is_named_without_its_folder(world: World, address: str, tmp_path: Path) -> None:
+    """The agent's name is public with the run."""
+    assert main(["--agent", str(tmp_path / "cli_agents.py"), "--lang", "en", "--server", address]) == 0
+    assert world.run.agent == "cli_agents"
+    assert main(["--agent", "cli_agents", "--server", address, "--resume", RUN]) == 0
+
+
+def test_a_dry_run_is_marked_in_its_agents_name(world: World, address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    world.order = world.order[:2]
+    assert main(["--agent", "cli_agents", "--lang", "en", "--server", address, "--dry-run"]) == 0
+    assert world.run.agent == "cli_agents (dry run)"
+    assert f"dry run {RUN}: cli_agents plays 2 episodes" in capsys.readouterr().err
+    assert main(["runs", "--server", address, "--agent", "cli_agents"]) == 0
+    _, line = capsys.readouterr().out.splitlines()
+    assert (line.split()[2], line.endswith("  dry run")) == ("cli_agents", True)
+    assert main(["runs", "--server", address, "--json"]) == 0
+    (listed,) = json.loads(capsys.readouterr().out)
+    assert (listed["agent"], listed["dry_run"]) == ("cli_agents", True)
