@@ -64,6 +64,23 @@ def test_token_comes_from_argument_file_or_environment(tmp_path: Path, monkeypat
     assert token("--token", "of-argument") == "of-argument"
 
 
+@pytest.mark.parametrize("content", [
+    b"\xef\xbb\xbfof-file", b"\xef\xbb\xbfof-file\r\n", b"of-file\r\n\r\n", b"  of-file \t\n",
+])  # fmt: skip
+def test_a_token_file_may_come_from_any_editor(tmp_path: Path, content: bytes) -> None:
+    file = tmp_path / "token"
+    file.write_bytes(content)
+    assert access_of(arguments.parse([*PLAY, "--server", "x:1", "--token-file", str(file)])).token == "of-file"
+
+
+def test_a_token_file_in_another_encoding_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "token"
+    file.write_bytes("of-file".encode("utf-16"))
+    options = arguments.parse([*PLAY, "--server", "x:1", "--token-file", str(file)])
+    with pytest.raises(UsageError, match=f"{file} is text in UTF-16, expected UTF-8: save it again as UTF-8"):
+        access_of(options)
+
+
 @pytest.mark.parametrize("content", [b"", b"\n", b"two words", b"two\nlines", "é".encode(), b"\xff", b"a\x00b"])
 def test_malformed_token_files_are_refused(tmp_path: Path, content: bytes) -> None:
     file = tmp_path / "token"

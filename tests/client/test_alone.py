@@ -1,6 +1,8 @@
 """The client's messages on a machine with neither the server nor the project's agents."""
 
+import shutil
 import subprocess
+import sys
 import sysconfig
 import venv
 from pathlib import Path
@@ -57,3 +59,17 @@ def test_missing_server_is_reported_before_episodes_are_generated(
         "install it, or name a server with --server HOST:PORT\n"
     )
     assert not (tmp_path / "arramon-data").exists()
+
+
+@pytest.mark.parametrize("program", [["-m", "arramon_client"], ["-c", "import arramon_client"]])
+def test_a_missing_contract_is_named_in_the_first_line(tmp_path: Path, program: list[str]) -> None:
+    """Where the client's wheel was installed without what it requires."""
+    shutil.copytree(ROOT / "clients" / "python" / "arramon_client", tmp_path / "arramon_client")
+    # Without site-packages: the copy is all that there is.
+    done = subprocess.run(
+        [sys.executable, "-S", *program], cwd=tmp_path, env={}, capture_output=True, text=True, timeout=60, check=False
+    )
+    said = "arramon-client needs arramon-proto, the contract's package, beside it: pip install arramon_proto-*.whl"
+    assert done.returncode == 1
+    assert said in (done.stderr if program[0] == "-c" else done.stderr.splitlines()[0])
+    assert ("Traceback" in done.stderr) == (program[0] == "-c")

@@ -184,6 +184,10 @@ NOT_DIGITS = "is not a results file: its actions are not strings of the digits 0
     ([], "FILE is not a receipt: it does not have the format 'arramon-receipt-file'"),
     (json.dumps(WHOLE).encode()[:-40], "FILE is not a receipt: it is not JSON, or was truncated"),
     (b"", "FILE is not a receipt: it is not JSON, or was truncated"),
+    (b"[" * 200_000, "FILE is not a receipt: it is nested more than 64 levels deep"),
+    (b'{"format": NaN}', "FILE is not a receipt: it has the number NaN, which JSON does not have"),
+    (signed(payload(steps=2**60)), f"FILE {NOT_RECEIPT}"),
+    (signed(payload(steps=True)), f"FILE {NOT_RECEIPT}"),
     (b"\xff\xfe\x00", "FILE is not a receipt: it is not JSON, or was truncated"),
     (LATER, "FILE has arramon-receipt version 3, but this client reads version 1 and 2"),
     (signed("hello"), "FILE is not a receipt: it does not have the format 'arramon-receipt'"),
@@ -238,6 +242,8 @@ OTHER_SCORES = {**SCORES, "total": {"nDTW": {"mean": 0.26, "low": 0.125, "high":
     (results(run={"run_id": "r8"}), "RESULTS is for run r8, but the receipt is for run r7"),
     ({"run": {}}, "RESULTS is not a results file: it has no run and no metrics"),
     ("", "RESULTS is not a results file: it has no run and no metrics"),
+    (results(run=[]), "RESULTS is not a results file: it has no run and no metrics"),
+    (results(actions=[]), "RESULTS is not a results file: its actions are not listed by episode"),
 ])  # fmt: skip
 def test_results_that_do_not_match_the_receipt_are_refused(
     verify: Verify, tmp_path: Path, content: object, said: str
@@ -364,3 +370,41 @@ def test_receipt_of_a_hidden_split_is_valid_without_steps_and_causes(verify: Ver
     without_ending = [{name: one[name] for name in ("episode_id", "head")} for one in episodes]
     status, _, said = verify(signed({**content, "episodes": without_ending}), "--key", HOST_KEY)
     assert (status, "does not have the fields of a receipt" in said) == (1, True)
+
+
+def test_several_receipts_are_verified(verify: Verify, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """One that is not valid does not hide the others."""
+    good, bad = tmp_path / "good.receipt.json", tmp_path / "bad.receipt.json"
+    good.write_text(json.dumps(signed(payload())))
+    bad.write_text(json.dumps({**WHOLE, "signature": "00" * 64}))
+    assert main(["verify", str(good), str(good), "--key", HOST_KEY]) == 0
+    assert capsys.readouterr().out.count("signed with the key given") == 2
+    assert main(["verify", str(good), str(good)]) == 3
+    capsys.readouterr()
+    assert main(["verify", str(bad), str(good), "--key", HOST_KEY]) == 1
+    shown = capsys.readouterr()
+    assert (shown.out.count("signed with the key given"), shown.err.count("error: ")) == (1, 1)
+    assert f"{good}:\n" in shown.out
+    assert main(["verify", str(good), str(good), "--results", "x"]) == 2
+    assert "--results is the file of one run" in capsys.readouterr().err
+
+
+def test_what_was_verified_is_printed_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    good, bad = tmp_path / "good.receipt.json", tmp_path / "bad.receipt.json"
+    good.write_text(json.dumps(signed(payload())))
+    bad.write_text("[" * 200_000)
+    assert main(["verify", str(good), "--key", HOST_KEY, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["valid"], found["key_checked"], found["receipt"]["run"]["agent"]) == (True, True, "walker")
+    assert main(["verify", str(good), str(bad), "--json"]) == 1
+    first, second = json.loads(capsys.readouterr().out)
+    assert (first["valid"], second["valid"], "nested" in second["error"]) == (True, False, True)
+
+
+def test_a_receipts_texts_are_printed_without_control_characters(verify: Verify) -> None:
+    """Anyone can sign a receipt."""
+    run = {**payload()["run"], "agent": "\x1b[2J[/bold]", "participant": "a\u202eb\nforged", "code": {"url": "\x9b31m"}}
+    status, out, err = verify(signed(payload(run=run, score_signature="\x07")))
+    assert (status, err) == (3, "")
+    assert not any(letter in out for letter in "\x1b\x07\x9b\u202e")
+    assert "[/bold]" in out

@@ -232,3 +232,13 @@ def test_token_list_does_not_import_rendering_libraries(tmp_path: Path) -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=True)
     assert done.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize(("word", "said"), [
+    ("sevre", "arramon-server: unknown command 'sevre'; did you mean 'serve'?\n"),
+    ("xyzzy", "arramon-server: unknown command 'xyzzy'; expected serve, health, import-release, "),
+])  # fmt: skip
+def test_an_unknown_command_is_named_with_the_nearest(word: str, said: str) -> None:
+    done = run(word)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(said)

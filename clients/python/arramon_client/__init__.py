@@ -4,6 +4,9 @@ An agent's author needs `arramon_client.agent` and the command `arramon-client`.
 what the command does.
 """
 
+from arramon_client import requirements  # noqa: F401 - before all that needs them
+
+# isort: split
 from arramon_client.agent import Action, Agent, Episode, Observation
 from arramon_client.errors import (
     AgentError,

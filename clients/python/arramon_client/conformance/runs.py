@@ -7,6 +7,7 @@ from arramon_client.conformance.outcomes import expect, expect_equal, need
 from arramon_client.conformance.player import forfeit
 from arramon_client.conformance.suite import check
 from arramon_client.conformance.target import AGENT, Target
+from arramon_client.transport.incoming import RUN_ID
 
 
 @check("runs.created", runs=1)
@@ -14,7 +15,7 @@ def created(target: Target) -> None:
     """CreateRun returns the run as requested, running, with the server's limits and the split's data hash."""
     sensors = target.pose_sensors()
     run = target.create(sensors=sensors)
-    expect(run.run_id, "the run has no id, expected one")
+    expect(RUN_ID.fullmatch(run.run_id), f"the run's id is {run.run_id!r}, expected 32 hexadecimal digits")
     expect(run.participant, "the run has no participant, expected a name")
     episodes = target.available if target.split.hidden else 1
     for name, expected in (
