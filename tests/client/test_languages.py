@@ -79,9 +79,9 @@ def test_what_was_stopped_in_either_language_is_resumed(
 ) -> None:  # fmt: skip
     monkeypatch.setenv("STOP_IN", stopped)
     assert main(command) == 130
-    shown = capsys.readouterr().err
+    said = capsys.readouterr().err
     assert len(files()) == saved
-    (resume,) = (line for line in shown.splitlines() if "--resume" in line)
+    (resume,) = (line for line in said.splitlines() if "--resume" in line)
     ids = resume.split()[-1]
     assert len(ids.split(",")) == runs
     monkeypatch.delenv("STOP_IN")

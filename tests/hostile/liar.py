@@ -14,13 +14,16 @@ import grpc
 import numpy as np
 import simplejpeg
 import zstandard
-from google.protobuf.descriptor import Descriptor, FieldDescriptor
+from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.message import Message
 from google.protobuf.message_factory import GetMessageClass
 
 from arramon.v1 import PROTOCOL, evaluation_pb2, leaderboard_pb2, types_pb2
 
 pb = evaluation_pb2
+
+Field = Any
+"""A field's descriptor: its stubs know several classes of these."""
 
 RUN, EPISODE, SPLIT = "5a" * 16, "e1", "val_seen"
 
@@ -97,16 +100,16 @@ class Lie:
             setattr(message, self.field, self.value)
 
 
-def is_map(field: FieldDescriptor) -> bool:
-    return field.message_type is not None and field.message_type.GetOptions().map_entry
+def is_map(field: Field) -> bool:
+    return bool(field.message_type is not None and field.message_type.GetOptions().map_entry)
 
 
-def _values(field: FieldDescriptor) -> FieldDescriptor:
+def _values(field: Field) -> Field:
     assert field.message_type is not None
     return field.message_type.fields_by_name["value"]
 
 
-def _contained(field: FieldDescriptor, value: Any) -> Iterable[Message]:
+def _contained(field: Field, value: Any) -> Iterable[Message]:
     """The messages in the value of a field."""
     if is_map(field):
         return value.values() if _values(field).message_type is not None else ()
@@ -124,7 +127,7 @@ ANSWERS: dict[str, type[Message]] = {
 """Name of a method -> what it returns."""
 
 
-def messages_in(descriptor: Descriptor) -> set[str]:
+def messages_in(descriptor: Any) -> set[str]:
     """The names of a message and all that it may contain."""
     found, waiting = {descriptor.name: descriptor}, [descriptor]
     while waiting:
@@ -136,7 +139,7 @@ def messages_in(descriptor: Descriptor) -> set[str]:
     return {name for name, each in found.items() if not each.GetOptions().map_entry}
 
 
-def lies(message: Descriptor) -> Iterator[Lie]:
+def lies(message: Any) -> Iterator[Lie]:
     """Every false value for every field of a message that is no message itself."""
     for field in message.fields:
         of = field
@@ -147,7 +150,7 @@ def lies(message: Descriptor) -> Iterator[Lie]:
             yield from (Lie(message.name, field.name, value) for value in _false_values(of))
 
 
-def _false_values(field: FieldDescriptor) -> tuple[Any, ...]:
+def _false_values(field: Field) -> tuple[Any, ...]:
     if field.enum_type is not None:
         return ENUMS
     whole = {
@@ -210,8 +213,8 @@ TRUE: dict[str, Any] = {
 
 def full(message: type[Message], depth: int = 6) -> Any:
     """A message of this type with a true value in every field."""
-    made = message()
-    for field in message.DESCRIPTOR.fields:
+    made, fields = message(), list[Any](message.DESCRIPTOR.fields)
+    for field in fields:
         name = f"{message.DESCRIPTOR.name}.{field.name}"
         if name == "Observation.taken":  # It is no history.
             continue
@@ -244,7 +247,7 @@ def full(message: type[Message], depth: int = 6) -> Any:
     return made
 
 
-def _true_value(field: FieldDescriptor) -> Any:
+def _true_value(field: Field) -> Any:
     if field.cpp_type == FieldDescriptor.CPPTYPE_STRING:
         return b"\x01" * 32 if field.type == FieldDescriptor.TYPE_BYTES else field.name
     if field.cpp_type == FieldDescriptor.CPPTYPE_BOOL:
@@ -330,7 +333,7 @@ class Liar(grpc.GenericRpcHandler):
                 message.ClearField("agent_arguments")
                 message.ClearField("code")
         self._tell(message)
-        return message
+        return message  # type: ignore[no-any-return]
 
     def _tell(self, message: Message) -> None:
         if self.lie is not None:

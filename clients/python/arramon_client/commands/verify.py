@@ -202,8 +202,8 @@ def _show(receipt: Receipt, shown: Console, say: Callable[[str], None]) -> None:
         )
         for name, scores in content["scores"].items()
     ]
-    named = {name: one_line(run[name]) for name in ("agent", "split", "language")}
-    of = evaluation_pb2.Run(**named, episodes=len(receipt.episodes))
+    agent, split, language = (one_line(run[name]) for name in ("agent", "split", "language"))
+    of = evaluation_pb2.Run(agent=agent, split=split, language=language, episodes=len(receipt.episodes))
     shown.print(score_table(evaluation_pb2.Report(run=of, rows=rows)))
     causes = ", ".join(f"{number} {cause}" for cause, number in sorted(content["causes"].items()))
     limits = content["limits"]

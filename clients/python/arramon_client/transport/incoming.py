@@ -6,12 +6,12 @@ obey, and is cut if it is too long.
 """
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any, TypeVar
 
 import grpc
-from google.protobuf.descriptor import Descriptor, FieldDescriptor
+from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.message import Message
 
 from arramon.v1 import evaluation_pb2
@@ -174,18 +174,18 @@ class _Walk:
         if isinstance(message, evaluation_pb2.Score) and _is_plain(message):  # Most messages of a report are scores.
             self._left -= 4
             return
-        descriptor = message.DESCRIPTOR
+        name = message.DESCRIPTOR.name
         for field, value in message.ListFields():
             if _is_map(field):
                 self._map(field, value)
             elif field.is_repeated:
-                self._spend(len(value), descriptor)
+                self._spend(len(value), name)
                 self._repeated(field, value)
             elif field.message_type is not None:
-                self._spend(1, descriptor)
+                self._spend(1, name)
                 self.message(value)
             else:
-                self._spend(1, descriptor)
+                self._spend(1, name)
                 checked = check_value(field, value)
                 if checked != value:
                     setattr(message, field.name, checked)
@@ -202,7 +202,7 @@ class _Walk:
     def _map(self, field: FieldDescriptor, values: Any) -> None:
         entry = field.message_type
         assert entry is not None
-        self._spend(2 * len(values), entry)
+        self._spend(2 * len(values), entry.name)
         key_field, value_field = entry.fields_by_name["key"], entry.fields_by_name["value"]
         for key in values:
             if isinstance(key, str):
@@ -214,10 +214,10 @@ class _Walk:
             else:
                 check_value(value_field, values[key])
 
-    def _spend(self, values: int, where: Descriptor) -> None:
+    def _spend(self, values: int, where: str) -> None:
         self._left -= values
         if self._left < 0:
-            raise ProtocolError(f"a message of the server has more than {MAX_VALUES} values, the last in {where.name}")
+            raise ProtocolError(f"a message of the server has more than {MAX_VALUES} values, the last in {where}")
 
 
 def check_value(field: FieldDescriptor, value: Any) -> Any:
@@ -241,7 +241,7 @@ def check_value(field: FieldDescriptor, value: Any) -> Any:
 
 
 def _checked_bytes(field: FieldDescriptor, value: bytes) -> bytes:
-    name = f"{field.containing_type.name}.{field.name}"
+    name = f"{_message(field)}.{field.name}"
     if len(value) > BYTES.get(name, 1000):
         raise ProtocolError(f"{_named(field)} that the server sent has {len(value)} bytes: too many")
     if name == "Epoch.statement":
@@ -264,7 +264,7 @@ def _is_clean(name: str) -> bool:
 
 @lru_cache(maxsize=1024)
 def _range(field: FieldDescriptor) -> tuple[float, float]:
-    message = field.containing_type.name
+    message = _message(field)
     found = RANGES.get(f"{message}.{field.name}", RANGES.get(message))
     return found or (0.0, float(_LARGEST_WHOLE))
 
@@ -274,9 +274,14 @@ def _is_map(field: FieldDescriptor) -> bool:
 
 
 def _named(field: FieldDescriptor) -> str:
-    return f"{field.name} of {field.containing_type.name}"
+    return f"{field.name} of {_message(field)}"
+
+
+def _message(field: FieldDescriptor) -> str:
+    """Return the name of the message that a field belongs to."""
+    assert field.containing_type is not None
+    return field.containing_type.name
 
 
 def _quoted(text: str) -> str:
-    shown: Sequence[str] = repr(text[:60])
-    return f"{shown}" + ("..." if len(text) > 60 else "")
+    return repr(text[:60]) + ("..." if len(text) > 60 else "")
