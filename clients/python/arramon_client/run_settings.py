@@ -35,8 +35,9 @@ def choose_split(
     if not info.splits:
         raise UsageError("the server has no episodes: import or generate some first (arramon-server --help)")
     known = {name for each in info.splits for name in each.episodes}
-    if language not in known:
-        raise UsageError(f"the server has no language {language!r}; it has {_listed(known)}")
+    for code in (language, *(languages or ())):
+        if code not in known:
+            raise UsageError(f"the server has no language {code!r}; it has {_listed(known)}")
     if split is None:
         asked = languages or (language,)
         fitting = [each for each in info.splits if all(code in each.episodes for code in asked)]
