@@ -5,7 +5,7 @@ at the height at which agents collide. The arithmetic is plain double precision.
 """
 
 import math
-from collections.abc import Container, Iterable
+from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple, Self
@@ -142,6 +142,18 @@ class Footprints:
         Raises:
             ValueError: if one of `further` has no collider, or one that is not solid at PROBE_HEIGHT.
         """
+        return all(distance > AGENT_RADIUS for distance in self._distances(start, end, absent, further))
+
+    def distance(self, start: Place, end: Place, absent: Container[Body] = (), further: Iterable[Body] = ()) -> float:
+        """Return the distance of a way from the nearest body, in units; inf if none is within AGENT_RADIUS + TOUCHING.
+
+        Args and Raises: as `way_is_free`.
+        """
+        nearest = min(self._distances(start, end, absent, further), default=math.inf)
+        return nearest if nearest <= AGENT_RADIUS + TOUCHING else math.inf
+
+    def _distances(self, start: Place, end: Place, absent: Container[Body], further: Iterable[Body]) -> Iterator[float]:
+        """Yield the distances of a way from bodies, at least from all that are within AGENT_RADIUS + TOUCHING."""
         (x0, y0), (x1, y1) = start, end
         if x0 > x1:
             x0, x1 = x1, x0
@@ -150,16 +162,11 @@ class Footprints:
         for i in _cells(max(x0, self._west), min(x1, self._east)):
             for j in _cells(max(y0, self._south), min(y1, self._north)):
                 for body, footprint, west, east, south, north in self._cells.get((i, j), ()):
-                    if x0 > east or x1 < west or y0 > north or y1 < south or body in absent:
-                        continue
-                    if footprint.distance(start, end) <= AGENT_RADIUS:
-                        return False
+                    if x0 <= east and x1 >= west and y0 <= north and y1 >= south and body not in absent:
+                        yield footprint.distance(start, end)
         for _, footprint, west, east, south, north in map(self._further, further):
-            if x0 > east or x1 < west or y0 > north or y1 < south:
-                continue
-            if footprint.distance(start, end) <= AGENT_RADIUS:
-                return False
-        return True
+            if x0 <= east and x1 >= west and y0 <= north and y1 >= south:
+                yield footprint.distance(start, end)
 
     def close(self) -> None:
         """Do nothing: plane geometry holds nothing to free. A physics engine does (`bullet.Obstacles`)."""
@@ -176,7 +183,7 @@ def _squared_distance(u: float, v: float, width: float, length: float) -> float:
 def _solid(body: Body) -> _Solid:
     footprint = Footprint.of(body)
     sin, cos = abs(footprint.sin), abs(footprint.cos)
-    reach = AGENT_RADIUS + TOUCHING
+    reach = AGENT_RADIUS + 2 * TOUCHING
     across = footprint.half_width * cos + footprint.half_length * sin + reach
     along = footprint.half_width * sin + footprint.half_length * cos + reach
     return _Solid(body, footprint, footprint.x - across, footprint.x + across, footprint.y - along, footprint.y + along)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 WITH_PYBULLET = "tiny"
 """The camera that needs pybullet."""
 
-INSTALL_PYBULLET = "pip install 'arramon-server[pybullet]', which needs a C++ compiler where pybullet has no build"
+INSTALL_PYBULLET = "pip install 'arramon-server[pybullet]' compiles it, with a C++ compiler"
 """How to install pybullet where the server comes without it."""
 
 
@@ -77,5 +77,5 @@ def problem_of_camera(name: str) -> str:
     if name not in CAMERAS:
         return f"expected one of {', '.join(CAMERAS)}"
     if name == WITH_PYBULLET and not has_pybullet():
-        return f"which needs pybullet, and that is not installed: {INSTALL_PYBULLET}; or choose {CAMERAS[0]}"
+        return f"which needs pybullet, and that is not installed: {INSTALL_PYBULLET}. Expected {CAMERAS[0]} without it"
     return ""
