@@ -1,4 +1,4 @@
-"""A program that generates three episodes and plays them, and prints what came of it: `python -m tests.wanderer DIR [plane]`.
+"""A program that generates three episodes, plays them, and prints digests: `python -m tests.wanderer DIR [plane]`.
 
 With `plane` pybullet cannot be imported. Where it can, it checks the collisions.
 """
@@ -44,7 +44,7 @@ def main(data: Path) -> None:
         "scores": hashlib.sha256(json.dumps(scores).encode()).hexdigest(),
         "blocked": blocked,
     }
-    print(json.dumps(found))
+    sys.stdout.write(json.dumps(found) + "\n")
 
 
 if __name__ == "__main__":
