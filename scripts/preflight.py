@@ -31,8 +31,8 @@ TEMPORARY = {"host": 300, "agents": 800, "dev": 800}
 MACHINES = ("x86_64", "amd64", "aarch64", "arm64")
 """Processors for which all packages have builds."""
 
-GLIBC, MACOS, MACOS_TORCH = (2, 28), (12, 0), (14, 0)
-"""Lowest versions of the systems for which all packages have builds."""
+GLIBC, GLIBC_TORCH, MACOS, MACOS_TORCH = (2, 17), (2, 28), (12, 0), (14, 0)
+"""Lowest versions of the systems for which all packages have builds, and those for which PyTorch has."""
 
 
 def bounds():
@@ -99,6 +99,10 @@ def problem(machine, kind, cuda=False):
         (
             machine.system == "Linux" and (machine.libc != "glibc" or machine.libc_version < GLIBC),
             f"glibc {_dotted(GLIBC)} or later is needed, this is {_libc(machine)}: {usual}",
+        ),
+        (
+            machine.system == "Linux" and kind != "host" and machine.libc_version < GLIBC_TORCH,
+            f"{torch} needs glibc {_dotted(GLIBC_TORCH)} or later, this is {_dotted(machine.libc_version)}: {other}",
         ),
         (
             mac and machine.macos < MACOS,

@@ -264,8 +264,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     done: dict[str, Counts] = {}
     if given.log and given.log.exists():
         for line in given.log.read_text().splitlines():
-            record = json.loads(line)
-            done[record.pop("part")] = Counts(**record)
+            part, record = json.loads(line)
+            done[part] = Counts(**record)
     splits = read_splits(given.data) if given.data else {}
     until, left = time.monotonic() + 60 * given.minutes, 0
     for name, work in parts(given.moves, list(splits.values())):
@@ -277,8 +277,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         done[name] = work()
         if given.log:
             with given.log.open("a") as file:
-                file.write(json.dumps({"part": name, **asdict(done[name])}) + "\n")
-    rows: dict[str, Counts] = {}
+                file.write(json.dumps([name, asdict(done[name])]) + "\n")
+    rows: dict[str, Counts] = {"total": Counts()}
     for name, counts in done.items():
         for row in (name.rpartition("/")[0], "total"):
             rows.setdefault(row, Counts()).add(counts)

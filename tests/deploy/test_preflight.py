@@ -51,8 +51,9 @@ def test_machines_that_will_do(preflight: ModuleType, machine: dict[str, Any], k
         ({"free_threaded": True}, "host", f"the usual CPython is needed, this is its free-threaded build: {NO_BUILDS}"),
         ({"bits": 32}, "host", f"a 64-bit Python is needed, this one has 32 bits: {NO_BUILDS}"),
         ({"machine": "riscv64"}, "host", f"an x86-64 or ARM64 processor is needed, this is riscv64: {NO_BUILDS}"),
-        ({"libc": "", "libc_version": ()}, "host", "glibc 2.28 or later is needed, this is another C library, such"),
-        ({"libc_version": (2, 17)}, "host", f"glibc 2.28 or later is needed, this is 2.17: {NO_BUILDS}"),
+        ({"libc": "", "libc_version": ()}, "host", "glibc 2.17 or later is needed, this is another C library, such"),
+        ({"libc_version": (2, 12)}, "host", f"glibc 2.17 or later is needed, this is 2.12: {NO_BUILDS}"),
+        ({"libc_version": (2, 17)}, "dev", f"{TORCH}, needs glibc 2.28 or later, this is 2.17: {OTHER}"),
         ({"system": "Windows"}, "host", "Windows is not supported: on Windows use WSL 2, a Linux inside it"),
         ({**MAC, "macos": (11, 7)}, "host", f"macOS 12 or later is needed, this is 11.7: {NO_BUILDS}"),
         ({**MAC, "macos": (13, 2)}, "agents", f"{TORCH}, needs macOS 14 or later, this is 13"),
@@ -70,8 +71,10 @@ def test_machines_that_will_not_do(preflight: ModuleType, machine: dict[str, Any
     assert "\n" not in found
 
 
-@pytest.mark.parametrize("machine", [{**MAC, "machine": "x86_64"}, {**MAC, "macos": (13, 2)}])
-def test_macs_without_pytorch_can_still_host(preflight: ModuleType, machine: dict[str, Any]) -> None:
+@pytest.mark.parametrize(
+    "machine", [{**MAC, "machine": "x86_64"}, {**MAC, "macos": (13, 2)}, {"libc_version": (2, 17)}]
+)
+def test_machines_without_pytorch_can_still_host(preflight: ModuleType, machine: dict[str, Any]) -> None:
     assert preflight.problem(SimpleNamespace(**{**GOOD, **machine}), "host") == ""
 
 
