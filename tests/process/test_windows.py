@@ -18,7 +18,7 @@ WINDOWS = "import os; os.name = 'nt'"
             "error: arramon-server needs Linux or macOS: on Windows run it in WSL 2",
         ),
         (
-            f"{WINDOWS}; import server.environments",
+            f"import arramon_client.errors, server; {WINDOWS}; import server.environments",
             "arramon_client.errors.UsageError: environments in this process need Linux or macOS: on Windows use WSL 2, "
             "or name a host with server='HOST:PORT'",
         ),
