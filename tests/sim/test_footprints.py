@@ -63,13 +63,14 @@ places = st.tuples(coordinates, coordinates)
 
 def nearest(box: Body, start: Place, end: Place) -> float:
     """The distance by search along the way: the distance of a point from a convex shape is convex along a line."""
-    assert box.collider is not None
+    collider = box.collider
+    assert collider is not None
     turn = math.radians(box.heading)
 
     def at(share: float) -> float:
         x, y = (start[i] + share * (end[i] - start[i]) - box.position[i] for i in (0, 1))
-        across = max(abs(x * math.cos(turn) - y * math.sin(turn)) - box.collider.half_width, 0.0)
-        along = max(abs(x * math.sin(turn) + y * math.cos(turn)) - box.collider.half_length, 0.0)
+        across = max(abs(x * math.cos(turn) - y * math.sin(turn)) - collider.half_width, 0.0)
+        along = max(abs(x * math.sin(turn) + y * math.cos(turn)) - collider.half_length, 0.0)
         return math.hypot(across, along)
 
     low, high = 0.0, 1.0
