@@ -111,7 +111,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 @pytest.fixture(autouse=True)
 def _databases_are_closed(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Close the databases that a test opened and left open: Python 3.13 warns of their connections, in some later test."""
+    """Close the databases that a test left open: Python 3.13 warns of their connections, in some later test."""
     opened: list[Database] = []
     connect = Database._connect
 
