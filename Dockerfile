@@ -1,5 +1,5 @@
 # Two images: `--target server` hosts episodes, `--target agent` plays them and holds no simulator.
-# Any base with apt and Python 3.11 or later, venv included, will do. Behind a network that encrypts with a CA of its own, hand
+# Any base with apt and Python 3.11 to 3.14, venv included, will do. Behind a network that encrypts with a CA of its own, hand
 # that in as a secret, `--secret id=ca,src=FILE`: it is trusted while packages are fetched, and is in no layer.
 ARG BASE=docker.io/library/python:3.11-slim
 
@@ -17,11 +17,12 @@ COPY pyproject.toml README.md LICENSE ./
 COPY server server
 COPY agents agents
 COPY lang lang
-# pybullet carries 150 MB of models and gyms that nothing here reads, and 125 MB of symbols.
+# pybullet carries 150 MB of models and gyms that nothing here reads, and 125 MB of symbols. With a newer Python than 3.11, or
+# another processor than x86-64, it has no build and is not there: plane geometry decides alike.
 RUN --mount=type=secret,id=ca \
     trusting apt-get update -qq && trusting apt-get install -y -qq --no-install-recommends binutils > /dev/null
 RUN --mount=type=secret,id=ca trusting /opt/arramon/bin/pip install . \
-    && strip --strip-unneeded /opt/arramon/lib/python3*/site-packages/pybullet.*.so \
+    && find /opt/arramon -name 'pybullet.*.so' -exec strip --strip-unneeded {} + \
     && rm -rf /opt/arramon/lib/python3*/site-packages/pybullet_data \
               /opt/arramon/lib/python3*/site-packages/pybullet_envs \
     && find /opt/arramon -name tests -type d -path '*/site-packages/*' -prune -exec rm -rf {} +

@@ -1,6 +1,7 @@
 """Entry point of `arramon-server` and `python -m server`: handles SIGTERM before anything else is loaded."""
 
 import gc
+import os
 import signal
 import sys
 from collections.abc import Iterator, Sequence
@@ -9,6 +10,9 @@ from contextlib import contextmanager, nullcontext
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command; return the exit status, as `server.cli.main` does."""
+    if os.name != "posix":  # It locks files, listens on Unix sockets, and handles signals.
+        sys.stderr.write("error: arramon-server needs Linux or macOS: on Windows run it in WSL 2\n")
+        return 2
     words = sys.argv[1:] if argv is None else argv
     with _exit_on_sigterm() if words[:1] == ["serve"] else nullcontext():
         with _no_garbage_collection():

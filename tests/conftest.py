@@ -9,7 +9,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from sqlalchemy import Engine
 
+from server.runs.storage.database import Database
 from server.sim.raster.camera import compile_kernels
 from tests import ROOT, forked_pools, forked_testers, recorded_migrations, tiny
 from tests.faults.clients import EPISODES, Peace, journal_url, undisturbed
@@ -105,3 +107,19 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     fonts = {value for report in reports for name, value in report.user_properties if name == "fonts"}
     for font in sorted(map(str, fonts)):
         terminalreporter.line(f"pages shown in: {font}")
+
+
+@pytest.fixture(autouse=True)
+def _databases_are_closed(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Close the databases that a test left open: Python 3.13 warns of their connections, in some later test."""
+    opened: list[Database] = []
+    connect = Database._connect
+
+    def connect_and_remember(database: Database, engine: Engine) -> None:
+        connect(database, engine)
+        opened.append(database)
+
+    monkeypatch.setattr(Database, "_connect", connect_and_remember)
+    yield
+    for database in opened:
+        database.close()

@@ -9,10 +9,13 @@ import agents.random_walk  # noqa: F401
 import arramon_client.cli  # noqa: F401
 import server.cli
 import server.process.logs
+from server.sim.physics import has_pybullet
 from server.sim.raster.camera import compile_kernels
 from tests import recorded_migrations
 
 server.cli.load(())  # the modules of every command
+if has_pybullet():
+    import server.sim.bullet
 compile_kernels()
 recorded_migrations.install()
 recorded_migrations.record()

@@ -28,9 +28,9 @@ from server.dataset.trial import TrialWorld, play
 from server.dataset.world_check import missing
 from server.episodes.episode import Episode, Instructions
 from server.episodes.splits import Split, folder_of, read_split
-from server.sim.bullet import Obstacles
 from server.sim.city import city_scene, refurnished
 from server.sim.own_furniture import NO_FURNITURE, furnished
+from server.sim.physics import physics_of
 from server.sim.raster.camera import RasterCamera
 from server.sim.section import Section
 from server.sim.variations import Difference, VariedCamera, VariedGround
@@ -62,14 +62,14 @@ class City:
     def __init__(self, section: Section, episodes: Sequence[Episode]) -> None:
         self.section = section
         self._scene = city_scene(section, [prop for each in episodes for prop in each.furniture.added])
-        self._obstacles, self._camera = Obstacles(self._scene), RasterCamera(self._scene)
+        self._physics, self._camera = physics_of(self._scene), RasterCamera(self._scene)
 
     def world(self, episode: Episode) -> TrialWorld:
         """Return the physics and cameras of an episode."""
         if episode.furniture.is_empty:
-            return TrialWorld(self._obstacles, self._camera, room_camera())
+            return TrialWorld(self._physics, self._camera, room_camera())
         scene = refurnished(self._scene, furnished(self.section, episode.furniture))
-        ground = VariedGround(self._obstacles, Difference.between(self._scene, scene))
+        ground = VariedGround(self._physics, Difference.between(self._scene, scene))
         return TrialWorld(ground, VariedCamera(self._camera, scene), room_camera())
 
 

@@ -15,7 +15,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -27,8 +27,8 @@ from benchmarks.common import data_or_sample
 from benchmarks.serving.steps import Setting, Timed, family, resident, see_all_sections, serving, some, warm_up
 from benchmarks.simulation.cameras import VIEWS, drawing, views_of
 from server.episodes.splits import Split, read_splits
-from server.sim.bullet import Obstacles
 from server.sim.city import city_scene
+from server.sim.physics import Physics, physics_of
 from server.sim.raster.camera import RasterCamera
 from server.sim.scene import Scene
 from server.sim.view import View
@@ -109,7 +109,7 @@ def bodies(split: Split) -> Iterator[tuple[str, Figures]]:
     for share in SHARES:
         scene = with_share_of_bodies(whole, share)
         started = time.perf_counter()
-        with Obstacles(scene) as ground:
+        with closing(physics_of(scene)) as ground:
             camera = RasterCamera(scene)
             made = time.perf_counter() - started
             rate = statistics.median(drawing(camera, views, 224, segmentation=False)() for _ in range(3))
@@ -124,7 +124,7 @@ def with_share_of_bodies(scene: Scene, share: float) -> Scene:
     return replace(scene, bodies=tuple(body for body in scene.bodies if body.collider is None or body.name in kept))
 
 
-def seconds_per_check(ground: Obstacles, views: Sequence[View]) -> float:
+def seconds_per_check(ground: Physics, views: Sequence[View]) -> float:
     """Return the seconds per collision check of a step ahead."""
     ways = [((seen.viewpoint.x, seen.viewpoint.y), (seen.viewpoint.x + 1.0, seen.viewpoint.y)) for seen in views]
     started = time.perf_counter()

@@ -9,6 +9,7 @@ from server.errors import BadInput
 from server.per_split import MOST, PerSplit
 from server.runs.play.clocks import Clocks
 from server.sim.cameras import CAMERAS
+from server.sim.physics import problem_of_camera
 from server.sim.rules import STEPS_PER_PHASE, Limits
 
 LISTEN = "127.0.0.1:50551"
@@ -52,7 +53,9 @@ class Config:
     )
     workers: int = setting(1, "number of server processes", least=1, most=256)
     camera: str = setting(
-        CAMERAS[0], "renderer of the images: the project's own fast camera, or pybullet's", choices=CAMERAS
+        CAMERAS[0],
+        "renderer of the images: the project's own fast camera, or pybullet's, which must be installed",
+        choices=CAMERAS,
     )
     image_sizes: tuple[int, ...] = setting(
         (224, 128),
@@ -154,6 +157,9 @@ class Config:
     )
 
     def __post_init__(self) -> None:
+        problem = problem_of_camera(self.camera)
+        if problem:
+            raise Contradiction(f"camera is {self.camera!r}, {problem}", "camera")
         for present, absent in (("tls_certificate", "tls_key"), ("tls_key", "tls_certificate")):
             if getattr(self, present) is not None and getattr(self, absent) is None:
                 raise Contradiction(f"{present} is set but {absent} is not; expected both or neither", present, absent)

@@ -20,6 +20,7 @@ from server.episodes.splits import Split, folder_of, folders_of, no_splits, read
 from server.errors import BadInput, Conflict, NotFound, StorageError
 from server.parallel import processes_of
 from server.sim.cameras import CAMERAS
+from server.sim.physics import problem_of_camera
 from server.sim.raster.camera import compile_kernels
 
 CAMERA = "ARRAMON_CAMERA"
@@ -128,8 +129,9 @@ def export_demonstrations(
     if not parts:
         raise BadInput(f"there is nothing to export: the split {split.name!r} has no episode to demonstrate")
     camera = os.environ.get(CAMERA) or CAMERAS[0]
-    if camera not in CAMERAS:
-        raise BadInput(f"{CAMERA} is {camera!r}, expected one of {', '.join(CAMERAS)}")
+    problem = problem_of_camera(camera)
+    if problem:
+        raise BadInput(f"{CAMERA} is {camera!r}, {problem}")
     last = parts[-1]
     export = Export(
         request, split.data_hash, split.source, camera, sources.steps_per_phase, len(parts),

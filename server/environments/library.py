@@ -8,6 +8,7 @@ from pathlib import Path
 from server.episodes.splits import Split, folder_of, folders_of, no_splits, read_split
 from server.errors import NotFound
 from server.runs.play.worlds import Worlds
+from server.sim.footprints import Footprints
 
 CACHED_SPLITS = 16
 """Splits that are kept for all threads together."""
@@ -19,6 +20,11 @@ class Library:
 
     split: Split
     worlds: Worlds
+
+
+def library_of(split: Split, camera: str) -> Library:
+    """Return a split with its worlds; collisions are checked on the plane, which starts faster than pybullet."""
+    return Library(split, Worlds({split.name: split}, camera, Footprints))
 
 
 def open_library(data: Path, name: str, camera: str) -> Library:
@@ -45,5 +51,4 @@ def open_library(data: Path, name: str, camera: str) -> Library:
 
 @lru_cache(CACHED_SPLITS)
 def _open(folder: Path, changed: int, camera: str, thread: int) -> Library:  # noqa: ARG001 - parts of the key
-    split = read_split(folder)
-    return Library(split, Worlds({split.name: split}, camera))
+    return library_of(read_split(folder), camera)

@@ -15,6 +15,7 @@ from server.episodes.splits import Split
 from server.episodes.texts import instructions_in
 from server.errors import ArraMonError
 from server.sim.cameras import CAMERAS
+from server.sim.physics import problem_of_camera
 from server.sim.raster.camera import compile_kernels
 from server.sim.rules import STEPS_PER_PHASE
 
@@ -29,14 +30,15 @@ class LocalBackend:
         data: the data folder; its splits are read when they are first played.
 
     Raises:
-        UsageError: if the environment variable ARRAMON_CAMERA names no camera.
+        UsageError: if the environment variable ARRAMON_CAMERA names no camera, or one that is not installed.
     """
 
     def __init__(self, data: Path) -> None:
         self._data = data
         self._camera = os.environ.get(CAMERA) or CAMERAS[0]
-        if self._camera not in CAMERAS:
-            raise UsageError(f"{CAMERA} is {self._camera!r}, expected one of {', '.join(CAMERAS)}")
+        problem = problem_of_camera(self._camera)
+        if problem:
+            raise UsageError(f"{CAMERA} is {self._camera!r}, {problem}")
 
     def player(self, settings: Settings) -> LocalPlayer:
         """Return a player.

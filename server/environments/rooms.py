@@ -8,11 +8,10 @@ from arramon_client.environments.backend import Settings, SplitInfo
 from arramon_client.environments.backend import Texts as ClientTexts
 from arramon_client.errors import UsageError
 from server.dataset.generation.room_tasks import PREFIX, ROOM_SECTION, draw_task
-from server.environments.library import Library
+from server.environments.library import Library, library_of
 from server.episodes.episode import Episode
 from server.episodes.splits import ROOMS, SENSORS, Split
 from server.episodes.texts import instructions_in
-from server.runs.play.worlds import Worlds
 from server.sim.rules import STEPS_PER_PHASE
 
 DRAWN = "drawn_rooms"
@@ -27,7 +26,7 @@ def room_library(camera: str) -> Library:
     """Return the split and the worlds of drawn tasks. The split's episodes are not listed: there is no end of them."""
     sections = {ROOM_SECTION.id: ROOM_SECTION}
     split = Split(DRAWN, hidden=False, source="drawn", episodes={}, sections=sections, data_hash="", training=True)
-    return Library(split, Worlds({DRAWN: split}, camera))
+    return library_of(split, camera)
 
 
 def room_split(settings: Settings) -> SplitInfo:

@@ -18,6 +18,7 @@ from pydantic_core import from_json
 from server.episodes.episode import Episode
 from server.episodes.provenance import Provenance
 from server.errors import BadFile
+from server.sim.footprints import PROBE_HEIGHT
 from server.sim.section import Section
 
 FORMAT = "arramon-episodes"
@@ -109,9 +110,14 @@ def read_section(path: Path) -> Section:
     """Read and validate a section file.
 
     Raises:
-        BadFile: if the content is wrong, naming the field.
+        BadFile: if the content is wrong, naming the field. Buildings must be higher than agents collide.
     """
-    return parse(_SECTION, read_bytes(path), path)
+    section = parse(_SECTION, read_bytes(path), path)
+    for number, building in enumerate(section.buildings):
+        if building.height < PROBE_HEIGHT:
+            problem = f"is {building.height:g}; expected at least {PROBE_HEIGHT:g}, where agents collide"
+            raise BadFile(path, problem, field=f"buildings[{number}].height")
+    return section
 
 
 def write_provenance(path: Path, provenance: Provenance) -> None:

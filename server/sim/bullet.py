@@ -4,7 +4,7 @@ import math
 import os
 import tempfile
 from collections import Counter
-from collections.abc import Container, Iterable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache, lru_cache, partial
@@ -20,6 +20,7 @@ from server.sim.assets.collectibles import mesh_of, texture_of
 from server.sim.cameras import FAR, FIELD_OF_VIEW, NEAR, THOUSANDTH, Actor, Frame, Viewpoint, label_of, labels_of
 from server.sim.catalogue import ObjectType
 from server.sim.daylight import AMBIENT, DIFFUSE, SUN, sky
+from server.sim.footprints import PROBE_HEIGHT, TOUCHING, Footprint, Place
 from server.sim.geometry import AGENT_RADIUS
 from server.sim.scene import Body, BoxCollider, Mesh, Scene
 from server.sim.variations import CACHED, SAME, Difference
@@ -41,8 +42,8 @@ def _discarded_stderr() -> Iterator[None]:
 with _discarded_stderr():
     import pybullet
 
-PROBE_HEIGHT = 0.1
-"""Height of the collision capsule's axis, in units. Colliders are taller, so only their footprints matter."""
+_REACH = AGENT_RADIUS + 0.01
+"""Distance of a body from the agent's way, in units, beyond which it is not looked at."""
 
 _FARTHEST = 65535
 _NUDGE = 1e-4
@@ -52,19 +53,26 @@ _NUDGE = 1e-4
 class Obstacles:
     """The solid bodies of a scene in one pybullet client, for collision checks (`rules.Ground`).
 
-    Use it as a context manager, or `close` it. It belongs to one thread.
+    It decides as `footprints.Footprints` does: pybullet's answers differ from the exact distance only for bodies that
+    the agent all but touches, and about these the exact distance decides. Use it as a context manager, or `close` it.
+    It belongs to one thread.
 
     Args:
         scene: its bodies, meshes and textures.
+        exact_within: largest difference between the agent's radius and a body's distance from its way, in units, at
+            which the exact distance decides about the body. With 0 pybullet decides, for benchmarks that compare them.
 
     Raises:
-        ValueError: for two bodies with the same name, or a mesh or texture that is not in the scene.
+        ValueError: for two bodies with the same name, a mesh or texture that is not in the scene, or a collider that is
+            not solid at `footprints.PROBE_HEIGHT`.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, exact_within: float = TOUCHING) -> None:
         _check(scene)
+        self._exact_within = exact_within
         self._client: int | None = pybullet.connect(pybullet.DIRECT)
         self._solid: dict[int, Body] = {}
+        self._footprints: dict[int, Footprint] = {}
         self._probes: dict[float, int] = {}
         self._boxes: dict[BoxCollider, int] = {}
         self._fill(scene)
@@ -85,8 +93,8 @@ class Obstacles:
 
     def way_is_free(
         self,
-        start: tuple[float, float],
-        end: tuple[float, float],
+        start: Place,
+        end: Place,
         absent: Container[Body] = (),
         further: Sequence[Body] = (),
     ) -> bool:
@@ -98,39 +106,64 @@ class Obstacles:
             absent: bodies of the scene that are not there.
             further: bodies that are there besides those of the scene, each with a collider.
         """
-        (x0, y0), (x1, y1) = start, end
-        margin = AGENT_RADIUS + 0.01
-        overlapping = pybullet.getOverlappingObjects(
-            (min(x0, x1) - margin, min(y0, y1) - margin, 0.0),
-            (max(x0, x1) + margin, max(y0, y1) + margin, PROBE_HEIGHT + margin),
-            physicsClientId=self._client,
-        )
-        near = {body for body, _ in overlapping or () if body in self._solid and self._solid[body] not in absent}
-        reach = margin + math.hypot(x1 - x0, y1 - y0) / 2
-        middle = (x0 + x1) / 2, (y0 + y1) / 2
-        beside = [body for body in further if math.dist(middle, body.position[:2]) <= reach + _radius(body)]
-        if not near and not beside:
+        near, beside = self._near(start, end, absent), _beside(start, end, further)
+        unsure: list[int] = []
+        for number in near:
+            touched = self._exact(self._footprints[number], start, end)
+            if touched:
+                return False
+            if touched is None:
+                unsure.append(number)
+        unsure_beside: list[Body] = []
+        for body in beside:
+            touched = self._exact(Footprint.of(body), start, end)
+            if touched:
+                return False
+            if touched is None:
+                unsure_beside.append(body)
+        if not unsure and not unsure_beside:
             return True
-        # A capsule's axis is its own Z: lay it down along X, then turn it about Z.
-        half = math.atan2(y1 - y0, x1 - x0) / 2
-        sin, cos = math.sin(half) * math.sqrt(0.5), math.cos(half) * math.sqrt(0.5)
-        touches = partial(
-            pybullet.getClosestPoints,
-            bodyA=-1,
-            distance=0.0,
-            collisionShapeA=self._probe(math.hypot(x1 - x0, y1 - y0)),
-            collisionShapePositionA=(*middle, PROBE_HEIGHT),
-            collisionShapeOrientationA=(-sin, cos, sin, cos),
-            physicsClientId=self._client,
-        )
-        return not any(touches(bodyB=body) for body in near) and not any(
+        touches = self._probe_of(start, end)
+        return not any(touches(bodyB=number) for number in unsure) and not any(
             touches(
                 bodyB=-1,
                 collisionShapeB=self._box(body),
                 collisionShapePositionB=body.position,
                 collisionShapeOrientationB=_turn(body.heading),
             )
-            for body in beside
+            for body in unsure_beside
+        )
+
+    def _near(self, start: Place, end: Place, absent: Container[Body]) -> list[int]:
+        """Return the ids of the bodies whose bounding boxes overlap that of a way."""
+        (x0, y0), (x1, y1) = start, end
+        overlapping = pybullet.getOverlappingObjects(
+            (min(x0, x1) - _REACH, min(y0, y1) - _REACH, 0.0),
+            (max(x0, x1) + _REACH, max(y0, y1) + _REACH, PROBE_HEIGHT + _REACH),
+            physicsClientId=self._client,
+        )
+        found = {number for number, _ in overlapping or ()}
+        return [number for number in found if number in self._solid and self._solid[number] not in absent]
+
+    def _exact(self, footprint: Footprint, start: Place, end: Place) -> bool | None:
+        """Return whether the agent touches a body on its way; None if pybullet decides that."""
+        excess = footprint.distance(start, end) - AGENT_RADIUS
+        return None if abs(excess) > self._exact_within else excess <= 0.0
+
+    def _probe_of(self, start: Place, end: Place) -> Callable[..., object]:
+        """Return the function that returns the points in which the agent touches a body on its way."""
+        (x0, y0), (x1, y1) = start, end
+        # A capsule's axis is its own Z: lay it down along X, then turn it about Z.
+        half = math.atan2(y1 - y0, x1 - x0) / 2
+        sin, cos = math.sin(half) * math.sqrt(0.5), math.cos(half) * math.sqrt(0.5)
+        return partial(
+            pybullet.getClosestPoints,
+            bodyA=-1,
+            distance=0.0,
+            collisionShapeA=self._probe(math.hypot(x1 - x0, y1 - y0)),
+            collisionShapePositionA=((x0 + x1) / 2, (y0 + y1) / 2, PROBE_HEIGHT),
+            collisionShapeOrientationA=(-sin, cos, sin, cos),
+            physicsClientId=self._client,
         )
 
     def _box(self, body: Body) -> int:
@@ -157,6 +190,7 @@ class Obstacles:
         )
         if body.collider is not None:
             self._solid[number] = body
+            self._footprints[number] = Footprint.of(body)
         return number
 
     def _probe(self, length: float) -> int:
@@ -362,6 +396,14 @@ class World(Obstacles):
         pybullet.changeVisualShape(number, -1, textureUniqueId=texture, physicsClientId=self._client)
         self._label_numbers[number] = self._labels.index(label_of(body))
         return number
+
+
+def _beside(start: Place, end: Place, further: Sequence[Body]) -> list[Body]:
+    """Return the bodies that are not too far from a way to be touched."""
+    if not further:
+        return []
+    middle, reach = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2), _REACH + math.dist(start, end) / 2
+    return [body for body in further if math.dist(middle, body.position[:2]) <= reach + _radius(body)]
 
 
 def _radius(body: Body) -> float:

@@ -46,7 +46,13 @@ class Phase(Enum):
 
 
 class Ground(Protocol):
-    """Collision checks that the rules need from a section."""
+    """Collision checks that the rules need from a section.
+
+    The agent is a disc of AGENT_RADIUS that moves straight, and each solid body a rectangle. A body blocks the way if
+    its distance from the straight line between the two places is at most AGENT_RADIUS. Where it differs from that by at
+    most `footprints.TOUCHING`, the exact distance decides (`footprints.Footprint.distance`). Elsewhere a physics engine
+    may decide (`bullet.Obstacles`), as it agrees with the distance there. So all implementations answer alike.
+    """
 
     def way_is_free(self, start: tuple[float, float], end: tuple[float, float]) -> bool:
         """Return whether the agent can move straight from one (x, z) to another."""

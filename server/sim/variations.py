@@ -1,28 +1,14 @@
 """Variations of a scene: other bodies, with the same meshes and textures, in the physics of the scene itself."""
 
-from collections.abc import Container, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 from server.sim.cameras import Actor, Camera, Frame, Viewpoint
+from server.sim.physics import Physics
 from server.sim.scene import Body, Scene
 
 CACHED = 512
 """Number of variations of a scene that a camera remembers, some 20 KB each."""
-
-
-class Physics(Protocol):
-    """Collision checks in a scene some of whose bodies are absent, and that has further ones."""
-
-    def way_is_free(
-        self,
-        start: tuple[float, float],
-        end: tuple[float, float],
-        absent: Container[Body] = (),
-        further: Sequence[Body] = (),
-    ) -> bool:
-        """Return whether the agent can move straight from one (X, Y) to another."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,9 +12,9 @@ from server.runs.play.session import Session
 from server.runs.storage import causes
 from server.runs.storage.journal import Journal
 from server.runs.storage.records import Ending, Run
-from server.sim.bullet import Obstacles
 from server.sim.city import city_scene, refurnished
 from server.sim.own_furniture import OwnFurniture, furnished
+from server.sim.physics import Physics, physics_of
 from server.sim.rules import Ground, Limits
 from server.sim.scene import Scene
 from server.sim.section import Section
@@ -56,7 +56,7 @@ class Paths:
     def __init__(self, splits: Mapping[str, Split], journal: Journal) -> None:
         self._splits = splits
         self._journal = journal
-        self._last: tuple[Section, Scene, Obstacles] | None = None
+        self._last: tuple[Section, Scene, Physics] | None = None
         self._cached_tracks = lru_cache(_CACHE_SIZE)(self._tracks)
         self.endings = lru_cache(16)(self._endings)
 
@@ -119,11 +119,11 @@ class Paths:
         if self._last is None or self._last[0] is not section:
             self.close()
             scene = city_scene(section)
-            self._last = section, scene, Obstacles(scene)
-        _, scene, obstacles = self._last
+            self._last = section, scene, physics_of(scene)
+        _, scene, physics = self._last
         if furniture.is_empty:
-            return obstacles
-        return VariedGround(obstacles, Difference.between(scene, refurnished(scene, furnished(section, furniture))))
+            return physics
+        return VariedGround(physics, Difference.between(scene, refurnished(scene, furnished(section, furniture))))
 
 
 def _similarity(ending: Ending) -> float:

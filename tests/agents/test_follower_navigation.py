@@ -16,10 +16,10 @@ from arramon_client.agent import Action, Label, Observation
 from lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk, Where
 from server.dataset.trial import AGENT_LABELS
 from server.sim import rules
-from server.sim.bullet import World
 from server.sim.city import city_scene
 from server.sim.geometry import Pose
 from server.sim.labels import places_of
+from server.sim.physics import physics_of
 from server.sim.raster.camera import RasterCamera
 from server.sim.rules import Collectible, Layout, Limits, Phase, State
 from server.sim.view import view
@@ -34,7 +34,7 @@ class Street:
 
     def __init__(self) -> None:
         scene = city_scene(crossing())
-        self.world, self.camera = World(scene), RasterCamera(scene)
+        self.world, self.camera = physics_of(scene), RasterCamera(scene)
         self.places = places_of(self.camera.labels)
 
     def observe(self, state: State, layout: Layout) -> Observation:

@@ -1,7 +1,5 @@
 """Image encodings: the client decodes what the server encodes."""
 
-from collections.abc import Iterator
-
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -18,9 +16,9 @@ from arramon_client.transport.images import ImageDecoder
 from server.api.encoding import STANDARD_ENCODINGS, ImageEncoder, MessageEncoder
 from server.api.encoding_choice import choose_encoder
 from server.errors import BadInput
-from server.sim.bullet import World
 from server.sim.cameras import Actor, Frame, Viewpoint
 from server.sim.catalogue import ALL_TYPES
+from server.sim.raster.camera import RasterCamera
 from server.sim.room_scene import room_scene
 
 RANDOM = np.random.default_rng(3)
@@ -29,11 +27,11 @@ LUMINANCE = np.array([0.299, 0.587, 0.114])
 
 
 @pytest.fixture(scope="module")
-def frames() -> Iterator[dict[int, list[Frame]]]:
+def frames() -> dict[int, list[Frame]]:
     """Rendered frames of each size: three views of the room, with objects."""
     actors = [Actor(type_, (1.5 * i, 4.5, 0.0), scale=2.0) for i, type_ in enumerate(ALL_TYPES[:4])]
-    with World(room_scene()) as world:
-        yield {size: [world.render(Viewpoint(3.0, 0.0, h), actors, size) for h in (0.0, 30.0, 180.0)] for size in SIZES}
+    camera = RasterCamera(room_scene())
+    return {size: [camera.render(Viewpoint(3.0, 0.0, h), actors, size) for h in (0.0, 30.0, 180.0)] for size in SIZES}
 
 
 def rgb(

@@ -16,11 +16,14 @@ from arramon_client.transport.connection import connect
 from server.addresses import is_loopback
 from server.cli import parser
 from server.commands.settings import as_table, as_toml
+from server.configuration import config
 from server.configuration.config import SETTINGS, Config, Contradiction
 from server.configuration.sources import Configuration, environment_of, load_configuration, without_settings
 from server.errors import BadInput
 from server.per_split import PerSplit
+from server.sim.physics import has_pybullet, problem_of_camera
 from tests import ROOT, tiny
+from tests.physics import ANY_CAMERA
 from tests.serving import Server
 
 EVERYTHING: dict[str, tuple[str, Any]] = {
@@ -54,6 +57,13 @@ EVERYTHING: dict[str, tuple[str, Any]] = {
     "log_format": ("json", "json"),
 }
 """A text and the value that it stands for, of each setting; none is its default."""
+
+
+@pytest.fixture(autouse=True)
+def installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What settings mean does not depend on what is installed."""
+    if not has_pybullet():
+        monkeypatch.setattr(config, "problem_of_camera", lambda _: "")
 
 
 def load(*arguments: str, file: Path | None = None, **variables: Any) -> Configuration:
@@ -260,6 +270,16 @@ def test_contradictory_settings_are_refused_naming_their_sources() -> None:
         Config(tls_certificate=Path("c"))
 
 
+def test_the_reference_camera_is_refused_without_pybullet(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(config, "problem_of_camera", problem_of_camera)
+    monkeypatch.setitem(sys.modules, "pybullet", None)
+    assert refusal("--camera", "tiny") == (
+        "camera is 'tiny', which needs pybullet, and that is not installed: pip install 'arramon-server[pybullet]' "
+        "compiles it, with a C++ compiler. Expected raster without it (camera: --camera)"
+    )
+    assert load().config.camera == "raster"
+
+
 def test_config_command_masks_the_database_password(tmp_path: Path) -> None:
     done = run(tmp_path, "config", "--journal", "postgresql://host:hunter2@db/x", ARRAMON_STEPS="9")
     assert 'journal = "postgresql://host:***@db/x"  # --journal' in done.stdout.splitlines()
@@ -298,7 +318,8 @@ def test_workers_get_the_same_settings(tmp_path: Path) -> None:
     """The step limit of the runs that each worker makes is that of the file, which only the parent has read."""
     tiny.write(tmp_path)
     file = tmp_path / "a.toml"
-    file.write_text('steps = 17\nworkers = 2\nimage_sizes = [64]\nmax_episodes_per_stream = 5\ncamera = "tiny"')
+    some = "steps = 17\nworkers = 2\nimage_sizes = [64]\nmax_episodes_per_stream = 5\n"
+    file.write_text(f'{some}camera = "{ANY_CAMERA}"')
     server = Server(tmp_path, "127.0.0.1:0", "--config", str(file))
     try:
         with connect(server.address) as found:

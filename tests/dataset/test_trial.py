@@ -1,6 +1,7 @@
 """Trial episodes, which an agent plays in process."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -8,8 +9,8 @@ import pytest
 from arramon_client.agent import Action, Episode, Label, Observation
 from server.dataset.trial import AGENT_LABELS, Hope, TrialWorld, leads, play
 from server.episodes import episode as episodes
-from server.sim.bullet import World
 from server.sim.city import city_scene
+from server.sim.physics import physics_of
 from server.sim.raster.camera import RasterCamera
 from server.sim.room import Placement, Square
 from server.sim.room_scene import room_scene
@@ -35,8 +36,8 @@ class Replaying:
 @pytest.fixture(scope="module")
 def place() -> Iterator[TrialWorld]:
     scene = city_scene(crossing())
-    with World(scene) as world:
-        yield TrialWorld(world, RasterCamera(scene), RasterCamera(room_scene()))
+    with closing(physics_of(scene)) as physics:
+        yield TrialWorld(physics, RasterCamera(scene), RasterCamera(room_scene()))
 
 
 def episode() -> episodes.Episode:

@@ -121,6 +121,13 @@ def test_an_unknown_camera(data: Path, tmp_path: Path, monkeypatch: pytest.Monke
         export(data, tmp_path / "out", "minari")
 
 
+def test_a_camera_that_is_not_installed(data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pybullet", None)
+    monkeypatch.setenv("ARRAMON_CAMERA", "tiny")
+    with pytest.raises(BadInput, match=r"ARRAMON_CAMERA is .tiny., which needs pybullet, .*arramon-server.pybullet."):
+        export(data, tmp_path / "out", "plain")
+
+
 @pytest.mark.slow
 def test_processes_make_the_same_files(data: Path, exports: dict[str, Path], tmp_path: Path) -> None:
     export(data, tmp_path / "out", "huggingface", jobs=2)

@@ -1,5 +1,6 @@
 """The player in this process, against the server's own worlds and session."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +14,11 @@ from server.runs.play.worlds import Worlds
 from server.sim.labels import LABELS
 from tests import tiny
 from tests.environments.playing import player
+from tests.physics import EACH_CAMERA
 
 
 @pytest.mark.parametrize("size", [16, 84, 224])
-@pytest.mark.parametrize("camera", ["raster", "tiny"])
+@pytest.mark.parametrize("camera", EACH_CAMERA)
 def test_frames_are_those_of_the_worlds(data: Path, size: int, camera: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ARRAMON_CAMERA", camera)
     sensors = ("rgb", "depth", "segmentation")
@@ -109,6 +111,13 @@ def test_players_share_worlds_until_the_data_changes(tmp_path: Path) -> None:
 def test_an_unknown_camera(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ARRAMON_CAMERA", "obscura")
     with pytest.raises(UsageError, match="ARRAMON_CAMERA is 'obscura', expected one of raster, tiny"):
+        LocalBackend(data)
+
+
+def test_a_camera_that_is_not_installed(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pybullet", None)
+    monkeypatch.setenv("ARRAMON_CAMERA", "tiny")
+    with pytest.raises(UsageError, match=r"ARRAMON_CAMERA is .tiny., which needs pybullet, .*arramon-server.pybullet."):
         LocalBackend(data)
 
 

@@ -165,6 +165,16 @@ def test_invalid_section_is_refused_naming_the_field(folder: Path) -> None:
         read_section(path)
 
 
+def test_building_lower_than_agents_collide_is_refused(folder: Path) -> None:
+    """Whether it is in the way would depend on more than its footprint."""
+    path = folder / "sections" / "1.json"
+    path.write_text(path.read_text().replace('"height": 3.0', '"height": 0.05'))
+    with pytest.raises(
+        BadFile, match=r"1\.json: buildings\[0\]\.height: is 0\.05; expected at least 0\.1, where agents"
+    ):
+        read_section(path)
+
+
 def test_folder_without_episodes_error_suggests_an_import(tmp_path: Path) -> None:
     with pytest.raises(NotFound, match="arramon-server import-release FILE"):
         read_splits(tmp_path)

@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from server.sim.assets.meshes import box, moved, quad
-from server.sim.bullet import Obstacles, World
 from server.sim.cameras import FIELD_OF_VIEW, Actor, Frame, Viewpoint
 from server.sim.catalogue import ObjectType
 from server.sim.geometry import AGENT_RADIUS, EYE_HEIGHT
 from server.sim.scene import Body, BoxCollider, Scene
+from tests.physics import Obstacles, World
 
 BALL = ObjectType("dotted", "red", "ball")
 MUG = ObjectType("striped", "blue", "mug")

@@ -1,13 +1,16 @@
 """City scenes of sections: bodies, proportions of buildings, and ground."""
 
+from contextlib import closing
+
 import numpy as np
 import pytest
 
 from server.sim.assets.facades import BAYS, STOREYS
-from server.sim.bullet import World
 from server.sim.cameras import Viewpoint
 from server.sim.city import building_mesh, city_scene
 from server.sim.labels import LABELS
+from server.sim.physics import physics_of
+from server.sim.raster.camera import RasterCamera
 from server.sim.section import FACADES, PROP_KINDS, Building, Prop, Section
 
 BLOCKS = tuple(
@@ -71,21 +74,22 @@ def test_roofs_have_their_buildings_position_and_heading() -> None:
 
 
 def test_buildings_block_the_agent_where_they_are_seen() -> None:
-    with World(city_scene(SECTION)) as world:
-        assert world.way_is_free((0, 3.4), (0, 4.4))
-        assert not world.way_is_free((0, 4), (0, 5))  # the cone
-        frame = world.render(Viewpoint(-1.0, 0.5, 270), [], 64)
+    scene = city_scene(SECTION)
+    with closing(physics_of(scene)) as physics:
+        assert physics.way_is_free((0, 3.4), (0, 4.4))
+        assert not physics.way_is_free((0, 4), (0, 5))  # the cone
+        frame = RasterCamera(scene).render(Viewpoint(-1.0, 0.5, 270), [], 64)
         wall = frame.depth[30, 32] / 1000.0
         # Up to the agent's radius from the wall, by sight; no farther.
-        assert world.way_is_free((-1.0, 0.5), (-1.0 - (wall - 0.35), 0.5))
-        assert not world.way_is_free((-1.0, 0.5), (-1.0 - (wall - 0.15), 0.5))
+        assert physics.way_is_free((-1.0, 0.5), (-1.0 - (wall - 0.35), 0.5))
+        assert not physics.way_is_free((-1.0, 0.5), (-1.0 - (wall - 0.15), 0.5))
 
 
 def test_ground_is_visible_below_the_horizon_in_every_heading() -> None:
-    with World(city_scene(SECTION)) as world:
-        for heading in range(0, 360, 30):
-            frame = world.render(Viewpoint(0.0, 2.0, heading), [], 64)
-            assert (frame.depth[36:] > 0).all(), heading
+    camera = RasterCamera(city_scene(SECTION))
+    for heading in range(0, 360, 30):
+        frame = camera.render(Viewpoint(0.0, 2.0, heading), [], 64)
+        assert (frame.depth[36:] > 0).all(), heading
 
 
 @pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (16.0, 3.0), (5.0, -16.0)])
@@ -93,10 +97,10 @@ def test_section_without_buildings_has_only_ground(x: float, y: float) -> None:
     """Its ground is laid in squares of 16 units: their corners may lie beside the eye."""
     scene = city_scene(Section("bare", 0.0, (-10, -10, 10, 10), (), ()))
     assert [body.name for body in scene.bodies] == ["asphalt"]
-    with World(scene) as world:
-        for heading in (0.0, 90.0, 180.0, 270.0):
-            frame = world.render(Viewpoint(x, y, heading), [], 64)
-            assert (frame.depth[36:] > 0).all(), heading
+    camera = RasterCamera(scene)
+    for heading in (0.0, 90.0, 180.0, 270.0):
+        frame = camera.render(Viewpoint(x, y, heading), [], 64)
+        assert (frame.depth[36:] > 0).all(), heading
 
 
 @pytest.mark.parametrize(("prop", "words"), [

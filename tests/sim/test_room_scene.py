@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from server.sim.assets.textures import texture
-from server.sim.bullet import World
 from server.sim.cameras import Viewpoint
 from server.sim.labels import WALLS
 from server.sim.room import CELL, COLUMNS, ROWS, START
 from server.sim.room_scene import WALL_HEIGHT, room_scene
+from tests.physics import World
 
 
 @pytest.fixture(scope="module")

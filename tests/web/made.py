@@ -1,5 +1,6 @@
 """A web site with published runs on an open and a hidden split, some of them really played."""
 
+from contextlib import closing
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -12,10 +13,10 @@ from server.runs.results.receipts import Receipts
 from server.runs.results.signing import SigningKey
 from server.runs.storage.records import COMPLETE, RUNNING, Batch, Code, Ending, Run
 from server.scoring.episode import METRICS
-from server.sim.bullet import Obstacles
 from server.sim.catalogue import ObjectType
 from server.sim.city import city_scene
 from server.sim.geometry import Point, Pose
+from server.sim.physics import physics_of
 from server.sim.rules import Collectible, Limits
 from server.web.pages import Pages
 from tests import tiny
@@ -67,7 +68,7 @@ class WebHouse(House):
             created_at=NOON, **asdict(CLOCKS), agent_arguments=(("beam", "4"), ("checkpoint", "my w.pt")),
         )  # fmt: skip
         self.journal.create(run, [episode.episode_id for episode in order])
-        with Obstacles(city_scene(tiny.SECTION)) as ground:
+        with closing(physics_of(city_scene(tiny.SECTION))) as ground:
             for episode in order:
                 self.journal.commit(_played(run_id, Session(episode, ground, Limits(STEPS))))
         self.journal.set_state(run_id, COMPLETE)

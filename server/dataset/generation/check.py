@@ -33,7 +33,7 @@ def problems(episode: Draft | Episode, solids: Solids, ground: Ground) -> tuple[
     Args:
         episode: with or without instructions; they are not checked.
         solids: of the episode's section.
-        ground: of the episode's section: `bullet.Obstacles`, the authoritative collision check.
+        ground: of the episode's section: `Site.world`, the authoritative collision check.
     """
     return (*_street_problems(episode, solids), *_room_problems(episode), *_replay_problems(episode, ground))
 

@@ -12,10 +12,10 @@ from server.dataset.plans.graph import StreetGraph
 from server.dataset.plans.plan import Plan
 from server.dataset.plans.street_graph import street_graph
 from server.episodes.episode import Instructions, Turn
-from server.sim.bullet import Obstacles
 from server.sim.cameras import Camera
 from server.sim.city import city_scene
 from server.sim.geometry import Pose
+from server.sim.physics import Physics, physics_of
 from server.sim.raster.camera import RasterCamera
 from server.sim.scene import Scene
 from server.sim.section import Section
@@ -48,9 +48,9 @@ class Site:
         return Solids.of(self.section)
 
     @cached_property
-    def world(self) -> Obstacles:
+    def world(self) -> Physics:
         """The section's physics, the authoritative collision check."""
-        return Obstacles(self.scene)
+        return physics_of(self.scene)
 
     @cached_property
     def camera(self) -> Camera:

@@ -1,23 +1,24 @@
-"""Scenes, pybullet worlds and cameras: one of each per section, shared by its episodes, and one room.
+"""Scenes, their physics and cameras: one of each per section, shared by its episodes, and one room.
 
 Episodes with furniture of their own have a variation of their section's scene, which its camera and physics take.
 """
 
 import threading
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from server.episodes.episode import Episode
 from server.episodes.splits import Split
-from server.sim.bullet import Obstacles, World
 from server.sim.cameras import CAMERAS, Camera, Frame
 from server.sim.city import city_scene, refurnished
 from server.sim.labels import places_of
 from server.sim.own_furniture import OwnFurniture, furnished
+from server.sim.physics import WITH_PYBULLET, Physics, physics_of, world_of
 from server.sim.raster.camera import RasterCamera
 from server.sim.room_scene import room_scene
 from server.sim.rules import Ground, State
@@ -25,6 +26,9 @@ from server.sim.scene import Scene
 from server.sim.section import Prop, Section
 from server.sim.variations import CACHED, Difference, VariedGround
 from server.sim.view import view
+
+if TYPE_CHECKING:
+    from server.sim.bullet import World
 
 Key = tuple[str, str]
 """A split and a section of it; the first of those with an equal section."""
@@ -40,17 +44,24 @@ class _Variation:
 
 
 class Worlds:
-    """Scenes, pybullet worlds and cameras by section; splits with equal sections share them.
+    """Scenes, their physics and cameras by section; splits with equal sections share them.
 
     For use from one thread, but for `render` with a camera that `draws_in_threads`: several threads may draw at once.
 
     Args:
         splits: by name.
-        camera: what draws, one of `cameras.CAMERAS`.
+        camera: what draws, one of `cameras.CAMERAS`; the one that needs pybullet checks the collisions, too.
+        physics: makes what checks the collisions in a scene. All that there are decide alike: see `rules.Ground`.
     """
 
-    def __init__(self, splits: Mapping[str, Split], camera: str = CAMERAS[0]) -> None:
+    def __init__(
+        self,
+        splits: Mapping[str, Split],
+        camera: str = CAMERAS[0],
+        physics: Callable[[Scene], Physics] = physics_of,
+    ) -> None:
         self._splits = splits
+        self._physics = physics
         first: dict[Section, Key] = {}
         self._first = {
             (split.name, id_): first.setdefault(section, (split.name, id_))
@@ -60,11 +71,11 @@ class Worlds:
         """By split and section, the first split and section that is equal to it."""
         self._camera = camera
         self._scenes: dict[Key, Scene] = {}
-        self._grounds: dict[Key, Obstacles] = {}
+        self._grounds: dict[Key, Physics] = {}
+        self._worlds: dict[Key | None, World] = {}
         self._cameras: dict[Key | None, Camera] = {}
         self._places: dict[Key | None, npt.NDArray[np.uint16]] = {}
         self._variations: OrderedDict[tuple[str, str], _Variation] = OrderedDict()
-        self._room: World | None = None
         self._making = threading.Lock()
         """Held while a thread that draws looks for a camera or a variation, or makes it."""
 
@@ -125,13 +136,12 @@ class Worlds:
 
     def close(self) -> None:
         """Free all worlds."""
-        for world in (*self._grounds.values(), self._room):
-            if world is not None:
-                world.close()
+        for physics in (*self._grounds.values(), *self._worlds.values()):
+            physics.close()
         self._grounds.clear()
+        self._worlds.clear()
         self._cameras.clear()
         self._variations.clear()
-        self._room = None
 
     def _variation(self, split: str, episode: Episode) -> _Variation | None:
         """Return the variation of an episode, from the cache if it is there; None without furniture of its own."""
@@ -165,19 +175,21 @@ class Worlds:
                         looks.setdefault((prop.kind, prop.colour, prop.shape, prop.shape_colour), prop)
         return [looks[look] for look in sorted(looks)]
 
-    def _obstacles(self, key: Key) -> Obstacles:
+    def _obstacles(self, key: Key) -> Physics:
+        if self._camera == WITH_PYBULLET:
+            return self._world(key)
         if key not in self._grounds:
-            # The reference camera needs a whole world. Otherwise colliders will do: 55 MB and 0.1 s less.
-            self._grounds[key] = (World if self._camera == "tiny" else Obstacles)(self._section_scene(key))
+            self._grounds[key] = self._physics(self._section_scene(key))
         return self._grounds[key]
+
+    def _world(self, key: Key | None) -> "World":
+        """Return the reference camera of a section, or of the room; it checks the collisions, too."""
+        if key not in self._worlds:
+            self._worlds[key] = world_of(room_scene() if key is None else self._section_scene(key))
+        return self._worlds[key]
 
     def _made(self, key: Key | None) -> Camera:
         """Make the camera of a section, or of the room."""
-        if self._camera == "raster":
-            return RasterCamera(room_scene() if key is None else self._section_scene(key))
-        if key is not None:
-            ground = self._obstacles(key)
-            assert isinstance(ground, World)
-            return ground
-        self._room = World(room_scene())
-        return self._room
+        if self._camera == WITH_PYBULLET:
+            return self._world(key)
+        return RasterCamera(room_scene() if key is None else self._section_scene(key))

@@ -1,6 +1,6 @@
 """Street furniture: mesh and collider of every kind of prop, in scale with the agent (a unit is about three metres).
 
-All kinds but banners share the texture of `palette`. Every collider is taller than `bullet.PROBE_HEIGHT`.
+All kinds but banners share the texture of `palette`. Every collider is taller than `footprints.PROBE_HEIGHT`.
 """
 
 import math

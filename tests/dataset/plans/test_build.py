@@ -2,6 +2,7 @@
 
 import hashlib
 from collections import Counter
+from contextlib import closing
 from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
@@ -14,10 +15,10 @@ from server.dataset.plans import build_section, read_plan
 from server.dataset.plans.landmarks import crossings, distances
 from server.dataset.plans.strips import surface
 from server.episodes.files import write_section
-from server.sim.bullet import World
 from server.sim.cameras import NOTHING, Viewpoint
 from server.sim.city import city_scene, label_of_prop
 from server.sim.geometry import AGENT_RADIUS
+from server.sim.physics import physics_of
 from server.sim.raster.camera import RasterCamera
 from server.sim.section import FACADES, Section
 from tests.dataset.plans.free import CELL, clearance, free_points
@@ -81,12 +82,12 @@ def test_views_from_the_streets_never_show_an_empty_horizon(section_id: str) -> 
 
 
 @each_section
-def test_free_points_are_free_in_pybullet(section_id: str) -> None:
+def test_free_points_are_free_in_the_physics(section_id: str) -> None:
     points = free_points(section_of(section_id), 1.0)
     assert 600 < len(points) < 1100
-    with World(city_scene(section_of(section_id))) as world:
+    with closing(physics_of(city_scene(section_of(section_id)))) as physics:
         for x, z in points[::7].tolist():
-            assert world.way_is_free((x, z), (x + 0.01, z)), (x, z)
+            assert physics.way_is_free((x, z), (x + 0.01, z)), (x, z)
 
 
 @each_section

@@ -9,14 +9,14 @@ import pytest
 
 from server.episodes.splits import Split
 from server.runs.play.worlds import Worlds
-from server.sim.bullet import Obstacles
-from server.sim.cameras import CAMERAS
 from server.sim.city import city_scene
 from server.sim.geometry import Pose
 from server.sim.own_furniture import NO_FURNITURE, Moved, OwnFurniture, furnished
+from server.sim.physics import physics_of
 from server.sim.rules import begin
 from server.sim.section import Prop
 from tests import tiny
+from tests.physics import EACH_CAMERA
 
 OTHER = replace(tiny.SECTION, heading=45.0)
 
@@ -72,7 +72,7 @@ def own_split(name: str = "own") -> Split:
 VIEWS = [Pose(0.0, 0.0, 0.0), Pose(0.0, 2.0, 30.0), Pose(-4.0, 4.0, 60.0), Pose(3.0, 9.0, 210.0)]
 
 
-@pytest.mark.parametrize("camera", CAMERAS)
+@pytest.mark.parametrize("camera", EACH_CAMERA)
 def test_an_episode_with_own_furniture_is_seen_as_a_section_of_its_own(camera: str) -> None:
     split = own_split()
     alone = {
@@ -99,7 +99,7 @@ def test_an_episode_with_own_furniture_is_seen_as_a_section_of_its_own(camera: s
                 assert np.array_equal(seen.segmentation, expected.segmentation)
 
 
-@pytest.mark.parametrize("camera", CAMERAS)
+@pytest.mark.parametrize("camera", EACH_CAMERA)
 def test_own_furniture_stands_in_the_way_of_its_episode_alone(camera: str) -> None:
     split = own_split()
     with closing(Worlds({"own": split}, camera)) as worlds:
@@ -119,7 +119,8 @@ def test_own_furniture_stands_in_the_way_of_its_episode_alone(camera: str) -> No
 
 def test_ground_of_own_furniture_is_that_of_a_section_with_it() -> None:
     split, random = own_split(), Random(1)
-    with closing(Worlds({"own": split})) as worlds, Obstacles(city_scene(furnished(FURNISHED, OWN))) as expected:
+    scene = city_scene(furnished(FURNISHED, OWN))
+    with closing(Worlds({"own": split})) as worlds, closing(physics_of(scene)) as expected:
         ground, free = worlds.ground("own", split.episodes["0"]), 0
         for _ in range(3000):
             x, z, angle = random.uniform(-5, 5), random.uniform(2, 11), random.uniform(0, 360)

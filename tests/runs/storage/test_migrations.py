@@ -82,7 +82,11 @@ def first_schema(engine: sa.Engine) -> None:
 
 def insert(connection: sa.Connection, table: str, **values: object) -> None:
     columns, marks = ", ".join(values), ", ".join(f":{name}" for name in values)
-    connection.execute(sa.text(f"INSERT INTO {table} ({columns}) VALUES ({marks})"), values)
+    statement = sa.text(f"INSERT INTO {table} ({columns}) VALUES ({marks})")
+    # As the tables write times: Python 3.12 warns of its own way with SQLite.
+    times = [name for name, value in values.items() if isinstance(value, datetime)]
+    bound = statement.bindparams(*(sa.bindparam(name, type_=sa.DateTime(timezone=True)) for name in times))
+    connection.execute(bound, values)
 
 
 @pytest.mark.usefixtures("first_schema")

@@ -9,10 +9,10 @@ import pytest
 
 from server.sim.assets.collectibles import height_of, mesh_of, texture_of
 from server.sim.assets.meshes import quad
-from server.sim.bullet import World
 from server.sim.cameras import Actor, Viewpoint
 from server.sim.catalogue import ALL_TYPES, COLOURS, EXTENT, KINDS, PATTERNS, ObjectType
 from server.sim.scene import Body, Scene
+from tests.physics import World
 
 APART = 10.0
 """Mean absolute difference (of 255, over the pixels and channels of both objects' common bounding box) that tells two

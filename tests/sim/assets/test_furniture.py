@@ -5,7 +5,7 @@ import pytest
 
 from server.sim.assets.furniture import COLOURS, SPOKEN_COLOURS, footprint_radius, piece_of
 from server.sim.assets.roadside import ZEBRA_LENGTH, ZEBRA_WIDTH
-from server.sim.bullet import PROBE_HEIGHT
+from server.sim.footprints import PROBE_HEIGHT
 from server.sim.geometry import EYE_HEIGHT
 from server.sim.section import ON_WALLS, PROP_KINDS
 

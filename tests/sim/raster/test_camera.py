@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from server.sim.assets.meshes import box, merge, moved, quad
-from server.sim.bullet import World
 from server.sim.cameras import Actor, Camera, Frame, Viewpoint, colourless, label_of, labels_of
 from server.sim.catalogue import ALL_TYPES, ObjectType
 from server.sim.city import city_scene
@@ -21,6 +20,7 @@ from server.sim.raster.camera import RasterCamera, compile_kernels, is_compiled
 from server.sim.room_scene import room_scene
 from server.sim.scene import Body, Scene
 from server.sim.section import FACADES, PROP_KINDS, Building, Prop, Section
+from tests.physics import World
 
 BALL, MUG = ObjectType("dotted", "red", "ball"), ObjectType("striped", "blue", "mug")
 

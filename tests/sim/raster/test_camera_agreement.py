@@ -6,10 +6,12 @@ import sys
 from pathlib import Path
 
 from tests import ROOT
+from tests.physics import needs_pybullet
 
 SCRIPT = "benchmarks.simulation.camera_agreement"
 
 
+@needs_pybullet
 def test_cameras_agree_in_sample_and_own_sections_and_the_room(tmp_path: Path) -> None:
     command = [sys.executable, "-m", SCRIPT, "--poses", "50", "--own", "3", "7", "--json", str(tmp_path / "rows.json")]
     done = subprocess.run([*command, "--pictures", str(tmp_path)], capture_output=True, text=True, check=True, cwd=ROOT)

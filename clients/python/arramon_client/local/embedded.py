@@ -68,7 +68,12 @@ def embedded_server(
 
 
 def check_installed(module: str) -> None:
-    """Raise EmbeddedServerError unless the server's package is installed."""
+    """Raise EmbeddedServerError unless the server's package is installed, on a system on which it runs."""
+    if os.name != "posix":
+        raise EmbeddedServerError(
+            "without --server the client starts an embedded server, which needs Linux or macOS: on Windows use WSL 2, "
+            "or name a server with --server HOST:PORT"
+        )
     # Checked in an interpreter with the server's module path: this one may find a folder of that name where it runs.
     check = "import importlib.util, sys; sys.exit(importlib.util.find_spec(sys.argv[1]) is None)"
     command = [sys.executable, "-P", "-c", check, module]

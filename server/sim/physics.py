@@ -1,0 +1,81 @@
+"""The choice of what checks collisions: pybullet where it is installed, plane geometry elsewhere. They never differ.
+
+pybullet publishes no builds for many machines: see "Two commands" in README.md. It draws the reference camera, too.
+"""
+
+from collections.abc import Container, Sequence
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Protocol
+
+from server.sim.cameras import CAMERAS
+from server.sim.footprints import Footprints, Place
+from server.sim.scene import Body, Scene
+
+if TYPE_CHECKING:
+    from server.sim.bullet import World
+
+WITH_PYBULLET = "tiny"
+"""The camera that needs pybullet."""
+
+INSTALL_PYBULLET = "pip install 'arramon-server[pybullet]' compiles it, with a C++ compiler"
+"""How to install pybullet where the server comes without it."""
+
+
+class Physics(Protocol):
+    """Collision checks in a scene some of whose bodies are absent, and that has further ones. Close it after use."""
+
+    def way_is_free(self, start: Place, end: Place, absent: Container[Body] = (), further: Sequence[Body] = ()) -> bool:
+        """Return whether the agent's disc can move straight from `start` to `end` without touching a solid body.
+
+        Args:
+            start: (X, Y) on the scene's ground plane, units.
+            end: the same.
+            absent: bodies of the scene that are not there.
+            further: bodies that are there besides those of the scene, each with a collider.
+        """
+        ...
+
+    def close(self) -> None:
+        """Free what it holds. A second call has no effect."""
+        ...
+
+
+def has_pybullet() -> bool:
+    """Return whether pybullet is installed."""
+    return find_spec("pybullet") is not None
+
+
+def physics_of(scene: Scene) -> Physics:
+    """Return the collision checks of a scene: by pybullet where it is installed, otherwise by plane geometry.
+
+    Raises:
+        ValueError: for a collider that is not solid at `footprints.PROBE_HEIGHT`; with pybullet also for two bodies
+            with the same name, or a mesh or texture that is not in the scene.
+    """
+    if not has_pybullet():
+        return Footprints(scene)
+    # Not at the top: where pybullet is not installed the module cannot be imported.
+    from server.sim.bullet import Obstacles
+
+    return Obstacles(scene)
+
+
+def world_of(scene: Scene) -> "World":
+    """Return the reference camera of a scene, which checks its collisions, too; it needs pybullet.
+
+    Raises:
+        ValueError: as `physics_of`.
+        ModuleNotFoundError: if pybullet is not installed.
+    """
+    from server.sim.bullet import World
+
+    return World(scene)
+
+
+def problem_of_camera(name: str) -> str:
+    """Return why a camera cannot be had on this machine: unknown, or pybullet is not installed; "" if it can."""
+    if name not in CAMERAS:
+        return f"expected one of {', '.join(CAMERAS)}"
+    if name == WITH_PYBULLET and not has_pybullet():
+        return f"which needs pybullet, and that is not installed: {INSTALL_PYBULLET}. Expected {CAMERAS[0]} without it"
+    return ""
