@@ -3,13 +3,12 @@
 import multiprocessing
 import os
 import signal
-import threading
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from multiprocessing.connection import wait
 
+from arramon_client.local.lifeline import end_with_parent
 from server.errors import ArraMonError, BadInput
 
 MAX_JOBS = 256
@@ -50,11 +49,4 @@ def process_pool(processes: int, work: str) -> Iterator[ProcessPoolExecutor]:
 def _end_with_parent() -> None:
     """End this process with its parent, however that ends; leave keyboard interrupts to it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-
-    def watch() -> None:
-        wait([parent.sentinel])
-        os._exit(1)
-
-    threading.Thread(target=watch, name="end-with-parent", daemon=True).start()
+    end_with_parent()

@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 import traceback
 from collections.abc import Callable, Mapping, Sequence
@@ -95,7 +94,7 @@ def _work(command: Sequence[str], environment: Mapping[str, str], stdin: int, st
         os.environ.update(environment)
         # Chosen by the environment when the module was imported:
         values.ValueClass = values.get_value_class()  # type: ignore[no-untyped-call]
-        threading.Thread(target=lifeline._stop_at_end_of_input, daemon=True).start()
+        lifeline.stop_with_parent()
         status = server.__main__.main(list(command[LAUNCHER:]))
         sys.stdout.flush()
     except BaseException:  # noqa: BLE001 - nothing of the parent may go on here

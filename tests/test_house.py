@@ -16,7 +16,7 @@ SHARED = {
     "server.errors", "server.private_files", "server.addresses", "server.parallel", "server.image_threads",
     "server.per_split",
 }  # fmt: skip
-"""Modules of the server that any of its packages may import; they import nothing but each other."""
+"""Modules of the server that any of its packages may import; they import nothing but each other, and the lifeline."""
 
 WORLD = {"server.sim", "server.sim.assets", "server.sim.raster"}
 

@@ -220,6 +220,40 @@ def vector(data: Path, split: Split, walk: Walk, size: int, processes: int) -> M
     return measure
 
 
+def first_ready(data: Path, split: Split, walk: Walk, size: int, processes: int) -> Measure:
+    """Return the measurement of batches of the first half of the episodes that is ready.
+
+    Each episode takes its own actions in order, but the faster ones take more: with the same number of steps in all, a
+    process that is faster plays further. An episode that is through with its actions repeats them.
+    """
+
+    def measure() -> Measured:
+        env: Any = gymnasium.make_vec(
+            "arramon/ArraMon-v0",
+            COUNT,
+            processes=processes,
+            batch_size=COUNT // 2,
+            data=data,
+            split=split.name,
+            image_size=size,
+        )
+        env.async_reset(options={"episode": walk.ids})
+        taken = np.zeros(COUNT, np.int64)
+
+        def play() -> None:
+            for _ in range(2 * len(walk.actions)):
+                *_, infos = env.recv()
+                numbers = infos["env_id"]
+                env.send(walk.actions[taken[numbers] % len(walk.actions), numbers], numbers)
+                taken[numbers] += 1
+
+        measured = timed(play, walk.size)
+        env.close()
+        return measured
+
+    return measure
+
+
 def two_agents(data: Path, split: Split, walk: Walk, size: int) -> Measure:
     """Return the measurement of PettingZoo's interface."""
 
@@ -260,11 +294,15 @@ def rows_of(data: Path, split: Split, walk: Walk, peers: str) -> list[Row]:
         Row("one episode, 224", single(data, split, walk, 224)),
         Row("16, one process, 224", vector(data, split, walk, 224, 1)),
         Row("16, two processes, 224", vector(data, split, walk, 224, 2)),
+        Row("first 8 of 16, one process, 224", first_ready(data, split, walk, 224, 1)),
+        Row("first 8 of 16, two processes, 224", first_ready(data, split, walk, 224, 2)),
         Row("two agents by turns, 224", two_agents(data, split, walk, 224)),
         Row("bare camera with rules, 64", bare(split, walk, 64)),
         Row("bare camera, two processes, 64", bare_in_processes(split, walk, 64, 2)),
         Row("16, one process, 64", vector(data, split, walk, 64, 1)),
         Row("16, two processes, 64", vector(data, split, walk, 64, 2)),
+        Row("first 8 of 16, one process, 64", first_ready(data, split, walk, 64, 1)),
+        Row("first 8 of 16, two processes, 64", first_ready(data, split, walk, 64, 2)),
         *(Row(title, peer(peers, name)) for name, title in PEERS.items()),
     ]
 
@@ -290,6 +328,14 @@ def table(rows: Sequence[Row]) -> str:
         f"two processes of one: {paired(two, one):.2f}, of the bare camera {paired(drawn_by_two, rows[0]):.2f}; "
         f"64x64 of 224: {paired(small, one):.2f}"
     )
+    lines += [
+        f"at {size}, two processes of 16 in one in lockstep: "
+        f"lockstep {paired(by_name[f'16, two processes, {size}'], by_name[f'16, one process, {size}']):.2f}, "
+        f"first 8 {paired(by_name[f'first 8 of 16, two processes, {size}'], by_name[f'16, one process, {size}']):.2f}; "
+        "the bare camera in two of one: "
+        f"{paired(by_name[f'bare camera, two processes, {size}'], by_name[f'bare camera with rules, {size}']):.2f}"
+        for size in (224, 64)
+    ]
     return "\n".join(lines)
 
 

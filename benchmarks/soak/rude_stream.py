@@ -19,7 +19,8 @@ import grpc
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
-from arramon_client.transport.access import Access, open_channel
+from arramon_client.transport.access import Access
+from arramon_client.transport.channel import open_channel
 from arramon_client.transport.connection import METADATA
 
 WAYS = ("cancelled", "deadline", "connection closed", "half-closed", "killed", "not read")

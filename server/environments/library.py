@@ -14,6 +14,10 @@ CACHED_SPLITS = 16
 """Splits that are kept for all threads together."""
 
 
+DRAWN = "drawn_rooms"
+"""Name of the split that holds the tasks in the room that are drawn as they are played."""
+
+
 @dataclass(frozen=True, eq=False)
 class Library:
     """A split, and the worlds in which it is played. For use from one thread."""

@@ -7,9 +7,8 @@ from pathlib import Path
 from arramon_client.environments.backend import Settings, SplitInfo
 from arramon_client.environments.backend import Texts as ClientTexts
 from arramon_client.errors import UsageError
-from server.environments.library import Library, open_library
+from server.environments.library import DRAWN, Library, open_library
 from server.environments.player import LocalPlayer
-from server.environments.rooms import DRAWN, draw_room, room_library, room_split
 from server.episodes.episode import Episode
 from server.episodes.splits import Split
 from server.episodes.texts import instructions_in
@@ -47,6 +46,9 @@ class LocalBackend:
             UsageError: if there is no such split, or it does not have the language or a sensor, or forbids the reward.
         """
         if settings.split == DRAWN:
+            # Imported here: what draws tasks knows languages, and imports the planners of whole episodes.
+            from server.environments.rooms import draw_room, room_library, room_split
+
             info = room_split(settings)
             library = room_library(self._camera)
             return LocalPlayer(library, info, settings, lambda id_, seed: draw_room(seed, settings.language, id_))

@@ -4,7 +4,7 @@ What `Delivery` and `PlayHandler` do for a stream, this does for a caller: no jo
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,9 +13,7 @@ from arramon.v1.chain import episode_head
 from arramon_client.agent import Label, Observation
 from arramon_client.environments.backend import NAVIGATION, Ending, Images, Scores, Settings, SplitInfo, Step
 from arramon_client.errors import UsageError
-from server.environments.experts import Expert, expert_of
 from server.environments.library import Library
-from server.environments.maps import phase_map
 from server.environments.rewards import NoReward, Reward, reward_of
 from server.episodes.episode import Episode
 from server.runs.play.session import Session
@@ -25,6 +23,9 @@ from server.sim.labels import LABELS
 from server.sim.own_furniture import furnished
 from server.sim.rules import Action, Limits, Phase, PhaseEnded, State
 from server.sim.view import visible_pose
+
+if TYPE_CHECKING:
+    from server.environments.experts import Expert
 
 IMAGES = ("rgb", "depth", "segmentation")
 """Sensors for which a frame is drawn."""
@@ -92,13 +93,16 @@ class LocalPlayer:
             raise UsageError(f"the split {self._info.name!r} is hidden: the state of its episodes is not shown")
         return self._played
 
-    def begin(self, episode_id: str | None, seed: int, into: Images | None = None) -> Observation:
+    def begin(
+        self, episode_id: str | None, seed: int, into: Images | None = None, *, draws: bool = True
+    ) -> Observation:
         """Begin an episode; the ground truth plays what the settings leave out before the agent's first phase.
 
         Args:
             episode_id: the episode; None for a drawn one.
             seed: of a drawn one.
             into: arrays to write the images to.
+            draws: whether the observation has its images; `draw` draws them later.
 
         Raises:
             UsageError: if there is no such episode.
@@ -112,10 +116,13 @@ class LocalPlayer:
         if self._settings.expert is not None:
             scene = self._worlds.scene(self._name, episode)
             ground = self._worlds.ground(self._name, episode)
+            # Imported here, as few learners ask an expert: a tenth of a second of imports.
+            from server.environments.experts import expert_of
+
             self._expert = expert_of(self._settings.expert, episode, scene, ground)
         self._skip(self._session, (self._settings.turn, self._settings.start))
         self._seen = self._session.state
-        return self.again(into)
+        return self.again(into) if draws else self.facts()
 
     def step(self, action: int) -> Step:
         """Apply an action from 0 to 3, and return what it led to, with an observation.
@@ -159,6 +166,14 @@ class LocalPlayer:
         images = self._drawn(self._played, into or {}) if self._images else {}
         return self._observation(self._played, self._seen, images)
 
+    def facts(self) -> Observation:
+        """Return the latest observation without its images.
+
+        Raises:
+            UsageError: if no episode has begun.
+        """
+        return self._observation(self._played, self._seen, {})
+
     def draw(self, into: Images) -> None:
         """Write the images of the latest observation to arrays.
 
@@ -181,6 +196,9 @@ class LocalPlayer:
 
     def map(self, size: int) -> npt.NDArray[np.uint8] | None:
         """Return a picture of the present phase from above, (size, size, 3); without targets on a hidden split."""
+        # Imported here, as learners draw no maps.
+        from server.environments.maps import phase_map
+
         session = self._played
         section = furnished(self._sections[session.episode.section], session.episode.furniture)
         return phase_map(session, section, size, shows_targets=not self._info.hidden)

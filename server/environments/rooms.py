@@ -8,14 +8,11 @@ from arramon_client.environments.backend import Settings, SplitInfo
 from arramon_client.environments.backend import Texts as ClientTexts
 from arramon_client.errors import UsageError
 from server.dataset.generation.room_tasks import PREFIX, ROOM_SECTION, draw_task
-from server.environments.library import Library, library_of
+from server.environments.library import DRAWN, Library, library_of
 from server.episodes.episode import Episode
 from server.episodes.splits import ROOMS, SENSORS, Split
 from server.episodes.texts import instructions_in
 from server.sim.rules import STEPS_PER_PHASE
-
-DRAWN = "drawn_rooms"
-"""Name of the split that holds the drawn tasks."""
 
 SURVEYED = 24
 """Tasks whose instructions give the length that no instruction may exceed."""

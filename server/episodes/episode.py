@@ -82,7 +82,7 @@ class Episode:
     @property
     def layout(self) -> Layout:
         """The part of the episode that the rules depend on."""
-        return Layout(self.start, tuple(turn.street for turn in self.turns), self.decoys)
+        return Layout(self.start, (self.turns[0].street, self.turns[1].street), self.decoys)
 
     def instruction(self, language: str, turn: int, phase: str) -> str:
         """Return the instruction of a phase ("navigation" or "assembly") of turn 1 or 2."""

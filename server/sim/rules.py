@@ -202,7 +202,7 @@ def step(state: State, action: Action, layout: Layout, ground: Ground, limits: L
     if state.finished:
         raise ValueError("the episode is finished; it takes no more steps")
     phase = state.phase
-    state = replace(state, step=state.step + 1, phase_step=state.phase_step + 1)
+    state = _changed(state, step=state.step + 1, phase_step=state.phase_step + 1)
     act = _act_in_city if phase is Phase.NAVIGATION else _act_in_room
     state, events = act(state, action, layout, ground)
     if state.phase is phase and not state.finished and state.phase_step >= limits.steps_per_phase:
@@ -255,27 +255,51 @@ def _turn(action: Action) -> float:
     return {Action.LEFT: -TURN, Action.RIGHT: TURN}.get(action, 0.0)
 
 
+def _changed(
+    state: State,
+    *,
+    pose: Pose | None = None,
+    step: int | None = None,
+    phase_step: int | None = None,
+    square: Square | None = None,
+    room_heading: float | None = None,
+) -> State:
+    """Return a state with some attributes changed, as `replace` does, which takes four times as long."""
+    return State(
+        state.pose if pose is None else pose,
+        state.room,
+        state.turn,
+        state.phase,
+        state.step if step is None else step,
+        state.phase_step if phase_step is None else phase_step,
+        state.square if square is None else square,
+        state.room_heading if room_heading is None else room_heading,
+        state.carried,
+        state.finished,
+    )
+
+
 def _act_in_city(state: State, action: Action, layout: Layout, ground: Ground) -> Outcome:
     if action is Action.INTERACT:
         index = reachable(state.pose, layout.streets[state.turn - 1])
         return (state, ()) if index is None else _pick_up(state, layout, index, forced=False)
     after = moved(state.pose, action)
     if action is not Action.FORWARD:
-        return replace(state, pose=after), ()
+        return _changed(state, pose=after), ()
     if not ground.way_is_free((state.pose.x, state.pose.z), (after.x, after.z)):
         return state, (Blocked(),)
-    return replace(state, pose=after), (Moved(),)
+    return _changed(state, pose=after), (Moved(),)
 
 
 def _act_in_room(state: State, action: Action, layout: Layout, ground: Ground) -> Outcome:  # noqa: ARG001 (as in the city)
     if action in (Action.LEFT, Action.RIGHT):
-        return replace(state, room_heading=wrap(state.room_heading + _turn(action))), ()
+        return _changed(state, room_heading=wrap(state.room_heading + _turn(action))), ()
     ahead = _square_ahead(state)
     if action is Action.INTERACT:
         return (state, ()) if ahead is None else _place(state, ahead, forced=False)
     if ahead is None:
         return state, (Blocked(),)
-    return replace(state, square=ahead), (Moved(),)
+    return _changed(state, square=ahead), (Moved(),)
 
 
 def _square_ahead(state: State) -> Square | None:

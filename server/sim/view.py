@@ -6,6 +6,7 @@ from functools import lru_cache
 from server.sim.assets.collectibles import height_of
 from server.sim.cameras import Actor, Viewpoint
 from server.sim.geometry import Pose
+from server.sim.remembered import Remembered
 from server.sim.room import CELL, OBJECT_SCALE
 from server.sim.rules import Collectible, Layout, Phase, PlacedObject, State
 
@@ -34,9 +35,11 @@ def view(state: State, layout: Layout) -> View:
         viewpoint = Viewpoint(state.square.column * CELL, state.square.row * CELL, state.room_heading)
         # An agent may stand on a cell with objects; these are left out, so that it does not see their insides.
         around = tuple(item for item in state.room if (item.placement.column, item.placement.row) != state.square)
+        if len(around) == len(state.room):
+            return View(indoors=True, viewpoint=viewpoint, actors=_actors_of_room(state.room))
         return View(indoors=True, viewpoint=viewpoint, actors=room_actors(around))
     viewpoint = Viewpoint(state.pose.x, state.pose.z, state.pose.heading)
-    return View(indoors=False, viewpoint=viewpoint, actors=street_actors(layout.streets[state.turn - 1]))
+    return View(indoors=False, viewpoint=viewpoint, actors=_actors_of_street(layout.streets[state.turn - 1]))
 
 
 def visible_pose(state: State) -> Pose:
@@ -68,3 +71,8 @@ def room_actors(room: tuple[PlacedObject, ...]) -> tuple[Actor, ...]:
         heights[cell] = base + OBJECT_SCALE * height_of(item.type.kind)
         actors.append(Actor(item.type, (cell[0] * CELL, cell[1] * CELL, base), scale=OBJECT_SCALE))
     return tuple(actors)
+
+
+_actors_of_street: Remembered[tuple[Collectible, ...], tuple[Actor, ...]] = Remembered(street_actors, CACHED_POSES)
+_actors_of_room: Remembered[tuple[PlacedObject, ...], tuple[Actor, ...]] = Remembered(room_actors, CACHED_POSES)
+"""By identity first: streets and rooms stay the same objects from step to step, and to hash them takes microseconds."""

@@ -8,7 +8,8 @@ import grpc
 
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon.v1.leaderboard_pb2_grpc import LeaderboardStub
-from arramon_client.transport.access import Access, open_channel
+from arramon_client.transport.access import Access
+from arramon_client.transport.channel import open_channel
 from server.runs.accounts.accounts import Accounts
 from server.runs.accounts.callers import Role
 from server.runs.storage.database import Database

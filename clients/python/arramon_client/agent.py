@@ -3,12 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from arramon.v1 import evaluation_pb2
+if TYPE_CHECKING:
+    from arramon.v1 import evaluation_pb2
 
 
 class Action(IntEnum):
@@ -53,7 +54,7 @@ class Episode:
     episode_id: str
     language: str
     split: str
-    oracle: evaluation_pb2.Oracle | None = None
+    oracle: "evaluation_pb2.Oracle | None" = None
     labels: tuple[Label, ...] = field(default=(), repr=False)
 
 

@@ -17,7 +17,10 @@ ArramonClientError
     └── AgentStoppedError the agent failed early or often, and its run was stopped; the run can be resumed
 """
 
-import grpc
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import grpc
 
 
 class ArramonClientError(Exception):
@@ -63,7 +66,7 @@ class RefusedError(ArramonClientError):
         code: the gRPC status.
     """
 
-    def __init__(self, message: str, code: grpc.StatusCode) -> None:
+    def __init__(self, message: str, code: "grpc.StatusCode") -> None:
         super().__init__(message)
         self.code = code
 

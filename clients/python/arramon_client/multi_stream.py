@@ -17,7 +17,8 @@ from arramon_client.errors import ServerUnreachableError
 from arramon_client.play import Outcome, Progress, Settings, play
 from arramon_client.plugin.failures import FailureCounter
 from arramon_client.recording.recorder import Recording
-from arramon_client.transport.access import host_of, is_local, open_channel
+from arramon_client.transport.access import host_of, is_local
+from arramon_client.transport.channel import open_channel
 from arramon_client.transport.connection import CHANNEL_OPTIONS, Server
 
 

@@ -19,6 +19,7 @@ from server.sim.raster.arrays import Bodies, FrameConstants, Integers, Scratch, 
 from server.sim.raster.cover import cover
 from server.sim.raster.paint import paint
 from server.sim.raster.scene import LEVELS, geometry, indices_of, textures
+from server.sim.remembered import Remembered
 from server.sim.room_scene import room_scene
 from server.sim.scene import Scene
 from server.sim.variations import CACHED
@@ -104,7 +105,9 @@ class RasterCamera:
             type_: (len(meshes) + KINDS.index(type_.kind), number, numbers[str(type_)])
             for number, type_ in enumerate(ALL_TYPES)
         }
-        self._posed = lru_cache(_CACHED_POSES)(self._pose)
+        self._posed: Remembered[tuple[Actor, ...], Bodies] = Remembered(
+            lru_cache(_CACHED_POSES)(self._pose), _CACHED_POSES
+        )
         self._threads = _Threads()
 
     @property

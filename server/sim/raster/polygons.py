@@ -50,7 +50,9 @@ def polygons(mesh: Mesh) -> list[Polygon]:
     """
     places = _one_number_for_a_place(mesh.vertices)
     points = mesh.vertices.astype(np.float64)
-    return [_polygon(part, points) for part in _joined(list(_parts(mesh, points, places)), points)]
+    # With a 1 behind each: the affine functions are products with these.
+    points_and_one = np.column_stack([points, np.ones(len(points))])
+    return [_polygon(part, points_and_one) for part in _joined(list(_parts(mesh, points, places)), points_and_one)]
 
 
 def _one_number_for_a_place(vertices: npt.NDArray[np.float32]) -> list[int]:
@@ -117,10 +119,10 @@ def _union(part: _Part, other: _Part, edge: tuple[int, int], points: Vector) -> 
     corners = part.corners[: at + 1] + between + part.corners[at + 1 :]
     if len(set(corners)) < len(corners):
         return []
-    places = points[corners]
+    here = points[corners]
+    places = np.ascontiguousarray(here[:, :3])
     if np.abs(places @ part.normal - part.distance).max() > _FLAT:
         return []
-    here = np.column_stack([places, np.ones(len(places))])
     apart = np.abs(here @ (part.functions - other.functions).T).max(axis=0)
     if apart[:2].max() > _SAME_UV or apart[2:].max() > _SAME_NORMAL:
         return []
@@ -139,10 +141,10 @@ def _is_convex(places: Vector, normal: Vector) -> bool:
 def _polygon(part: _Part, points: Vector) -> Polygon:
     functions = part.functions.copy()
     functions[1] *= -1.0  # rows run downwards
-    places = np.column_stack([points[part.corners], np.ones(len(part.corners))])
+    places = points[part.corners]
     functions[:2, 3] -= np.floor((places @ functions[:2].T).min(axis=0) + 1e-6)
     normals = places @ functions[2:].T
-    smooth = bool(np.ptp(normals, axis=0).max() > 1e-4)
+    smooth = bool((normals.max(axis=0) - normals.min(axis=0)).max() > 1e-4)
     if not smooth:
         functions[2:, :3], functions[2:, 3] = 0.0, normals[0]
     spread = float(np.linalg.norm(cross(functions[0, :3], functions[1, :3])))

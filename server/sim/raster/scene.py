@@ -18,8 +18,6 @@ from server.sim.scene import Mesh
 LEVELS = 10
 """Maximum number of mipmap levels of a texture."""
 
-_PACKING = np.array([1, 1 << 8, 1 << 16], np.int32)
-
 CLUSTER = 24
 """Maximum number of polygons in a cluster of a large mesh; clusters are culled as a whole."""
 
@@ -74,7 +72,7 @@ def textures(images: Sequence[npt.NDArray[np.uint8]]) -> Textures:
         chain = _mipmaps(image)
         for i, level in enumerate(chain):
             top = rows - (rows >> i)
-            sheet[top : top + level.shape[0], : level.shape[1]] = level.astype(np.int32) @ _PACKING
+            sheet[top : top + level.shape[0], : level.shape[1]] = _packed(level)
         sheets.append(sheet.reshape(-1))
         places.append((used, width, height, rows, len(chain)))
         used += sheet.size
@@ -86,13 +84,21 @@ def indices_of(names: Iterable[str]) -> dict[str, int]:
     return {name: number for number, name in enumerate(names)}
 
 
+def _packed(image: npt.NDArray[np.uint8]) -> Integers:
+    """Return an image, (height, width, 3), as (height, width) int32: red in the lowest byte."""
+    wide = image.astype(np.int32)
+    return wide[..., 0] | wide[..., 1] << 8 | wide[..., 2] << 16
+
+
 def _mipmaps(image: npt.NDArray[np.uint8]) -> list[npt.NDArray[np.uint8]]:
     """Return the image, then levels of half the size each, down to one pixel; odd edges are repeated."""
     chain = [image]
     exact = image.astype(np.float64)
     while max(exact.shape[:2]) > 1 and len(chain) < LEVELS:
         height, width = exact.shape[:2]
-        even = np.pad(exact, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
+        even = exact
+        if height % 2 or width % 2:
+            even = np.pad(exact, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
         exact = (even[0::2, 0::2] + even[1::2, 0::2] + even[0::2, 1::2] + even[1::2, 1::2]) / 4
         chain.append(np.rint(exact).astype(np.uint8))
     return chain

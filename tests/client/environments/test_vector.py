@@ -104,8 +104,8 @@ def test_episodes_in_one_place_are_played_one_after_another(data: Path, monkeypa
         places.clear()
         env.step(np.array(chosen))
         orders.append(list(places))
-    # The second action of the first and the last one begins their next phase, which is drawn at once.
-    assert orders == [["1", "1", "1"], ["1"], ["", "", "1"]]
+    # The second action of the first and the last one begins their next phase, in the room.
+    assert orders == [["1", "1", "1"], ["", "", "1"], ["", "", "1"]]
     env.close()
 
 
@@ -214,13 +214,23 @@ def test_a_process_that_dies_is_an_error(data: Path) -> None:
     env.close()
 
 
-def test_pictures(data: Path) -> None:
-    env = made(data, 2, render_mode="rgb_array")
-    env.reset(seed=0)
+def test_pictures(data: Path, processes: int) -> None:
+    """Of all episodes, whichever process plays them."""
+    env = made(data, processes, "Disabled", render_mode="rgb_array", lang="hi")
+    assert env.metadata["render_modes"] == ["rgb_array"]
+    with pytest.raises(gymnasium.error.ResetNeeded, match="no episode has begun"):
+        env.render()
+    env.reset(options={"episode": ["1", "2", "4"]})
+    env.step(np.array([0, 1, 2]))
     pictures = env.render()
-    assert pictures is not None
-    assert [picture.shape for picture in pictures] == [(456, 672, 3)]
+    assert isinstance(pictures, tuple)
+    for number, (episode, picture) in enumerate(zip(("1", "2", "4"), pictures, strict=True)):
+        single: Any = gymnasium.make(ID, render_mode="rgb_array", lang="hi", **options(data))
+        single.reset(options={"episode": episode})
+        single.step(number)
+        assert (picture == single.render()).all()
     env.close()
+    assert made(data, processes).render() is None
 
 
 def test_the_room_alone() -> None:

@@ -9,7 +9,8 @@ from arramon_client.arguments import SENSORS
 from arramon_client.conformance.outcomes import expect, expect_equal, expect_refusal, need
 from arramon_client.conformance.suite import check
 from arramon_client.conformance.target import Target
-from arramon_client.transport.access import Access, host_of, open_channel
+from arramon_client.transport.access import Access, host_of
+from arramon_client.transport.channel import open_channel
 from arramon_client.transport.connection import CHANNEL_OPTIONS, METADATA
 
 PRIVILEGED = ("segmentation", "pose", "oracle")

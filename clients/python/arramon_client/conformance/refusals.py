@@ -14,7 +14,8 @@ from arramon_client.conformance.information import PRIVILEGED
 from arramon_client.conformance.outcomes import expect_refusal, need
 from arramon_client.conformance.suite import check
 from arramon_client.conformance.target import AGENT, Target
-from arramon_client.transport.access import Access, is_local, open_channel
+from arramon_client.transport.access import Access, is_local
+from arramon_client.transport.channel import open_channel
 from arramon_client.transport.connection import CHANNEL_OPTIONS, METADATA
 
 BAD, UNKNOWN = grpc.StatusCode.INVALID_ARGUMENT, grpc.StatusCode.NOT_FOUND

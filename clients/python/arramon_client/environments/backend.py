@@ -144,13 +144,16 @@ class Player(Protocol):
     def place(self) -> str:
         """Name of the place where the agent is; of players in one place, one after another is drawn fastest."""
 
-    def begin(self, episode_id: str | None, seed: int, into: Images | None = None) -> Observation:
+    def begin(
+        self, episode_id: str | None, seed: int, into: Images | None = None, *, draws: bool = True
+    ) -> Observation:
         """Begin an episode, giving up the present one if it has not ended.
 
         Args:
             episode_id: the episode; None for the next of the run on a host, and for a drawn task.
             seed: of a drawn task.
             into: arrays to write the images to, of the shapes and types of `Observation`; new ones by default.
+            draws: whether the observation has its images; `draw` draws them later.
 
         Raises:
             UsageError: if there is no such episode.
@@ -168,6 +171,9 @@ class Player(Protocol):
         Args:
             into: as for `begin`.
         """
+
+    def facts(self) -> Observation:
+        """Return the latest observation without its images."""
 
     def draw(self, into: Images) -> None:
         """Write the images of the latest observation to arrays, of the shapes and types of `Observation`."""

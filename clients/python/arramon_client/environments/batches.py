@@ -6,6 +6,7 @@ it lies in large pages where the system has them: writing a frame then takes 7% 
 
 import ctypes
 import weakref
+from dataclasses import dataclass
 from multiprocessing.context import BaseContext
 from typing import Any
 
@@ -15,7 +16,7 @@ from gymnasium import spaces
 from gymnasium.vector.utils import batch_space
 
 Arrays = dict[str, npt.NDArray[Any]]
-"""A batch: by name an array of (episodes, ...). Texts are not part of it."""
+"""Observations of a batch: by name an array of (episodes, ...). Texts are not part of it."""
 
 BLOCKS = 4
 """Batches that may be in use at once without being copied: what is written, and what a learner still holds."""
@@ -25,6 +26,27 @@ ALIGNMENT = 64
 
 LARGE_PAGE = 1 << 21
 """Bytes of a large page."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Batch:
+    """What a step leads to, in one block of memory.
+
+    Attributes:
+        observation: by name an array of (episodes, ...).
+        rewards: (episodes,) float64.
+        terminated, truncated: (episodes,) bool.
+    """
+
+    observation: Arrays
+    rewards: npt.NDArray[np.float64]
+    terminated: npt.NDArray[np.bool_]
+    truncated: npt.NDArray[np.bool_]
+
+    def copy(self) -> "Batch":
+        """Return a copy in memory of its own."""
+        values = {name: array.copy() for name, array in self.observation.items()}
+        return Batch(values, self.rewards.copy(), self.terminated.copy(), self.truncated.copy())
 
 
 class Layout:
@@ -43,14 +65,18 @@ class Layout:
         self.size = 0
         for name, part in batch_space(space, count).items():  # type: ignore[attr-defined]  # of a Dict, a Dict
             if isinstance(part, spaces.Box | spaces.MultiDiscrete):
-                shape, kind = part.shape, np.dtype(part.dtype)
-                self._fields[name] = (shape, kind, self.size)
-                nbytes = int(np.prod(shape)) * kind.itemsize
-                self.size += -(-nbytes // ALIGNMENT) * ALIGNMENT
+                self._fields[name] = self._placed(part.shape, np.dtype(part.dtype))
+        self._outcome = [self._placed((count,), np.dtype(kind)) for kind in (np.float64, np.bool_, np.bool_)]
 
-    def over(self, block: Any) -> Arrays:
+    def _placed(self, shape: tuple[int, ...], kind: np.dtype[Any]) -> tuple[tuple[int, ...], np.dtype[Any], int]:
+        start = self.size
+        self.size += -(-int(np.prod(shape)) * kind.itemsize // ALIGNMENT) * ALIGNMENT
+        return shape, kind, start
+
+    def over(self, block: Any) -> Batch:
         """Return arrays over a block of memory, which lives as long as one of them does."""
-        return {name: np.ndarray(shape, kind, block, offset) for name, (shape, kind, offset) in self._fields.items()}
+        values = {name: np.ndarray(shape, kind, block, offset) for name, (shape, kind, offset) in self._fields.items()}
+        return Batch(values, *(np.ndarray(shape, kind, block, offset) for shape, kind, offset in self._outcome))
 
 
 class Leases:
@@ -59,29 +85,45 @@ class Leases:
     Args:
         layout: of a batch.
         context: of the processes that share the blocks; None for memory of this process.
+        count: number of blocks.
+
+    Attributes:
+        blocks: all of them.
     """
 
-    def __init__(self, layout: Layout, context: BaseContext | None) -> None:
+    def __init__(self, layout: Layout, context: BaseContext | None, count: int) -> None:
         self._layout = layout
-        count = range(BLOCKS + 1)
         if context is None:
-            self.blocks: list[Any] = [_own_memory(layout.size) for _ in count]
+            self.blocks: list[Any] = [_own_memory(layout.size) for _ in range(count)]
         else:
-            self.blocks = [context.RawArray(ctypes.c_ubyte, layout.size) for _ in count]
-        self._free = list(range(BLOCKS))
+            self.blocks = [context.RawArray(ctypes.c_ubyte, layout.size) for _ in range(count)]
+        self._free = list(range(count))
+        self._leased: dict[int, weakref.ref[Any]] = {}
 
-    def take(self) -> tuple[int, Arrays | None]:
-        """Return the number of a block, and arrays over it that may be handed to a learner.
+    @property
+    def free(self) -> int:
+        """Number of blocks that may be taken."""
+        return len(self._free)
 
-        If a learner holds all of them, it is the last block, which is never handed out, and None.
+    def take(self) -> int:
+        """Return the number of a block, which is free no more.
+
+        Raises:
+            IndexError: if none is free.
         """
-        if not self._free:
-            return BLOCKS, None
-        number = self._free.pop()
+        return self._free.pop()
+
+    def give_back(self, number: int) -> None:
+        """Make a block free that was taken and not handed out."""
+        self._free.append(number)
+
+    def handed_out(self, number: int) -> Batch:
+        """Return arrays over a block that was taken, for a learner: it is free again when none of them is left."""
         # An object of its own, so that the end of all arrays over it is noticed: they hold it, not the block.
         lease = (ctypes.c_ubyte * self._layout.size).from_buffer(self.blocks[number])
-        weakref.finalize(lease, self._free.append, number)
-        return number, self._layout.over(lease)
+        free = self._free
+        self._leased[number] = weakref.ref(lease, lambda _: free.append(number))
+        return self._layout.over(lease)
 
 
 def _own_memory(size: int) -> npt.NDArray[np.uint8]:

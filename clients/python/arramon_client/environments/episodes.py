@@ -8,7 +8,7 @@ import numpy as np
 
 from arramon_client.agent import Action, Observation
 from arramon_client.environments.arguments import is_whole, one_of
-from arramon_client.environments.backend import Images, Player, Step
+from arramon_client.environments.backend import Player, Step
 from arramon_client.environments.errors import BadArgument
 from arramon_client.environments.players import Opened
 from arramon_client.errors import UsageError
@@ -29,6 +29,7 @@ class Episodes:
         opened: what is played with.
         player: plays the present episode, or the next one.
         is_over: whether there is no episode that takes actions.
+        closed: whether no episode can begin any more.
         begun: language, id (None for a drawn one or the run's next) and seed of the present episode; None before the
             first.
         actions: of the present episode, in order.
@@ -39,13 +40,24 @@ class Episodes:
         self.opened = opened
         self.player: Player = opened.player
         self.is_over = True
+        self.closed = False
         self.begun: tuple[str, str | None, int] | None = None
         self.actions: list[int] = []
         self.advised: list[int] = []
         self._settings, self._tokenizer = opened.settings, opened.tokenizer.name
 
+    @property
+    def task(self) -> str:
+        """What the agent does now: "navigation" or "assembly"; empty before the first episode."""
+        return self.player.facts().phase if self.begun else ""
+
+    @property
+    def task_description(self) -> str:
+        """The present instruction; empty before the first episode."""
+        return self.player.facts().instruction if self.begun else ""
+
     def begin(
-        self, random: np.random.Generator, options: Mapping[str, Any] | None, into: Images | None = None
+        self, random: np.random.Generator, options: Mapping[str, Any] | None, *, draws: bool = True
     ) -> tuple[Observation, dict[str, Any]]:
         """Begin an episode, and return its first observation and its info.
 
@@ -53,14 +65,14 @@ class Episodes:
             random: draws the episode, and where there are several its language.
             options: `{"episode": ID}` names the episode instead, `{"lang": LANGUAGE}` one of the languages. Other keys
                 are ignored, as Gymnasium's own are passed on.
-            into: arrays to write the images to.
+            draws: whether the observation has its images.
 
         Raises:
             BadArgument: if there is no such episode.
         """
         language, named, seed = self._draw(random, options or {})
         try:
-            seen = self.open(language, named, seed, into)
+            seen = self.open(language, named, seed, draws=draws)
         except UsageError as error:
             raise BadArgument(str(error)) from error
         info = {
@@ -71,14 +83,15 @@ class Episodes:
         }
         return seen, self._advised(info)
 
-    def open(self, language: str, named: str | None, seed: int, into: Images | None = None) -> Observation:
+    def open(self, language: str, named: str | None, seed: int, *, draws: bool = True) -> Observation:
         """Begin the episode of a language, an id and a seed, as in `begun`, and return its first observation.
 
         Raises:
             UsageError: if there is no such episode.
         """
+        self._check_open("reset")
         self.player = self.opened.players[language]
-        seen = self.player.begin(named, seed, into)
+        seen = self.player.begin(named, seed, draws=draws)
         self.is_over, self.begun, self.actions, self.advised = False, (language, named, seed), [], []
         return seen
 
@@ -111,6 +124,7 @@ class Episodes:
         """Apply an action, and return what it led to, with an observation, and its info.
 
         Raises:
+            gymnasium.error.ClosedEnvironmentError: if the environment was closed.
             gymnasium.error.ResetNeeded: if the episode has ended, or none has begun.
             gymnasium.error.InvalidAction: if the action is none of the four.
         """
@@ -124,6 +138,7 @@ class Episodes:
         """Apply an action from 0 to 3, and return what it led to, without an observation, and its info.
 
         Raises:
+            gymnasium.error.ClosedEnvironmentError: if the environment was closed.
             gymnasium.error.ResetNeeded: if the episode has ended, or none has begun.
         """
         self._check_begun()
@@ -133,11 +148,18 @@ class Episodes:
 
     def close(self) -> None:
         """Close all players."""
-        self.is_over = True
+        self.is_over = self.closed = True
         for player in self.opened.players.values():
             player.close()
 
+    def _check_open(self, method: str) -> None:
+        if self.closed:
+            raise gymnasium.error.ClosedEnvironmentError(
+                f"{method}() was called after close(); make another environment"
+            )
+
     def _check_begun(self) -> None:
+        self._check_open("step")
         if self.is_over:
             raise gymnasium.error.ResetNeeded("the episode has ended; call reset() before step()")
 

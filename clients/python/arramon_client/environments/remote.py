@@ -121,13 +121,21 @@ class RemotePlayer:
         """Empty: a host does not tell."""
         return ""
 
-    def begin(self, episode_id: str | None, seed: int, into: Images | None = None) -> Observation:  # noqa: ARG002
+    def begin(
+        self,
+        episode_id: str | None,
+        seed: int,  # noqa: ARG002 - part of the contract
+        into: Images | None = None,
+        *,
+        draws: bool = True,
+    ) -> Observation:
         """Begin the next episode of the run, or a named one; the present one is forfeited if it has not ended.
 
         Args:
             episode_id: the episode; None for the next.
             seed: not used: nothing is drawn.
             into: arrays to write the images to.
+            draws: whether the observation has its images.
 
         Raises:
             ArramonClientError: if the host refuses, or is away for too long.
@@ -145,7 +153,7 @@ class RemotePlayer:
         item = self._checked(item)
         self._episode_id, self._actions, self._in_episode = item.episode_id, [], True
         self._labels, self._seen = self._relay.labels, item
-        return _into(item, into)
+        return _into(item, into) if draws else self.facts()
 
     def step(self, action: int) -> Step:
         """Send an action, wait for what follows, and return it with its observation.
@@ -182,6 +190,10 @@ class RemotePlayer:
         if self._seen is None:
             raise UsageError("no episode has begun")
         return _into(self._seen, into)
+
+    def facts(self) -> Observation:
+        """Return the latest observation without its images."""
+        return replace(self.again(), rgb=None, depth=None, segmentation=None)
 
     def draw(self, into: Images) -> None:
         """Write the images of the latest observation to arrays."""

@@ -11,6 +11,7 @@ from gymnasium import spaces
 from arramon_client.agent import Label
 from arramon_client.environments.arguments import check_names, seed_of
 from arramon_client.environments.backend import ASSEMBLY, Player
+from arramon_client.environments.conversion import let_texts_pass
 from arramon_client.environments.episodes import Episodes
 from arramon_client.environments.errors import BadArgument
 from arramon_client.environments.labels import FactoredLabels, factored
@@ -105,6 +106,16 @@ class ArraMonEnv(PlainSpec, gymnasium.Env[Dict, np.int64]):
         """The same as arrays: kind, colour and look of each label, as numbers."""
         return factored(self.labels)
 
+    @property
+    def task(self) -> str:
+        """What the agent does now: "navigation" or "assembly"; empty before the first episode."""
+        return self._episodes.task
+
+    @property
+    def task_description(self) -> str:
+        """The present instruction; empty before the first episode."""
+        return self._episodes.task_description
+
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Dict, dict[str, Any]]:
         """Begin an episode.
 
@@ -116,6 +127,7 @@ class ArraMonEnv(PlainSpec, gymnasium.Env[Dict, np.int64]):
             BadArgument: if there is no such episode.
         """
         super().reset(seed=seed_of(seed))
+        let_texts_pass()
         seen, info = self._episodes.begin(self.np_random, options)
         self._last_action = NO_ACTION
         self._show()

@@ -1,27 +1,56 @@
 """Processes that play shares of a vector environment and write their rows into shared memory."""
 
 import multiprocessing
+import pickle
+import signal
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.context import BaseContext
 from typing import Any
 
 import gymnasium
-from gymnasium.vector import AutoresetMode
 
 from arramon_client.environments.batches import Layout
 from arramon_client.environments.errors import BadArgument
-from arramon_client.environments.group import Group
+from arramon_client.environments.group import Call, Group, Rules
 from arramon_client.environments.options import Options
+from arramon_client.environments.rows import Rows
+from arramon_client.environments.waiting import Waiter
 from arramon_client.errors import ArramonClientError
+from arramon_client.local.lifeline import end_with_parent
 
 JOIN_SECONDS = 10.0
 """Time for which a process is waited for that was told to end."""
 
+SYNC = "sync"
+"""A call whose answer is itself."""
+
 
 class WorkerDied(gymnasium.error.Error):
     """A process that plays a share of the episodes ended unexpectedly; its own error is on standard error."""
+
+
+@dataclass(frozen=True)
+class Share:
+    """What a process plays.
+
+    Attributes:
+        options: of all episodes.
+        numbers: of those of the process.
+        rules: of all episodes.
+        layout: of a batch.
+        blocks: shared memory, for one batch each.
+        rows: of batches of the first that are ready; None if there are none.
+    """
+
+    options: Options
+    numbers: range
+    rules: Rules
+    layout: Layout
+    blocks: Sequence[Any]
+    rows: Rows | None
 
 
 class Worker:
@@ -29,28 +58,14 @@ class Worker:
 
     Args:
         context: starts the process.
-        options: of all episodes.
-        numbers: of the share.
-        autoreset: what happens at the end of an episode.
-        layout: of a batch.
-        blocks: shared memory, for one batch each.
+        share: what it plays.
     """
 
-    def __init__(
-        self,
-        context: BaseContext,
-        options: Options,
-        numbers: range,
-        autoreset: AutoresetMode,
-        layout: Layout,
-        blocks: Sequence[Any],
-    ) -> None:
+    def __init__(self, context: BaseContext, share: Share) -> None:
         self._pipe, other = context.Pipe()
+        self._waiter = Waiter([self._pipe.fileno()])
         self._process = context.Process(  # type: ignore[attr-defined]  # every context has it
-            target=_play,
-            args=(other, options, numbers, autoreset, layout, blocks),
-            name="arramon-episodes",
-            daemon=True,
+            target=_play, args=(other, share), name="arramon-episodes", daemon=True
         )
         self._process.start()
         other.close()
@@ -60,83 +75,129 @@ class Worker:
         """Id of the process."""
         return int(self._process.pid)
 
-    def write(self, method: str, block: int, *arguments: object) -> None:
-        """Call a method of the group, `begin` or `step`, with the arrays over a block as its first argument.
+    @property
+    def sentinel(self) -> int:
+        """A file that can be read once the process has ended."""
+        return int(self._process.sentinel)
+
+    def ask(self, method: str, *arguments: object, **named: object) -> None:
+        """Call a method of the group, whose answer `answer` returns; `begin` and `step` with the number of a block.
+
+        Raises:
+            WorkerDied: if the process has ended.
+            BadArgument: if an argument cannot be sent to a process.
+        """
+        try:
+            self._pipe.send_bytes(pickle.dumps((method, arguments, named)))
+        except OSError as error:
+            raise self.death() from error
+        except (pickle.PicklingError, AttributeError, TypeError) as error:
+            raise BadArgument(f"{arguments!r} cannot be sent to a process: {error}") from error
+
+    def play(self, calls: Sequence[tuple[int, Call]]) -> None:
+        """Let the process play calls, each with the number of its episode; it fills rows, and answers nothing.
 
         Raises:
             WorkerDied: if the process has ended.
         """
-        self._send((method, block, arguments))
-
-    def ask(self, method: str, *arguments: object) -> None:
-        """Call any other method of the group.
-
-        Raises:
-            WorkerDied: if the process has ended.
-        """
-        self._send((method, None, arguments))
+        self.ask("play", calls)
 
     def answer(self) -> Any:
-        """Wait for the answer to the latest call.
+        """Wait for the answer to the latest call, or for what is told of a row.
 
         Raises:
             WorkerDied: if the process has ended.
             gymnasium.error.Error, ArramonClientError: as the method raised it there.
+            Exception: as a method of `Member` raised it, for `call` and `set_attr`.
         """
-        try:
-            answer = self._pipe.recv()
-        except (EOFError, OSError) as error:
-            raise self._death() from error
+        answer = self._received()
         if isinstance(answer, Exception):
             raise answer
         return answer
 
+    def forget(self) -> None:
+        """Wait until the process has nothing more to do, and forget all that it has answered.
+
+        Raises:
+            WorkerDied: if the process has ended.
+        """
+        self.ask(SYNC)
+        while self._received() != SYNC:
+            pass
+
     def close(self) -> None:
         """End the process."""
         with suppress(OSError):  # It has ended before.
-            self._pipe.send(None)
+            self._pipe.send_bytes(pickle.dumps(None))
         self._process.join(JOIN_SECONDS)
         if self._process.is_alive():
             self._process.kill()
             self._process.join()
         self._pipe.close()
 
-    def _send(self, call: tuple[str, int | None, tuple[object, ...]]) -> None:
-        try:
-            self._pipe.send(call)
-        except OSError as error:
-            raise self._death() from error
-
-    def _death(self) -> WorkerDied:
+    def death(self) -> WorkerDied:
+        """Return the error that says that the process has ended."""
         self._process.join(JOIN_SECONDS)
         return WorkerDied(
             f"a process that plays episodes ended with status {self._process.exitcode}; close the environment"
         )
 
+    def _received(self) -> Any:
+        self._waiter.wait()
+        try:
+            return self._pipe.recv()
+        except (EOFError, OSError) as error:
+            raise self.death() from error
 
-def _play(
-    pipe: "Connection[Any, Any]",
-    options: Options,
-    numbers: range,
-    autoreset: AutoresetMode,
-    layout: Layout,
-    blocks: Sequence[Any],
-) -> None:
-    """Answer calls until told to end, or until the other process has ended."""
-    batches = [layout.over(block) for block in blocks]
-    group = Group(options, numbers, autoreset)
+
+def _play(pipe: "Connection[Any, Any]", share: Share) -> None:
+    """Answer calls until told to end; end at once with the other process."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # An interrupt from the keyboard is the other process's to handle.
+    end_with_parent()
+    batches = [share.layout.over(block) for block in share.blocks]
+    group = Group(share.options, share.numbers, share.rules)
+    waiter = Waiter([pipe.fileno()])
     try:
-        while (asked := pipe.recv()) is not None:
-            method, block, arguments = asked
-            try:
-                written = () if block is None else (batches[block],)
-                pipe.send(getattr(group, method)(*written, *arguments))
-            except (gymnasium.error.Error, ArramonClientError) as error:
-                pipe.send(error)
-    except (EOFError, KeyboardInterrupt):
+        while True:
+            waiter.wait()
+            asked = pickle.loads(pipe.recv_bytes())  # noqa: S301 - from the process that started this one
+            if asked is None:
+                return
+            method, arguments, named = asked
+            if method == SYNC:
+                pipe.send(SYNC)
+                continue
+            if method == "play":
+                assert share.rows is not None
+                share.rows.fill(group, arguments[0], pipe)
+                continue
+            if method in ("begin", "step"):
+                arguments = (batches[arguments[0]], *arguments[1:])
+            pipe.send(_answer(group, method, arguments, named))
+    except EOFError:
         pass
     finally:
         group.close()
+
+
+def _answer(group: Group, method: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
+    """Return what a method of the group returns, or the error that it raises, to be raised in the other process."""
+    try:
+        answer = getattr(group, method)(*arguments, **named)
+    except (gymnasium.error.Error, ArramonClientError) as error:
+        return error
+    except Exception as error:
+        if method in ("call", "set_attr"):  # A program's own attributes may raise anything.
+            return error
+        raise
+    if method == "call":
+        try:
+            pickle.dumps(answer)
+        except (pickle.PicklingError, AttributeError, TypeError) as error:
+            return BadArgument(
+                f"{arguments[0]!r} cannot be passed between processes ({error}); with processes=1 it can be had"
+            )
+    return answer
 
 
 def context_of(name: str | None) -> BaseContext:

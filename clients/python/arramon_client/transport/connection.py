@@ -19,7 +19,8 @@ from arramon_client.errors import (
     VersionMismatchError,
 )
 from arramon_client.printable import one_line
-from arramon_client.transport.access import VARIABLE, Access, open_channel
+from arramon_client.transport.access import VARIABLE, Access
+from arramon_client.transport.channel import open_channel
 from arramon_client.transport.incoming import check_message, details_of
 
 Answer = TypeVar("Answer")

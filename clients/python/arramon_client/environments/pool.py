@@ -1,0 +1,159 @@
+"""The processes of a vector environment as one: this one, which plays a share itself, and the workers."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import pairwise
+from multiprocessing.context import BaseContext
+from typing import Any
+
+from arramon_client.environments.batches import BLOCKS, Batch, Layout, Leases
+from arramon_client.environments.group import Beginning, Group, News, Rules
+from arramon_client.environments.options import Options
+from arramon_client.environments.players import open_backend
+from arramon_client.environments.ready import ReadyBatches
+from arramon_client.environments.worker import Share, Worker
+
+
+class Pool:
+    """The episodes of a vector environment, in one process or several.
+
+    Args:
+        options: of all episodes.
+        rules: of all episodes.
+        episodes: their number.
+        processes: in which they are played, this one included.
+        context: starts the others.
+        rows: of batches of the first that are ready; None if there are none.
+
+    Attributes:
+        group: the episodes of this process.
+        texts: the present instruction of each episode.
+        ready: batches of the first episodes that are ready; None if there are none.
+    """
+
+    def __init__(
+        self, options: Options, rules: Rules, episodes: int, processes: int, context: BaseContext, rows: int | None
+    ) -> None:
+        self._shares = _shares(episodes, processes)
+        if processes > 1:
+            open_backend(options).prepare()
+        self.group = Group(options, self._shares[0], rules)
+        self.texts = [""] * episodes
+        space = self.group.opened.observation_space()
+        shared = context if processes > 1 else None
+        layout = Layout(space, episodes)
+        self._leases = Leases(layout, shared, BLOCKS + 1)
+        self._spare = self._leases.take()
+        self._batches = [layout.over(block) for block in self._leases.blocks]
+        self.ready = None if rows is None else ReadyBatches(space, episodes, rows, shared, self.texts)
+        filled = None if self.ready is None else self.ready.rows
+        self.workers = [
+            Worker(context, Share(options, numbers, rules, layout, self._leases.blocks, filled))
+            for numbers in self._shares[1:]
+        ]
+        if self.ready is not None:
+            self.ready.start(self.group, self._shares, self.workers)
+        self._is_waited_for = False
+        """Whether workers may have answers that were not read, as the wait for them was interrupted."""
+
+    def begin(self, calls: Sequence[Beginning | None]) -> tuple[Batch, News]:
+        """Begin the episodes whose call is not None, and return all.
+
+        Raises:
+            BadArgument, ResetNeeded: as for `Group.begin`.
+        """
+        if self.ready is not None and all(call is not None for call in calls):
+            self.ready.drop()
+        return self._all("begin", calls)
+
+    def step(self, actions: Sequence[int]) -> tuple[Batch, News]:
+        """Apply an action to each episode, and return all.
+
+        Raises:
+            gymnasium.error.ResetNeeded: if an episode has terminated and is not begun anew by itself.
+        """
+        return self._all("step", actions)
+
+    def each(self, method: str, *arguments: object, **named: object) -> list[Any]:
+        """Return what a method of `Group` returns for each episode."""
+        if self.ready is not None:
+            self.ready.settle()
+        self._forget()
+        self._is_waited_for = True
+        for worker in self.workers:
+            worker.ask(method, *arguments, **named)
+        own = partial(getattr(self.group, method), *arguments, **named)
+        return [value for values in self._answers(own) for value in values]
+
+    def set_attr(self, name: str, values: Sequence[Any]) -> None:
+        """Set an attribute of each episode.
+
+        Raises:
+            AttributeError: if it cannot be set.
+        """
+        if self.ready is not None:
+            self.ready.settle()
+        self._forget()
+        self._is_waited_for = True
+        for worker, share in zip(self.workers, self._shares[1:], strict=True):
+            worker.ask("set_attr", name, values[share.start : share.stop])
+        self._answers(partial(self.group.set_attr, name, values[: self._shares[0].stop]))
+
+    def close(self) -> None:
+        """End the processes, and close all players."""
+        for worker in self.workers:
+            worker.close()
+        self.workers = []
+        if self.ready is not None:
+            self.ready.close()
+        self.group.close()
+
+    def _all(self, method: str, calls: Sequence[Any]) -> tuple[Batch, News]:
+        """Call a method of all groups, each with its calls; return the batch and what is new."""
+        self._forget()
+        # The spare block is for a learner that holds all others: it is copied, and never handed out.
+        number = self._leases.take() if self._leases.free else self._spare
+        self._is_waited_for = True
+        for worker, share in zip(self.workers, self._shares[1:], strict=True):
+            worker.ask(method, number, calls[share.start : share.stop])
+        try:
+            own = partial(getattr(self.group, method), self._batches[number], calls[: self._shares[0].stop])
+            answers = self._answers(own)
+        except BaseException:
+            if number != self._spare:
+                self._leases.give_back(number)
+            raise
+        batch = self._batches[self._spare].copy() if number == self._spare else self._leases.handed_out(number)
+        news = News()
+        for each in answers:
+            if each is not None:
+                news.add(each)
+        for episode, text in news.texts.items():
+            self.texts[episode] = text
+        return batch, news
+
+    def _answers(self, own: Callable[[], Any]) -> list[Any]:
+        """Return what this process and the workers answer; all have to, before an error is raised."""
+        answers: list[Any] = []
+        errors: list[Exception] = []
+        for answer in (own, *(worker.answer for worker in self.workers)):
+            try:
+                answers.append(answer())
+            except Exception as error:  # noqa: BLE001 - it is raised below
+                errors.append(error)
+        self._is_waited_for = False
+        if errors:
+            raise errors[0]
+        return answers
+
+    def _forget(self) -> None:
+        if self._is_waited_for:
+            for worker in self.workers:
+                worker.forget()
+            self._is_waited_for = False
+
+
+def _shares(count: int, processes: int) -> list[range]:
+    """Return which episodes each process plays, as equally as can be."""
+    ends = [count * number // processes for number in range(processes + 1)]
+    return [range(start, end) for start, end in pairwise(ends)]

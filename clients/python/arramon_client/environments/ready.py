@@ -1,0 +1,250 @@
+"""Batches of the first episodes that are ready, as EnvPool has them: nobody waits for the slowest.
+
+This process and the workers fill the rows of open blocks in whatever order they come to them. The oldest block that is
+full is the next batch.
+"""
+
+import os
+from collections import deque
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from multiprocessing.connection import Pipe
+from multiprocessing.context import BaseContext
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium import spaces
+
+from arramon_client.environments.batches import BLOCKS, Batch, Layout, Leases
+from arramon_client.environments.group import Call, Group, News
+from arramon_client.environments.rows import ERROR, NEWS, REPORT, SLOT, Rows, reports
+from arramon_client.environments.waiting import Waiter
+from arramon_client.environments.worker import Worker
+
+MOST_ROWS = 8192
+"""Rows that may be free at once: what a pipe holds everywhere, a row of 4 bytes."""
+
+READ_BYTES = 1024 * REPORT.size
+
+LEAST_SHARE = 0.5
+"""Of the episodes that this process plays, the share of a batch that it plays at least, so that none is left behind
+however fast other processes are."""
+
+
+@dataclass
+class _Block:
+    """A block that is being filled.
+
+    Attributes:
+        number: of the block.
+        left: rows that are not filled.
+        episodes: their numbers, by row.
+        texts: instructions, by row.
+        infos: by row.
+    """
+
+    number: int
+    left: int
+    episodes: list[int]
+    texts: list[str]
+    infos: dict[int, dict[str, Any]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Ready:
+    """A batch of episodes that are ready.
+
+    Attributes:
+        batch: what their latest calls led to, by row.
+        episodes: their numbers, (rows,) int64.
+        texts: instructions, by row.
+        infos: those that are not empty, by row.
+    """
+
+    batch: Batch
+    episodes: npt.NDArray[np.int64]
+    texts: tuple[str, ...]
+    infos: dict[int, dict[str, Any]]
+
+
+class ReadyBatches:
+    """Plays calls in several processes, and returns batches of the first episodes that are ready.
+
+    Args:
+        space: of a single observation.
+        episodes: number of all.
+        rows: of a batch.
+        context: of the processes; None if there is but this one.
+        texts: the present instruction of each episode, which is kept up to date.
+
+    Attributes:
+        rows: what each process needs.
+        pending: numbers of the episodes whose latest call has not been received.
+    """
+
+    def __init__(
+        self, space: spaces.Dict, episodes: int, rows: int, context: BaseContext | None, texts: list[str]
+    ) -> None:
+        self._count, self._most_open = rows, -(-episodes // rows)
+        layout = Layout(space, rows)
+        self._leases = Leases(layout, context, self._most_open + BLOCKS)
+        pipes = (Pipe(duplex=False), Pipe(duplex=False)) if context is None else (
+            context.Pipe(duplex=False), context.Pipe(duplex=False)
+        )  # fmt: skip
+        (free, self._free), (self._filled, filled) = pipes
+        self.rows = Rows(layout, self._leases.blocks, rows, free, filled)
+        self.pending: set[int] = set()
+        self._episodes = episodes
+        self._texts = texts
+        self._open: deque[_Block] = deque()
+        self._by_number: dict[int, _Block] = {}
+        self._asked = self._given = 0
+        self._calls: list[tuple[int, Call]] = []
+        self._to_draw: deque[int] = deque()
+        self._owed = 0.0
+
+    def start(self, group: Group, shares: Sequence[range], workers: Sequence[Worker]) -> None:
+        """Begin to play.
+
+        Args:
+            group: of this process.
+            shares: numbers of the episodes of each process, this one first.
+            workers: the other processes.
+        """
+        self._group, self._own, self._workers = group, shares[0], list(workers)
+        self._player = {number: worker for worker, share in zip(workers, shares[1:], strict=True) for number in share}
+        self._sentinels = {worker.sentinel: worker for worker in workers}
+        self._waiter = Waiter([self._filled.fileno(), *self._sentinels])
+
+    def send(self, calls: Iterable[tuple[int, Call]]) -> None:
+        """Play calls, each with the number of an episode that is not pending.
+
+        Raises:
+            WorkerDied: if a process has ended.
+        """
+        shares: dict[Worker, list[tuple[int, Call]]] = {}
+        for number, call in calls:
+            self.pending.add(number)
+            self._asked += 1
+            if number in self._own:
+                self._calls.append((number, call))
+            else:
+                shares.setdefault(self._player[number], []).append((number, call))
+        while self._given < self._asked:
+            self._open_block()
+        for worker, share in shares.items():
+            worker.play(share)
+
+    def recv(self) -> Ready:
+        """Wait for a batch of episodes that are ready.
+
+        At least as many episodes must be pending as a batch has rows.
+
+        Raises:
+            WorkerDied: if a process has ended.
+            gymnasium.error.Error, ArramonClientError: if a call failed; all others have to begin anew then.
+        """
+        self._owed = min(self._owed + LEAST_SHARE * self._count * len(self._own) / self._episodes, self._count)
+        while self._owed >= 1.0 and self._play_one():
+            pass
+        while self._open[0].left:
+            self._go_on()
+        return self._hand_out()
+
+    def settle(self) -> None:
+        """Wait until all pending episodes are ready, though not received.
+
+        Raises:
+            WorkerDied, gymnasium.error.Error, ArramonClientError: as for `recv`.
+        """
+        while sum(self._count - block.left for block in self._open) < len(self.pending):
+            self._go_on()
+
+    def drop(self) -> None:
+        """Wait until no process plays, and forget all that is pending.
+
+        Raises:
+            WorkerDied: if a process has ended.
+        """
+        for worker in self._workers:
+            worker.forget()
+        for pipe, size in ((self._filled, READ_BYTES), (self.rows.free, MOST_ROWS * SLOT.size)):
+            while Waiter([pipe.fileno()]).ready():
+                os.read(pipe.fileno(), size)
+        for block in self._open:
+            self._leases.give_back(block.number)
+        self._open.clear()
+        self._by_number.clear()
+        self._calls.clear()
+        self._to_draw.clear()
+        self._asked = self._given = 0
+        self.pending.clear()
+
+    def close(self) -> None:
+        """Close the pipes."""
+        for pipe in (self._free, self._filled, self.rows.free, self.rows.filled):
+            pipe.close()
+
+    def _open_block(self) -> None:
+        number = self._leases.take()
+        block = _Block(number, self._count, [0] * self._count, [""] * self._count)
+        self._open.append(block)
+        self._by_number[number] = block
+        self._given += self._count
+        first = number * self._count
+        os.write(self._free.fileno(), b"".join(map(SLOT.pack, range(first, first + self._count))))
+
+    def _go_on(self) -> None:
+        """Take note of rows that are filled, or fill one, or wait."""
+        files = self._waiter.ready()
+        if files:
+            self._note_reports(files)
+        elif not self._play_one():
+            self._note_reports(self._waiter.wait())
+
+    def _play_one(self) -> bool:
+        """Fill a row from this process; return whether there was anything to play."""
+        if not self._to_draw:
+            if not self._calls:
+                return False
+            calls, self._calls = self._calls, []
+            self._to_draw.extend(self._group.apply(calls))
+        number = self._to_draw.popleft()
+        slot, news = self.rows.draw(self._group, number)
+        self._owed = max(self._owed - 1.0, -self._count)
+        self._note(number, slot, news)
+        return True
+
+    def _note_reports(self, files: Sequence[int]) -> None:
+        if self._filled.fileno() in files:
+            for number, slot, follows in reports(os.read(self._filled.fileno(), READ_BYTES)):
+                news = self._player[number].answer() if follows in (NEWS, ERROR) else None
+                self._note(number, slot, news)
+            return
+        for file in files:
+            raise self._sentinels[file].death()
+
+    def _note(self, number: int, slot: int, news: News | None) -> None:
+        block, row = self._by_number[slot // self._count], slot % self._count
+        if news is not None:
+            self._texts[number] = news.texts.get(number, self._texts[number])
+            if number in news.infos:
+                block.infos[row] = news.infos[number]
+        block.episodes[row], block.texts[row] = number, self._texts[number]
+        block.left -= 1
+
+    def _hand_out(self) -> Ready:
+        block = self._open.popleft()
+        del self._by_number[block.number]
+        self._asked -= self._count
+        self._given -= self._count
+        # What is still to be opened must find blocks, even if the learner keeps all that it has.
+        if self._leases.free >= self._most_open - len(self._open):
+            batch = self._leases.handed_out(block.number)
+        else:
+            batch = self.rows.layout.over(self.rows.blocks[block.number]).copy()
+            self._leases.give_back(block.number)
+        episodes = np.array(block.episodes, np.int64)
+        self.pending.difference_update(block.episodes)
+        return Ready(batch, episodes, tuple(block.texts), block.infos)
