@@ -10,6 +10,7 @@ import pytest
 
 from tests import ROOT, tiny
 from tests.client.fake import Servicer, World, serving
+from tests.physics import ANY_CAMERA
 
 SHADOW = "raise RuntimeError('a module of the working directory was imported')\n"
 
@@ -36,7 +37,7 @@ SCRIPT = [str(Path(sysconfig.get_path("scripts")) / "arramon-client")]
 
 def client(program: list[str], folder: Path, *arguments: str) -> "subprocess.CompletedProcess[str]":
     command = [*program, "--lang", "en", "--output", "results", "--quiet", *arguments]
-    environment = {**os.environ, "ARRAMON_CAMERA": "tiny", "ARRAMON_STEPS": "20"}
+    environment = {**os.environ, "ARRAMON_CAMERA": ANY_CAMERA, "ARRAMON_STEPS": "20"}
     environment.pop("PYTHONPATH", None)
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=240)
 

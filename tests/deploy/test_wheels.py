@@ -15,6 +15,7 @@ from urllib.request import urlopen
 import pytest
 
 from tests import ROOT
+from tests.physics import ANY_CAMERA
 from tests.programs import free_port
 from tests.virtual_environments import Environment
 
@@ -134,7 +135,7 @@ def test_server_wheel_plays_embedded_and_serves_pages(host: Environment, sample:
     play = (
         "arramon-client --agent agents.follower --lang hi --split sample --episodes 1 --image-size 128 --output results"
     )
-    played = host.run(play, tmp_path, ARRAMON_CAMERA="tiny", ARRAMON_STEPS="20")
+    played = host.run(play, tmp_path, ARRAMON_CAMERA=ANY_CAMERA, ARRAMON_STEPS="20")
     assert played.returncode == 0, played.stderr
     assert finished(tmp_path / "results") == 1
     with serving(host, tmp_path) as (_, pages), urlopen(f"http://{pages}/hi/") as page:
@@ -170,7 +171,7 @@ def test_server_wheel_includes_street_plans_and_languages(host: Environment, tmp
 def serving(host: Environment, folder: Path) -> Iterator[tuple[str, str]]:
     """A server on the folder's `arramon-data`: its address, and that of its pages."""
     pages = f"127.0.0.1:{free_port()}"
-    command = host.command(f"arramon-server serve --listen 127.0.0.1:0 --camera tiny --steps 20 --web {pages}")
+    command = host.command(f"arramon-server serve --listen 127.0.0.1:0 --camera {ANY_CAMERA} --steps 20 --web {pages}")
     with subprocess.Popen(command, cwd=folder, env=host.variables(), stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         try:
