@@ -8,7 +8,7 @@ from sqlalchemy.engine import Connection
 
 from server import __version__
 from server.episodes.splits import Split
-from server.errors import BadInput, NotFound, quoted
+from server.errors import BadInput, Forbidden, NotFound, quoted
 from server.runs.accounts.accounts import ANONYMOUS_NAME, Accounts, check_name, is_visible
 from server.runs.accounts.callers import Caller, Role
 from server.runs.accounts.quotas import Quotas
@@ -192,9 +192,15 @@ class Runs:
 
         Raises:
             NotFound: if there is no such run that the caller may see.
+            Forbidden: if it is not the caller's own run: a host sees the runs of others, but does not play them.
             Conflict: if the data of the split has changed since the run was created.
         """
         run = self.visible(caller, run_id)
+        if not caller.owns(run):
+            raise Forbidden(
+                f"run {run_id!r} belongs to {run.account or 'a caller without a token'}, and only its participant can "
+                "play it; a host can cancel it"
+            )
         split_of(run, self.splits)
         return run
 
