@@ -6,9 +6,10 @@ import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from typing import NoReturn
 
 from server import __version__
-from server.configuration.setting import mask_secrets
+from server.configuration.secrets import mask_secrets
 from server.configuration.sources import add_common_flags, load_configuration
 from server.errors import ArraMonError
 from server.process import logs
@@ -75,7 +76,7 @@ def load(argv: Sequence[str]) -> None:
 
 def parser(command: str = "") -> argparse.ArgumentParser:
     """Return the parser of a command, or of all commands if there is none of that name."""
-    parser = argparse.ArgumentParser(prog="arramon-server", description="The ArraMon evaluation server.")
+    parser = _Parser(prog="arramon-server", description="The ArraMon evaluation server.")
     parser.add_argument("--version", action="version", version=f"arramon-server {__version__}")
     common = argparse.ArgumentParser(add_help=False)
     add_common_flags(common)
@@ -83,6 +84,13 @@ def parser(command: str = "") -> argparse.ArgumentParser:
     for family in _families(command):
         import_module(f"server.commands.{family}").add(commands, common)
     return parser
+
+
+class _Parser(argparse.ArgumentParser):
+    """Parser whose errors mask the secrets in what was typed; those of the commands are of the same class."""
+
+    def error(self, message: str) -> NoReturn:
+        super().error(mask_secrets(message))
 
 
 def _families(command: str) -> Sequence[str]:

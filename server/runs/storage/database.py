@@ -248,6 +248,11 @@ def _parsed(url: str) -> URL:
     if kind == "sqlite":
         return parsed
     if kind in ("postgresql", "postgres"):
+        if "@" in f"{parsed.host or ''}{parsed.database or ''}":  # the rest of a password would pass for the host
+            raise BadInput(
+                "the journal's URL has more than one @: write one that belongs to the user or the password as %40; "
+                f"{expected}"
+            )
         return parsed.set(drivername="postgresql+psycopg")
     raise BadInput(f"the journal's database {kind!r} is not supported; {expected}")
 
