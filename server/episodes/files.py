@@ -27,6 +27,9 @@ PLAIN, FURNISHED = 1, 2
 """Versions of the format: without and with episodes' own furniture."""
 
 
+_LONGEST_HEADER = 1 << 20
+"""Maximum bytes of a header that is read alone."""
+
 _T = TypeVar("_T")
 
 
@@ -99,6 +102,20 @@ def read_episodes(path: Path) -> tuple[Header, list[Episode]]:
             raise BadFile(path, f"episode {episode.episode_id!r} occurs twice", line=number, field="episode_id")
         episodes[episode.episode_id] = episode
     return header, list(episodes.values())
+
+
+def read_header(path: Path) -> Header:
+    """Read the header of an episode file alone, which is quick.
+
+    Raises:
+        BadFile: if it cannot be read or is wrong.
+    """
+    try:
+        with path.open("rb") as file:
+            line = file.readline(_LONGEST_HEADER)
+    except OSError as error:
+        raise BadFile(path, f"cannot be read: {error.strerror}") from error
+    return _check_header(path, parse(_HEADER, line, path, line=1))
 
 
 def write_section(path: Path, section: Section) -> None:

@@ -14,6 +14,9 @@ _OWN = frozenset(vars(logging.makeLogRecord({}))) | {"message", "asctime", "task
 _GRPC = logging.getLogger("grpc._cython.cygrpc")
 """Logger of gRPC's asynchronous server."""
 
+_ALEMBIC = logging.getLogger("alembic")
+"""Logger of the migrations."""
+
 
 def configure(level: str, form: str) -> None:
     """Log events of `level` and above to standard error, in the form "text" or "json"."""
@@ -21,6 +24,7 @@ def configure(level: str, form: str) -> None:
     handler.setFormatter(JsonFormatter() if form == "json" else TextFormatter())
     logging.basicConfig(level=level.upper(), handlers=[handler], force=True)
     _GRPC.addFilter(_is_relevant)
+    _ALEMBIC.setLevel(logging.DEBUG if level == "debug" else logging.WARNING)  # its lines say nothing to a host
 
 
 def _is_relevant(record: logging.LogRecord) -> bool:

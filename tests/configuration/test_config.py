@@ -45,7 +45,7 @@ EVERYTHING: dict[str, tuple[str, Any]] = {
     "anonymous": ("true", True),
     "runs_per_day": ("4", PerSplit(4)),
     "runs_in_all": ("40,test_unseen=3", PerSplit(40, (("test_unseen", 3),))),
-    "runs_at_once": ("a=0,b=2", PerSplit(0, (("a", 0), ("b", 2)))),
+    "runs_at_once": ("a=0,b=2", PerSplit(None, (("a", 0), ("b", 2)))),
     "streams_at_once": ("8", PerSplit(8)),
     "tls_certificate": ("c.pem", Path("c.pem")),
     "tls_key": ("k.pem", Path("k.pem")),
@@ -168,7 +168,7 @@ def test_values_of_the_wrong_type_in_the_file_are_refused(tmp_path: Path, value:
     assert refusal(file=file).startswith(f"steps (steps in {file}) is ")
 
 
-THREE_ON_THE_HIDDEN_ONE = PerSplit(0, (("test_unseen", 3),))
+THREE_ON_THE_HIDDEN_ONE = PerSplit(None, (("test_unseen", 3),))
 
 
 @pytest.mark.parametrize(
@@ -178,7 +178,9 @@ THREE_ON_THE_HIDDEN_ONE = PerSplit(0, (("test_unseen", 3),))
         ("{test_unseen = 3}", THREE_ON_THE_HIDDEN_ONE),
         ("{default = 5, test_unseen = 3}", PerSplit(5, (("test_unseen", 3),))),
         ('"5,test_unseen=3"', PerSplit(5, (("test_unseen", 3),))),
-        ('{"a split" = 1}', PerSplit(0, (("a split", 1),))),
+        ('{"a split" = 1}', PerSplit(None, (("a split", 1),))),
+        ("0", PerSplit(0)),
+        ("{default = 0, a = 1}", PerSplit(0, (("a", 1),))),
     ],
 )
 def test_per_split_limits_are_read_from_and_written_to_a_file(tmp_path: Path, toml: str, expected: PerSplit) -> None:
@@ -348,7 +350,7 @@ def test_no_command_prints_the_database_password(
     tiny.write(tmp_path / "data")
     monkeypatch.chdir(tmp_path)
     (tmp_path / "file").write_bytes(b"")
-    assert cli.main([*command, "--data", "data", "--journal", url, "--log", "debug"]) == 1
+    assert cli.main([*command, "--data", "data", "--journal", url]) == 1
     said = capsys.readouterr()
     assert said.err.startswith("arramon-server: ")
     assert "hunter2" not in said.out + said.err

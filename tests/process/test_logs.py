@@ -180,3 +180,10 @@ def test_unreachable_database_error_contains_no_password(tmp_path: Path) -> None
     assert "hunter2" not in done.stdout + done.stderr
     assert "Traceback" not in done.stderr
     assert "\narramon-server: the journal cannot be used: " in "\n" + done.stderr
+
+
+def test_info_log_of_a_command_has_no_lines_of_the_migrations(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    command = [sys.executable, "-m", "server", "token", "list", "--data", str(tmp_path), "--log", "info"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=240, check=True)
+    assert done.stderr == ""
