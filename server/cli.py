@@ -25,6 +25,8 @@ FAMILIES = {
     "token": ("token",),
     "quota": ("quota",),
     "runs": ("runs",),
+    "prune": ("prune",),
+    "account": ("account",),
     "receipts": ("key", "rescore"),
     "transfer": ("export", "import"),
     "backup": ("backup",),

@@ -10,6 +10,7 @@ from server import __version__
 from server.episodes.splits import Split
 from server.errors import BadInput, Forbidden, NotFound, quoted
 from server.runs.accounts.accounts import ANONYMOUS_NAME, Accounts, check_name, is_visible
+from server.runs.accounts.administration import check_may_act
 from server.runs.accounts.callers import Caller, Role
 from server.runs.accounts.quotas import Quotas
 from server.runs.agent_arguments import normalize_arguments
@@ -144,6 +145,7 @@ class Runs:
         return run
 
     def _admit(self, connection: Connection, caller: Caller, split: Split) -> None:
+        check_may_act(connection, caller.account)
         check_open(connection, split.name, split.data_hash)
         self.quotas.admit_run(connection, caller, split.name)
 

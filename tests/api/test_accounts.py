@@ -39,7 +39,7 @@ def closed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """A server on which nobody plays without a token."""
     data = tmp_path_factory.mktemp("data")
     tiny.write(data)
-    server = Server(data, "127.0.0.1:0", "--steps", "8", "--no-anonymous")
+    server = Server(data, "127.0.0.1:0", "--steps", "8", "--no-anonymous", "--runs-at-once", "0")
     yield server
     assert server.stop() == 0
 

@@ -143,6 +143,8 @@ class Accounts:
         if not rows or not hmac.compare_digest(rows[0].hash, _hash(secret)):
             raise Unauthenticated("authentication failed: unknown token; ask the host for another one")
         found = _token(rows[0])
+        if rows[0].banned_at is not None:
+            raise Unauthenticated(f"authentication failed: {banned(found.participant, rows[0].ban_reason)}")
         if found.revoked_at is not None:
             raise Unauthenticated(f"authentication failed: token {token_id} was revoked; ask the host for another one")
         if found.expires_at is not None and found.expires_at <= datetime.now(UTC):
@@ -153,20 +155,20 @@ class Accounts:
         return Caller(found.role, found.participant)
 
     def is_taken(self, name: str) -> bool:
-        """Return whether a name is that of a participant, or can be confused with one."""
-        return _find_alike(self._database.read(sa.select(tables.participants)), name) is not None
+        """Return whether a name is or was that of a participant, or can be confused with one."""
+        names = (tables.participants.c.participant, tables.earlier_names.c.name)
+        return any(find_alike([row[0] for row in self._database.read(sa.select(each))], name) for each in names)
 
     def _enrol(self, connection: Connection, participant: str, role: Role, now: datetime) -> None:
-        known = _find_alike(connection.execute(sa.select(tables.participants)).all(), participant)
-        if known is None:
+        known = {row.participant: row for row in connection.execute(sa.select(tables.participants))}
+        if participant not in known:
+            check_free(connection, participant)
             row = {"participant": participant, "role": role.value, "created_at": now}
             connection.execute(tables.participants.insert(), [row])
-        elif known.participant != participant:
-            raise Conflict(
-                f"the name {participant!r} can be confused with that of the participant {known.participant!r}"
-            )
-        elif known.role != role.value:
-            raise Conflict(f"{participant!r} has the role {known.role}; a {role.value} needs another name")
+        elif known[participant].role != role.value:
+            raise Conflict(f"{participant!r} has the role {known[participant].role}; a {role.value} needs another name")
+        elif known[participant].banned_at is not None:
+            raise Conflict(f"{participant!r} is banned; `arramon-server account unban` ends that")
 
 
 def check_name(name: str) -> None:
@@ -195,16 +197,44 @@ def _normalized(name: str) -> str:
     return unicodedata.normalize("NFKC", name.translate(dict.fromkeys(map(ord, _JOINERS + _STYLES)))).casefold()
 
 
-def _find_alike(participants: Sequence[Row[Any]], name: str) -> Row[Any] | None:
+def find_alike(names: Sequence[str], name: str) -> str | None:
+    """Return the one of some names that is equal to a name, or can be confused with it; None if there is none."""
     wanted = _normalized(name)
-    return next((row for row in participants if _normalized(row.participant) == wanted), None)
+    return next((each for each in names if _normalized(each) == wanted), None)
+
+
+def check_free(connection: Connection, name: str, *, but: str | None = None) -> None:
+    """Check that a name can be given to a participant.
+
+    Args:
+        connection: in the transaction that gives the name.
+        name: the name.
+        but: participant whose own names, present and earlier, do not count.
+
+    Raises:
+        Conflict: if the name can be confused with another participant's, or with the earlier name of another.
+    """
+    participants, earlier = tables.participants.c, tables.earlier_names.c
+    present = [row[0] for row in connection.execute(sa.select(participants.participant)) if row[0] != but]
+    if (alike := find_alike(present, name)) is not None:
+        raise Conflict(f"the name {name!r} can be confused with that of the participant {alike!r}")
+    once = dict(connection.execute(sa.select(earlier.name, earlier.participant)).tuples().all())
+    if (alike := find_alike([each for each, who in once.items() if who != but], name)) is not None:
+        raise Conflict(f"the name {name!r} can be confused with {alike!r}, an earlier name of {once[alike]!r}")
+
+
+def banned(participant: str, reason: str) -> str:
+    """Return a clause that says that a participant is banned, and why, as far as the host gave a reason."""
+    return f"the account {participant!r} is banned" + (f": {reason}" if reason else "") + "; ask the host"
 
 
 def _hash(secret: str) -> str:
     return sha256(secret.encode()).hexdigest()
 
 
-_TOKENS = sa.select(tables.tokens, tables.participants.c.role).join_from(tables.tokens, tables.participants)
+_TOKENS = sa.select(
+    tables.tokens, *(tables.participants.c[name] for name in ("role", "banned_at", "ban_reason"))
+).join_from(tables.tokens, tables.participants)
 
 
 def _token(row: Row[Any]) -> Token:

@@ -13,6 +13,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 
 from server.episodes.splits import Split
 from server.errors import Conflict
+from server.runs.accounts.administration import earlier_names
 from server.runs.play.session import Session
 from server.runs.play.worlds import Worlds
 from server.runs.results.receipts import ATTEMPTS, EPOCH, MASKED_VERSION, Receipt, document, stored_receipt
@@ -110,6 +111,8 @@ class Rescorer:
         except (InvalidSignature, ValueError):
             yield "receipt: its signature is wrong"
         written = json.loads(receipt.payload)
+        if (name := written["run"]["participant"]) in earlier_names(self._database, run.account):
+            run = replace(run, participant=name)  # it was signed before the account was renamed
         masked = written.get("version") == MASKED_VERSION
         report = make_report(run, self._journal.progress(run.run_id), played, split, exact=not masked)
         made = document(self._journal.actions, report, played, hidden=split.hidden, masked=masked)

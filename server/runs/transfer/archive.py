@@ -25,9 +25,11 @@ FORMAT, VERSION = "arramon-export", 1
 
 EXPORTED_TABLES = (
     tables.participants,
+    tables.earlier_names,
     tables.tokens,
     tables.quotas,
     tables.runs,
+    tables.pruned_runs,
     tables.episodes,
     tables.images,
     tables.steps,
