@@ -218,7 +218,7 @@ def check_free(connection: Connection, name: str, *, but: str | None = None) -> 
     present = [row[0] for row in connection.execute(sa.select(participants.participant)) if row[0] != but]
     if (alike := find_alike(present, name)) is not None:
         raise Conflict(f"the name {name!r} can be confused with that of the participant {alike!r}")
-    once = dict(connection.execute(sa.select(earlier.name, earlier.participant)).tuples().all())
+    once = {row.name: row.participant for row in connection.execute(sa.select(earlier.name, earlier.participant))}
     if (alike := find_alike([each for each, who in once.items() if who != but], name)) is not None:
         raise Conflict(f"the name {name!r} can be confused with {alike!r}, an earlier name of {once[alike]!r}")
 

@@ -61,6 +61,9 @@ def fill(database: Database, split: Split, key: SigningKey) -> str:
         connection.execute(tables.entries.insert(), [entry])
         epoch = {"split": "tiny_e1", "statement": b"{}", "opened_at": NOW, "closed_at": NOW, "secret": "0" * 64}
         connection.execute(tables.epochs.insert(), [epoch])
+        connection.execute(tables.earlier_names.insert(), [{"name": "Lav", "participant": "lab", "until": NOW}])
+        pruned = {"run_id": "gone", "account": "lab", "participant": "lab", "split": "tiny", "language": "hi"}
+        connection.execute(tables.pruned_runs.insert(), [{**pruned, "created_at": NOW, "had_fault": True}])
     return token
 
 
