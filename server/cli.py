@@ -13,6 +13,7 @@ from server.configuration.secrets import mask_secrets
 from server.configuration.sources import add_common_flags, load_configuration
 from server.errors import ArraMonError
 from server.process import logs
+from server.visible_text import shown
 
 FAMILIES = {
     "serve": ("serve", "health"),
@@ -53,7 +54,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except ArraMonError as error:
-        print(f"arramon-server: {mask_secrets(str(error))}", file=sys.stderr)
+        # What a file or a name from elsewhere has in it must not control the terminal.
+        print("arramon-server:", "\n".join(map(shown, mask_secrets(str(error)).split("\n"))), file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print("arramon-server: interrupted", file=sys.stderr)

@@ -127,7 +127,7 @@ def _of_file(path: Path) -> Iterator[tuple[str, str, str]]:
         content = tomllib.loads(path.read_text("utf-8"))
     except OSError as error:
         raise BadFile(path, f"cannot be read: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise BadFile(path, f"is not TOML: {error}") from error
     for name, value in content.items():
         if name not in SETTINGS or SETTINGS[name].description.internal:

@@ -9,7 +9,7 @@ from sqlalchemy.engine import Connection
 from server import __version__
 from server.episodes.splits import Split
 from server.errors import BadInput, Forbidden, NotFound, quoted
-from server.runs.accounts.accounts import ANONYMOUS_NAME, Accounts, check_name, is_visible
+from server.runs.accounts.accounts import ANONYMOUS_NAME, Accounts, check_name
 from server.runs.accounts.administration import check_may_act
 from server.runs.accounts.callers import Caller, Role
 from server.runs.accounts.quotas import Quotas
@@ -23,6 +23,7 @@ from server.runs.storage.epochs import check_open
 from server.runs.storage.journal import Journal, run_not_found
 from server.runs.storage.records import LEASE, NO_CODE, RUNNING, Code, Progress, Run
 from server.sim.rules import Limits
+from server.visible_text import is_visible
 
 MAX_PAGE = 1000
 """Maximum number of runs on one page of a listing."""

@@ -74,7 +74,7 @@ def test_a_ban_ends_open_streams_and_unban_restores_the_account(server: Server, 
                 f"ann is banned: its tokens are refused, 1 runs are withdrawn\ncancelled: {run.run_id}\n",
                 "",
             )
-            with pytest.raises((grpc.RpcError, StopIteration)):  # it ends with its run, or with its token
+            with pytest.raises((grpc.RpcError, StopIteration)):  # noqa: PT012 - it ends with its run, or with its token
                 while True:
                     player.act(first.episode_id, 0, 1)
                     player.next()

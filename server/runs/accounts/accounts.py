@@ -1,7 +1,6 @@
 """Participants and their tokens: creation, listing, revocation and authentication."""
 
 import hmac
-import re
 import secrets
 import unicodedata
 from collections.abc import Sequence
@@ -17,6 +16,7 @@ from server.errors import BadInput, Conflict, NotFound, Unauthenticated
 from server.runs.accounts.callers import Caller, Role
 from server.runs.storage import tables
 from server.runs.storage.database import Database, utc
+from server.visible_text import JOINERS, STYLES, invisible_part, is_visible
 
 PREFIX = "arramon"
 """Prefix of every token, by which scanners for leaked secrets can recognise one."""
@@ -30,18 +30,6 @@ LONGEST_NAME, LONGEST_NOTE = 100, 200
 
 ANONYMOUS_NAME = "anonymous"
 """Name of all callers without a token; no participant may have it."""
-
-_JOINERS = "\u200c\u200d"
-"""Zero-width joiner and non-joiner: needed in Devanagari, invisible by themselves."""
-
-_STYLES = "\ufe0e\ufe0f"
-"""Variation selectors that choose between text and colour forms of an emoji, invisible by themselves."""
-
-_BLANK = re.compile("[\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180f\u2800\u3164\ufe00-\ufe0d\uffa0\U000e0100-\U000e01ef]")
-"""Invisible characters that Python considers printable: fillers and variation selectors."""
-
-_MOST_MARKS = 4
-"""Maximum combining marks in a row. No language needs more, and higher stacks would cover other lines."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +80,8 @@ class Accounts:
         check_name(participant)
         if len(note) > LONGEST_NOTE:
             raise BadInput(f"the note has {len(note)} characters; at most {LONGEST_NOTE} are allowed")
+        if (part := invisible_part(note)) is not None:
+            raise BadInput(f"the note has {part}, expected one line of visible text")
         if days is not None and not 0 < days <= 36_500:
             raise BadInput(f"the token expires in {days:g} days, expected more than 0 and at most 36500")
         token_id, secret = secrets.token_hex(6), secrets.token_urlsafe(SECRET_BYTES)
@@ -185,16 +175,9 @@ def check_name(name: str) -> None:
         raise BadInput(f"the name {name!r} is reserved for callers without a token; a participant needs another name")
 
 
-def is_visible(text: str) -> bool:
-    """Return whether a text is one line of visible characters, without control of the cursor or the text direction."""
-    seen = text.translate(dict.fromkeys(map(ord, _JOINERS)))
-    marks = "".join("m" if unicodedata.category(letter) in ("Mn", "Me") else " " for letter in seen)
-    return seen.isprintable() and not _BLANK.search(seen) and "m" * (_MOST_MARKS + 1) not in marks
-
-
 def _normalized(name: str) -> str:
     """Return a name without differences of case, width and joiners: no two participants may differ by these alone."""
-    return unicodedata.normalize("NFKC", name.translate(dict.fromkeys(map(ord, _JOINERS + _STYLES)))).casefold()
+    return unicodedata.normalize("NFKC", name.translate(dict.fromkeys(map(ord, JOINERS + STYLES)))).casefold()
 
 
 def find_alike(names: Sequence[str], name: str) -> str | None:

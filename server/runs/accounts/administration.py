@@ -7,11 +7,12 @@ import sqlalchemy as sa
 from sqlalchemy.engine import Connection
 
 from server.errors import BadInput, Conflict, Forbidden, NotFound, TakenOver
-from server.runs.accounts.accounts import ANONYMOUS_NAME, banned, check_free, check_name, is_visible
+from server.runs.accounts.accounts import ANONYMOUS_NAME, banned, check_free, check_name
 from server.runs.accounts.callers import Role
 from server.runs.storage import tables
 from server.runs.storage.database import Database, utc
 from server.runs.storage.records import RUNNING
+from server.visible_text import is_visible
 
 LONGEST_REASON = 500
 """Maximum characters in the reason for a ban."""

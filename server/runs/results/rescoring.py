@@ -172,11 +172,15 @@ def first(found: Iterable[str]) -> Iterator[str]:
 
 def _without_intervals(document: dict[str, Any]) -> dict[str, Any]:
     """Return a receipt's content without the ends of intervals and their method."""
-    means = {
-        row: {metric: {"mean": score["mean"]} for metric, score in scores.items()}
-        for row, scores in document["scores"].items()
-    }
-    return {**{name: value for name, value in document.items() if name != "intervals"}, "scores": means}
+    kept = {name: value for name, value in document.items() if name != "intervals"}
+    return {**kept, "scores": _without_ends(document.get("scores"))}
+
+
+def _without_ends(value: Any) -> Any:
+    """Return nested scores without the ends of intervals; what has another form, as a forged receipt's, stays."""
+    if not isinstance(value, dict):
+        return value
+    return {name: _without_ends(inner) for name, inner in value.items() if name not in ("low", "high")}
 
 
 def _as_data(ending: Ending) -> dict[str, Any]:
