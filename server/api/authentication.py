@@ -20,6 +20,7 @@ from server.runs.accounts.callers import ANONYMOUS, READER, UNAUTHENTICATED, Cal
 PUBLIC_METHODS = frozenset({
     "/arramon.v1.Evaluation/GetServerInfo",
     "/arramon.v1.Evaluation/GetBreakdown",
+    "/arramon.v1.Evaluation/GetReceipt",
     "/arramon.v1.Leaderboard/List",
     "/arramon.v1.Leaderboard/GetEntry",
     "/arramon.v1.Leaderboard/Compare",

@@ -32,6 +32,11 @@ def _is_relevant(record: logging.LogRecord) -> bool:
     return not (record.exc_info and type(record.exc_info[1]).__name__ == "ExecuteBatchError")
 
 
+def error_line(logger: str, message: str) -> str:
+    """Return an error as the JSON log has it, in one line."""
+    return JsonFormatter().format(logging.LogRecord(logger, logging.ERROR, "", 0, message, None, None))
+
+
 class TextFormatter(logging.Formatter):
     """Formats lines like `2026-03-01T12:00:00.000Z WARNING server.process.lifecycle: draining run_id=7f`."""
 

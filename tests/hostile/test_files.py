@@ -62,9 +62,12 @@ def test_an_import_of_a_file_that_expands_without_end_is_refused(
     monkeypatch.setattr("server.runs.transfer.archive._MIN_SIZE", MIB)
     file = tmp_path / "bomb"
     file.write_bytes(bomb(start, repeated, 100))
-    with closing(Database(f"sqlite:///{tmp_path / 'j.db'}")) as database, memory(80 * MIB):
-        with pytest.raises(BadFile, match=problem):
-            import_archive(database, file)
+    with (
+        closing(Database(f"sqlite:///{tmp_path / 'j.db'}")) as database,
+        memory(80 * MIB),
+        pytest.raises(BadFile, match=problem),
+    ):
+        import_archive(database, file)
 
 
 def test_a_gzip_file_that_expands_without_end_is_refused(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from grpc._cython import cygrpc  # type: ignore[attr-defined]
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
+from server import cli
 from server.api.access_log import network_of
 from server.configuration.secrets import mask_secrets
 from server.process.logs import JsonFormatter, TextFormatter, configure
@@ -187,3 +188,36 @@ def test_info_log_of_a_command_has_no_lines_of_the_migrations(tmp_path: Path) ->
     command = [sys.executable, "-m", "server", "token", "list", "--data", str(tmp_path), "--log", "info"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=240, check=True)
     assert done.stderr == ""
+
+
+@pytest.mark.parametrize("by", ["flag", "variable", "file"])
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("serve",), "there are no episodes in "),
+        (("serve", "--steps", "no"), "steps (--steps) is 'no', expected a whole number of steps"),
+        (("token", "list", "--journal", "postgresql://u:hunter2@127.0.0.1:1/x"), "the journal cannot be used: "),
+    ],
+)
+def test_an_error_that_ends_a_command_has_the_logs_format(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    by: str,
+    arguments: tuple[str, ...],
+    said: str,
+) -> None:
+    more: tuple[str, ...] = ("--data", str(tmp_path))
+    if by == "flag":
+        more += ("--log-format", "json")
+    elif by == "variable":
+        monkeypatch.setenv("ARRAMON_LOG_FORMAT", "json")
+    else:
+        (tmp_path / "arramon.toml").write_text('log_format = "json"\n')
+        more += ("--config", str(tmp_path / "arramon.toml"))
+    assert cli.main([*arguments, *more]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    event = json.loads(line)
+    assert (event["level"], event["logger"]) == ("error", "server.cli")
+    assert event["message"].startswith(said)
+    assert "hunter2" not in line

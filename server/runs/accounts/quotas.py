@@ -208,7 +208,7 @@ class Quotas:
         rows = self._database.read(sa.select(table).where(table.c.participant == participant))
         if not rows and participant != ANONYMOUS_NAME:
             raise _no_participant(participant)
-        caller = Caller(Role(rows[0].role), participant) if rows else ANONYMOUS
+        caller = ANONYMOUS if participant == ANONYMOUS_NAME else Caller(Role(rows[0].role), participant)
         return self._limits_of(self._database.read, caller, split)
 
     def exceptions(self) -> Iterator[tuple[str, str, Quota]]:
