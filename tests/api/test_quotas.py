@@ -184,7 +184,7 @@ def test_limits_can_be_set_per_split(tmp_path: Path) -> None:
             create(ann.stub)
         assert "the limit is 3 at once" in exhausted(lambda: create(ann.stub))
         found = {split: (quota.runs_per_day, quota.runs_at_once) for split, quota in quotas(ann).items()}
-        assert found == {"secret": (1, 3), "tiny": (200, 3)}
+        assert found == {"secret": (1, 0), "tiny": (200, 3)}
         with journal(tmp_path) as database:  # what is set for one participant on one split holds beside that
             kept = Quotas(database, lambda _, split: Quota(runs_per_day=int(split == "secret")))
             kept.set("ann", "secret", {"runs_at_once": 5})

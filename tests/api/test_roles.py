@@ -195,7 +195,7 @@ def test_a_host_neither_plays_a_participants_run_nor_takes_over_its_stream(calle
         for opening in ({}, {"player": "mine"}, {"adopt": True}, {"player": "mine", "history": True}):
             with Player(callers["host"].stub, run_id, **opening) as intruder, pytest.raises(grpc.RpcError) as caught:
                 intruder.next()
-            assert (caught.value.code(), caught.value.details()) == (  # type: ignore[attr-defined]
+            assert (caught.value.code(), caught.value.details()) == (
                 grpc.StatusCode.PERMISSION_DENIED,
                 f"run {run_id!r} belongs to owner, and only its participant can play it; a host can cancel it",
             )

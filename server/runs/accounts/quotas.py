@@ -221,11 +221,11 @@ class Quotas:
         if caller.role is Role.HOST:
             return Quota()
         table = tables.quotas
-        own = sa.select(table).where(table.c.participant == (caller.account or ANONYMOUS_NAME), table.c.split == split)
-        rows = read(own)
-        exceptions = rows[0]._mapping if rows else {}
-        own = {name: exceptions[name] for name in LIMITS if exceptions.get(name) is not None}
-        return replace(self._default(caller, split), **own)
+        key = (table.c.participant == (caller.account or ANONYMOUS_NAME), table.c.split == split)
+        rows = read(sa.select(table).where(*key))
+        found = {name: rows[0]._mapping[name] for name in LIMITS} if rows else {}
+        exceptions = {name: limit for name, limit in found.items() if limit is not None}
+        return replace(self._default(caller, split), **exceptions)
 
 
 def _reader_of(connection: Connection) -> ReadQuery:

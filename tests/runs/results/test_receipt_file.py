@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -170,7 +171,7 @@ def test_a_receipt_that_a_stranger_signed_is_refused_or_differs_whatever_it_has(
     paths = [path for path in values_of(content) if path[0] not in ("format", "version")]
     assert len(paths) > 40
     for path in paths:
-        files.signed(lambda content, path=path: replaced(content, path, value))
+        files.signed(partial(replaced, path=path, value=value))
         try:
             found = files.rescore().differences
         except (BadFile, Conflict, NotFound):

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import closing
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from server.runs.accounts.callers import HOST
 from server.runs.accounts.usage import usage_of
 from server.runs.storage import tables
 from server.runs.storage.pruning import Prunable, Pruner
-from server.runs.storage.records import CANCELLED, Batch
+from server.runs.storage.records import CANCELLED, RUNNING, Batch
 from tests.board.made import House
 
 NOW = datetime.now(UTC)
@@ -49,14 +50,14 @@ def pruned(house: House, days: float = 30, **fields: object) -> list[str]:
 def rows_of(house: House, run_id: str) -> dict[str, int]:
     """The number of rows that name a run, by table, without those that have none."""
     tables_ = [table for table in tables.metadata.sorted_tables if "run_id" in table.c]
-    count = lambda table: sa.select(sa.func.count()).where(table.c.run_id == run_id)  # noqa: E731
-    found = {table.name: int(house.database.read(count(table))[0][0]) for table in tables_}
+    counts = {table.name: sa.select(sa.func.count()).where(table.c.run_id == run_id) for table in tables_}
+    found = {name: int(house.database.read(count)[0][0]) for name, count in counts.items()}
     return {name: number for name, number in found.items() if number}
 
 
 def test_old_unpublished_runs_are_deleted_with_all_their_rows(house: House) -> None:
     old = age(house, house.run("1" * 32, account="ann"), 40)
-    house.journal.create(house.journal.run(old).__class__(**fields_of(house, old, "2" * 32)), ["0"])
+    house.journal.create(replace(house.journal.run(old), run_id="2" * 32, state=RUNNING, ended_at=None), ["0"])
     house.journal.note_images("2" * 32, "lossless-224")
     (claim,) = house.journal.claim("2" * 32, house.journal.pending("2" * 32), "p", "w")
     batch = Batch()
@@ -72,13 +73,6 @@ def test_old_unpublished_runs_are_deleted_with_all_their_rows(house: House) -> N
     with pytest.raises(NotFound):
         house.journal.run(old)
     assert pruned(house) == []
-
-
-def fields_of(house: House, run_id: str, other: str) -> dict[str, object]:
-    run = house.journal.run(run_id)
-    return {name: getattr(run, name) for name in run.__slots__} | {
-        "run_id": other, "state": "RUNNING", "ended_at": None,
-    }  # fmt: skip
 
 
 def test_runs_that_are_or_were_published_and_unfinished_ones_are_kept(house: House) -> None:
