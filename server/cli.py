@@ -4,14 +4,16 @@ import argparse
 import difflib
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib import import_module
+from typing import Any, NoReturn
 
 from server import __version__
-from server.configuration.setting import mask_secrets
-from server.configuration.sources import add_common_flags, load_configuration
+from server.configuration.secrets import mask_secrets
+from server.configuration.sources import add_common_flags, load_configuration, wants_json
 from server.errors import ArraMonError
 from server.process import logs
+from server.visible_text import shown
 
 FAMILIES = {
     "serve": ("serve", "health"),
@@ -24,6 +26,8 @@ FAMILIES = {
     "token": ("token",),
     "quota": ("quota",),
     "runs": ("runs",),
+    "prune": ("prune",),
+    "account": ("account",),
     "receipts": ("key", "rescore"),
     "transfer": ("export", "import"),
     "backup": ("backup",),
@@ -50,7 +54,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except ArraMonError as error:
-        print(f"arramon-server: {mask_secrets(str(error))}", file=sys.stderr)
+        _report(str(error), vars(arguments))
         return 1
     except KeyboardInterrupt:
         print("arramon-server: interrupted", file=sys.stderr)
@@ -63,8 +67,18 @@ def _report_unknown(word: str) -> int:
     known = [command for its in FAMILIES.values() for command in its]
     close = difflib.get_close_matches(word, known, n=1)
     hint = f"did you mean {close[0]!r}?" if close else f"expected {', '.join(known)}"
-    print(f"arramon-server: unknown command {word!r}; {hint}", file=sys.stderr)
+    print(f"arramon-server: unknown command {mask_secrets(word)!r}; {hint}", file=sys.stderr)
     return 2
+
+
+def _report(message: str, arguments: Mapping[str, Any]) -> None:
+    """Print an error to standard error, in the log's format: the settings may not have been read."""
+    # What a file or a name from elsewhere has in it must not control the terminal.
+    message = "\n".join(shown(line) for line in mask_secrets(message).expandtabs(4).split("\n"))
+    if wants_json(arguments, os.environ):
+        print(logs.error_line("server.cli", message), file=sys.stderr)
+    else:
+        print(f"arramon-server: {message}", file=sys.stderr)
 
 
 def load(argv: Sequence[str]) -> None:
@@ -75,7 +89,7 @@ def load(argv: Sequence[str]) -> None:
 
 def parser(command: str = "") -> argparse.ArgumentParser:
     """Return the parser of a command, or of all commands if there is none of that name."""
-    parser = argparse.ArgumentParser(prog="arramon-server", description="The ArraMon evaluation server.")
+    parser = _Parser(prog="arramon-server", description="The ArraMon evaluation server.")
     parser.add_argument("--version", action="version", version=f"arramon-server {__version__}")
     common = argparse.ArgumentParser(add_help=False)
     add_common_flags(common)
@@ -83,6 +97,13 @@ def parser(command: str = "") -> argparse.ArgumentParser:
     for family in _families(command):
         import_module(f"server.commands.{family}").add(commands, common)
     return parser
+
+
+class _Parser(argparse.ArgumentParser):
+    """Parser whose errors mask the secrets in what was typed; those of the commands are of the same class."""
+
+    def error(self, message: str) -> NoReturn:
+        super().error(mask_secrets(message))
 
 
 def _families(command: str) -> Sequence[str]:

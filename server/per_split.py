@@ -19,11 +19,11 @@ class PerSplit:
     """Default number for all splits, and numbers for some splits.
 
     Attributes:
-        default: number of each split that is not in `named`.
+        default: number of each split that is not in `named`; None if that is left to the server.
         named: pairs of a split's name and its number, sorted by name.
     """
 
-    default: int = 0
+    default: int | None = None
     named: tuple[tuple[str, int], ...] = ()
 
     @classmethod
@@ -40,11 +40,11 @@ class PerSplit:
             if not name or name in found or not (number.isascii() and number.isdecimal()):
                 raise ValueError(part)
             found[name] = int(number)
-        default = found.pop(DEFAULT, 0)
+        default = found.pop(DEFAULT, None)
         return cls(default, tuple(sorted(found.items())))
 
-    def of(self, split: str) -> int:
-        """Return the number of a split."""
+    def of(self, split: str) -> int | None:
+        """Return the number of a split; None if none was given for it."""
         return dict(self.named).get(split, self.default)
 
     @property
@@ -54,18 +54,19 @@ class PerSplit:
 
     @property
     def numbers(self) -> tuple[int, ...]:
-        """All numbers, the default first."""
-        return (self.default, *(number for _, number in self.named))
+        """All numbers that were given, the default first."""
+        return (*(() if self.default is None else (self.default,)), *(number for _, number in self.named))
 
     def __str__(self) -> str:
         parts = [f"{name}={number}" for name, number in self.named]
-        return ",".join([str(self.default), *parts] if self.default or not parts else parts)
+        return ",".join(parts if self.default is None else [str(self.default), *parts])
 
     def as_toml(self) -> str:
         """Return the value as TOML: a number or an inline table."""
         if not self.named:
-            return str(self.default)
-        table: Mapping[str, int] = {DEFAULT: self.default, **dict(self.named)}
+            return "{}" if self.default is None else str(self.default)
+        default = {} if self.default is None else {DEFAULT: self.default}
+        table: Mapping[str, int] = {**default, **dict(self.named)}
         return "{" + ", ".join(f"{_key(name)} = {number}" for name, number in table.items()) + "}"
 
 

@@ -14,9 +14,10 @@ from tests import ROOT
 
 SHARED = {
     "server.errors", "server.private_files", "server.addresses", "server.parallel", "server.image_threads",
-    "server.per_split",
+    "server.per_split", "server.visible_text", "arramon.strict_json",
 }  # fmt: skip
-"""Modules of the server that any of its packages may import; they import nothing but each other, and the lifeline."""
+"""Modules of the server that any of its packages may import; they import nothing but each other, and the lifeline. The
+last one is of the contract's package, and imports nothing."""
 
 WORLD = {"server.sim", "server.sim.assets", "server.sim.raster"}
 

@@ -16,6 +16,7 @@ from torch import Tensor
 from agents.learning.paper import Config, Model
 from agents.learning.text.tokenizers import Tokenizer, restore_tokenizer
 from agents.learning.vision.encoder import VisualEncoder, open_encoder
+from arramon.strict_json import NotJsonError, read_json
 
 WEIGHTS = Path(__file__).parent / "weights"
 """Folder of the shipped weights."""
@@ -128,9 +129,9 @@ def read_tensors(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:
     """
     try:
         with safetensors.safe_open(path, framework="pt") as file:
-            header = json.loads((file.metadata() or {}).get("arramon", "{}"))
+            header = read_json((file.metadata() or {}).get("arramon", "{}"))
             return {name: file.get_tensor(name) for name in file.keys()}, header  # noqa: SIM118 - not a mapping
-    except (OSError, safetensors.SafetensorError, json.JSONDecodeError) as error:
+    except (OSError, safetensors.SafetensorError, NotJsonError) as error:
         raise BadWeights(f"{path} is no file of weights: {error}") from error
 
 

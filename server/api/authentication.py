@@ -20,6 +20,7 @@ from server.runs.accounts.callers import ANONYMOUS, READER, UNAUTHENTICATED, Cal
 PUBLIC_METHODS = frozenset({
     "/arramon.v1.Evaluation/GetServerInfo",
     "/arramon.v1.Evaluation/GetBreakdown",
+    "/arramon.v1.Evaluation/GetReceipt",
     "/arramon.v1.Leaderboard/List",
     "/arramon.v1.Leaderboard/GetEntry",
     "/arramon.v1.Leaderboard/Compare",
@@ -146,7 +147,7 @@ def anonymous_caller(config: Config) -> Caller | None:
     By default they may play if only this machine can reach the server: at a loopback address or on a Unix socket,
     without a proxy in front, through which remote clients would come.
     """
-    own = is_loopback(config.listen) and not config.trust_proxy
+    own = config.is_for_own_machine
     if config.anonymous is None:
         return ANONYMOUS if own else None
     if not config.anonymous:

@@ -15,7 +15,6 @@ from server.api.wire import Data, Parts, observation_event, response_of
 from server.configuration.config import Config
 from server.errors import ArraMonError, BadInput
 from server.image_threads import ImageThreads
-from server.runs.accounts.accounts import is_visible
 from server.runs.accounts.callers import Caller
 from server.runs.play.engine import Engine
 from server.runs.play.events import EpisodeEnded, EpisodeStarted, Event, Observed, Opened, PhaseOver, Problem, RunEnded
@@ -23,12 +22,17 @@ from server.runs.play.stream import Act, Stream
 from server.runs.service import Runs
 from server.sim.cameras import Frame
 from server.sim.view import visible_pose
+from server.visible_text import is_visible, shown
 
 Encoding = tuple[Sequence[types_pb2.Image], Callable[[], Sequence[Data]]]
 """Images that are being encoded: their messages, and what returns the data of each and completes the messages."""
 
 MAX_ACTS = 4096
 """Limit of acts in one message, four for each episode that a stream can have open: no message may delay all others."""
+
+
+LONGEST_REASON = 500
+"""Characters that are kept of the reason for giving up an episode; it is a note for the host."""
 
 
 class PlayHandler:
@@ -231,5 +235,5 @@ def _act(act: pb.Act) -> Act:
         act.episode_id,
         act.step,
         action=act.action if choice == "action" else None,
-        forfeit=act.forfeit.reason if choice == "forfeit" else None,
+        forfeit=shown(act.forfeit.reason[:LONGEST_REASON]) if choice == "forfeit" else None,
     )

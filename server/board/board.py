@@ -29,6 +29,7 @@ from server.scoring.episode import METRICS
 from server.scoring.languages import LanguageGap
 from server.scoring.masking import Noise, difference, masked_rows, masked_share, mean_of_rows, total_deviation
 from server.scoring.seeds import SeedSpread, masked_spread, seed_spread
+from server.visible_text import shown
 
 
 @dataclass(frozen=True, eq=False)
@@ -369,7 +370,7 @@ class Board:
             scores.rows,
             scores.signature,
             published.published_at,
-            published.note,
+            shown(published.note),
             coverage,
             marks,
             attempts=self._attempts[run.split].get((who(run), run.language), Attempts()),

@@ -15,6 +15,7 @@ from server.board.cost import NO_COST, Cost
 from server.board.episode_table import EpisodeTable
 from server.board.standings import Rows, Seal
 from server.errors import NotFound, quoted
+from server.runs.accounts.administration import check_may_act
 from server.runs.accounts.attempts import Attempts, Who, attempts_on
 from server.runs.results.receipts import MASKED_VERSION
 from server.runs.storage import tables
@@ -96,15 +97,21 @@ class Entries:
         return [_published(row) for row in self._database.read(query)]
 
     def stamp(self) -> tuple[int, int, int]:
-        """Return a version of the entries, which differs after every publication and withdrawal, and every new run."""
+        """Return a version of the entries, which differs after every publication and withdrawal, and every new run.
+
+        Pruned runs are counted too, as a number that could fall would come back to one that stood for another state.
+        """
         table = tables.entries
         query = sa.select(
             sa.func.count().label("entries"),
             sa.func.coalesce(sa.func.sum(table.c.revision), 0).label("revisions"),
-            sa.select(sa.func.count()).select_from(tables.runs).scalar_subquery().label("runs"),
+            *(
+                sa.select(sa.func.count()).select_from(runs).scalar_subquery().label(runs.name)
+                for runs in (tables.runs, tables.pruned_runs)
+            ),
         )
         row = self._database.read(query.select_from(table))[0]
-        return row.entries, int(row.revisions), row.runs
+        return row.entries, int(row.revisions), row.runs + row.pruned_runs
 
     def attempts(self, split: str) -> dict[tuple[Who, str], Attempts]:
         """Return the attempts of every participant on a split, by participant and language."""
@@ -196,6 +203,7 @@ class Entries:
 
         Raises:
             TakenOver: if another process published it at the same time.
+            Forbidden: if its account is banned, and it is not published by the host.
         """
         table = tables.entries
         now = datetime.now(UTC)
@@ -211,6 +219,9 @@ class Entries:
         if reproduces is not None:
             values["reproduces"] = reproduces or None
         with self._database.write() as connection:
+            if not by_host:
+                owner = sa.select(tables.runs.c.account).where(tables.runs.c.run_id == run_id)
+                check_may_act(connection, connection.execute(owner).scalar())
             mine = table.c.run_id == run_id
             may = sa.true() if by_host else table.c.withdrawn_by_host.is_(False)
             if connection.execute(table.update().where(mine, may).values(values)).rowcount:

@@ -6,7 +6,6 @@ from server.board.cost import Cost
 from server.board.entries import Entries, Published, Scores
 from server.board.episode_table import EpisodeTable
 from server.board.reproductions import check_reproduction
-from server.board.standings import is_control
 from server.episodes.splits import Split
 from server.errors import BadInput, Conflict, Forbidden, NotFound, quoted
 from server.runs.accounts.callers import UNAUTHENTICATED, Caller, Role
@@ -15,6 +14,7 @@ from server.runs.results.reports import Report, report_of
 from server.runs.storage.causes import AGENT_FINISHED, FORFEITED, STEP_LIMIT, TIME_LIMIT
 from server.runs.storage.journal import Journal, run_not_found
 from server.runs.storage.records import Run
+from server.visible_text import invisible_part
 
 MAX_NOTE = 500
 """Maximum characters of a note."""
@@ -157,5 +157,5 @@ def _check_played(report: Report) -> None:
 def _check_note(note: str) -> None:
     if len(note) > MAX_NOTE:
         raise BadInput(f"the note has {len(note)} characters; at most {MAX_NOTE} are allowed")
-    if any(is_control(letter) for letter in note):
-        raise BadInput("the note has a line break or a control character; expected one line of text")
+    if (part := invisible_part(note)) is not None:
+        raise BadInput(f"the note has {part}; expected one line of visible text")

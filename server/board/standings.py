@@ -1,6 +1,5 @@
 """Data types of the leaderboard: entries, standings, marks, references to the paper, and columns."""
 
-import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
@@ -12,6 +11,7 @@ from server.runs.storage.records import Progress, Run
 from server.scoring.aggregate import Interval
 from server.scoring.languages import LanguageGap
 from server.scoring.seeds import SeedSpread
+from server.visible_text import shown
 
 Rows = Mapping[str, Mapping[str, Interval]]
 """Row name of `server.scoring.aggregate.ROWS` -> metric of `server.scoring.episode.METRICS` -> value."""
@@ -279,16 +279,3 @@ class Reference:
     rows: Mapping[str, Mapping[str, float]]
     source: str
     note: str = ""
-
-
-def shown(text: str) -> str:
-    """Return a name for display, with characters that control the cursor or the text direction replaced."""
-    return "".join("\ufffd" if is_control(letter) else letter for letter in text)
-
-
-def is_control(letter: str) -> bool:
-    """Return whether a character controls the cursor or the text direction; joiners, which Hindi needs, do not."""
-    return unicodedata.category(letter) in ("Cc", "Cs", "Zl", "Zp") or letter in _DIRECTIONS
-
-
-_DIRECTIONS = frozenset("\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")

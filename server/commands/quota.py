@@ -3,14 +3,14 @@
 import argparse
 from collections.abc import Sequence
 from dataclasses import asdict
-from functools import partial
 
 from server.commands import Commands
 from server.commands.journal import open_journal
 from server.configuration.config import Config
-from server.episodes.splits import folders_of
+from server.episodes.files import read_header
+from server.episodes.splits import EPISODES, folders_of
 from server.errors import BadInput
-from server.runs.accounts.quotas import LIMITS, Quota, Quotas
+from server.runs.accounts.quotas import LIMITS, DefaultQuotas, Quota, Quotas
 
 DEFAULT = "default"
 """Argument that restores the limit of the server's settings."""
@@ -44,7 +44,7 @@ def _quota(arguments: argparse.Namespace) -> None:
     if split is None and (participant != "list" or limits):
         raise BadInput("the split is missing: arramon-server quota PARTICIPANT SPLIT, or arramon-server quota list")
     with open_journal(arguments.settings) as database:
-        quotas = Quotas(database, partial(Quota.of_settings, arguments.settings))
+        quotas = Quotas(database, DefaultQuotas(arguments.settings, _hidden_splits(arguments.settings)))
         if split is None:
             _print(list(quotas.exceptions()))
             return
@@ -52,6 +52,11 @@ def _quota(arguments: argparse.Namespace) -> None:
         if limits:
             quotas.set(participant, split, limits)
         _print([(participant, split, quotas.of(participant, split))])
+
+
+def _hidden_splits(config: Config) -> list[str]:
+    folders = folders_of(config.data)
+    return [folder.name for folder in folders if read_header(folder / EPISODES).hidden]
 
 
 def _check_split(config: Config, split: str) -> None:

@@ -16,6 +16,7 @@ from server.runs.results.rescoring import Rescored, Rescorer
 from server.runs.results.signing import KnownKeys, SigningKey
 from server.runs.storage.journal import Journal
 from server.runs.storage.records import RUNNING
+from server.visible_text import shown
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:
@@ -112,4 +113,4 @@ def _lines(rescored: Rescored) -> list[str]:
     played = f"run {rescored.run_id}: {rescored.episodes} episodes, {rescored.steps} steps"
     if not rescored.differences:
         return [f"{played}: identical" + ("" if rescored.has_receipt else "; it has no receipt yet")]
-    return [f"{played}: DIFFERENT", *(f"  {each}" for each in rescored.differences)]
+    return [f"{played}: DIFFERENT", *(f"  {shown(each)}" for each in rescored.differences)]

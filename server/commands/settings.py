@@ -38,14 +38,15 @@ def as_toml(configuration: Configuration) -> str:
     for setting in SETTINGS.values():
         if not setting.description.internal:
             value = getattr(configuration.config, setting.name)
-            given = "# " + setting.name if value is None else f"{setting.name} = {_toml(setting, value)}"
+            is_set = value is not None and value != PerSplit()
+            given = f"{setting.name} = {_toml(setting, value)}" if is_set else f"# {setting.name}"
             lines.append(f"{given}  # {configuration.origins.get(setting.name, 'default')}")
     return "\n".join(lines)
 
 
 def _default(setting: Setting) -> str:
     text = setting.shown(setting.default)
-    return f"`{text}`" if text else "not set" if setting.default is None else "empty"
+    return f"`{text}`" if text else "not set" if setting.default in (None, PerSplit()) else "empty"
 
 
 def _toml(setting: Setting, value: object) -> str:

@@ -98,28 +98,31 @@ class Config:
     )
     runs_per_day: PerSplit = setting(
         PerSplit(),
-        "limit of runs that a participant may create on a split in 24 hours; 0 for no limit",
+        "limit of runs that a participant may create on a split in 24 hours; 0 for no limit; not set: "
+        "3 on hidden splits, 200 on others, none for callers without a token on their own machine",
         unit="runs",
         least=0,
         most=MOST,
     )
     runs_in_all: PerSplit = setting(
         PerSplit(),
-        "limit of runs that a participant may create on a split in total; 0 for no limit",
+        "limit of runs that a participant may create on a split in total; 0, and not set: no limit",
         unit="runs",
         least=0,
         most=MOST,
     )
     runs_at_once: PerSplit = setting(
         PerSplit(),
-        "limit of a participant's unfinished runs on a split; 0 for no limit",
+        "limit of a participant's unfinished runs on a split; 0 for no limit; not set: "
+        "3 on hidden splits, 20 on others, none for callers without a token on their own machine",
         unit="runs",
         least=0,
         most=MOST,
     )
     streams_at_once: PerSplit = setting(
         PerSplit(),
-        "limit of a participant's open streams on a split; 0 for no limit",
+        "limit of a participant's open streams on a split; 0 for no limit; not set: "
+        "64, none for callers without a token on their own machine",
         unit="streams",
         least=0,
         most=MOST,
@@ -167,6 +170,11 @@ class Config:
             address = getattr(self, name)
             if address and address == self.listen and not address.endswith(":0"):
                 raise Contradiction(f"{name} and listen are both {address}; expected different ones", name, "listen")
+
+    @property
+    def is_for_own_machine(self) -> bool:
+        """Whether only this machine can reach the server: on a loopback address or a Unix socket, without a proxy."""
+        return is_loopback(self.listen) and not self.trust_proxy
 
     @property
     def limits(self) -> Limits:

@@ -5,7 +5,6 @@ the file, checks and row in the documented table all derive from that field.
 """
 
 import dataclasses
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,17 +12,11 @@ from typing import Annotated, Any, TypeVar, get_type_hints
 
 from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError
 
+from server.configuration.secrets import mask_url
 from server.errors import BadInput
 from server.per_split import PerSplit
 
 T = TypeVar("T")
-
-_SECRETS = (
-    (re.compile(r"(://[^:/@\s]*:)[^/\s]*(@)"), r"\1***\2"),
-    (re.compile(r"\b(arramon_[0-9A-Za-z]+_)[0-9A-Za-z_-]+"), r"\1***"),
-    (re.compile(r"\b(bearer\s+)(?!arramon_)[^\s\"',]+", re.IGNORECASE), r"\1***"),
-)
-"""Patterns of passwords in URLs, of participants' tokens and of other bearer tokens, each with its replacement."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +137,7 @@ class Setting:
 
     def shown(self, value: Any) -> str:
         """Return a value as text, with secrets masked."""
-        return mask_secrets(self.text(value)) if self.description.secret else self.text(value)
+        return mask_url(self.text(value)) if self.description.secret else self.text(value)
 
     def _adapter(self) -> TypeAdapter[Any]:
         number = Field(ge=self.description.least, le=self.description.most)
@@ -187,13 +180,6 @@ def as_text(value: Any) -> str:
     if isinstance(value, Mapping):
         return ",".join(f"{name}={as_text(each)}" for name, each in value.items())
     return ",".join(map(as_text, value)) if isinstance(value, tuple | list) else str(value)
-
-
-def mask_secrets(text: str) -> str:
-    """Return a text with passwords in URLs and tokens masked."""
-    for pattern, instead in _SECRETS:
-        text = pattern.sub(instead, text)
-    return text
 
 
 def _parts(value: Any) -> Any:

@@ -106,6 +106,25 @@ def load_configuration(arguments: Mapping[str, Any], environ: Mapping[str, str])
         raise BadInput(f"{error} ({'; '.join(where)})") from error
 
 
+def wants_json(arguments: Mapping[str, Any], environ: Mapping[str, str]) -> bool:
+    """Return whether the log is JSON, also where some setting is wrong: errors are written in its format.
+
+    Args:
+        arguments: parsed by a parser with these flags; with "settings" if they could be read.
+        environ: the environment.
+    """
+    if isinstance(settings := arguments.get("settings"), Config):
+        return settings.log_format == "json"
+    given = arguments.get(f"{_PREFIX}log_format", environ.get(SETTINGS["log_format"].variable))
+    if given is not None:
+        return bool(given == "json")
+    file = arguments.get("config") or environ.get(CONFIG)
+    try:
+        return any(name == "log_format" and text == "json" for name, text, _ in (_of_file(Path(file)) if file else ()))
+    except BadInput:
+        return False
+
+
 def environment_of(config: Config) -> dict[str, str]:
     """Return the environment variables that give another process the same settings, passwords included."""
     texts = {
@@ -127,7 +146,7 @@ def _of_file(path: Path) -> Iterator[tuple[str, str, str]]:
         content = tomllib.loads(path.read_text("utf-8"))
     except OSError as error:
         raise BadFile(path, f"cannot be read: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise BadFile(path, f"is not TOML: {error}") from error
     for name, value in content.items():
         if name not in SETTINGS or SETTINGS[name].description.internal:

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from arramon.strict_json import read_json
 from server.errors import BadFile, BadInput, Conflict
 
 RECORD = "demonstrations.json"
@@ -132,7 +133,7 @@ def read_record(folder: Path) -> dict[str, Any]:
     """
     path = folder / RECORD
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
+        record = read_json(path.read_bytes())
     except (OSError, ValueError) as error:
         raise BadFile(path, f"cannot be read: {error}") from error
     if not isinstance(record, dict) or record.get("format") != FORMAT:

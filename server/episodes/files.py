@@ -4,7 +4,6 @@ The first line of an episode file is the header; every further line is one `Epis
 Version 1 has no `furniture`. `docs/episodes.md` describes the format for authors of such files.
 """
 
-import gzip
 import json
 import zlib
 from collections.abc import Iterable, Sequence
@@ -15,6 +14,7 @@ from typing import Any, TypeVar
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import from_json
 
+from arramon.strict_json import NotJsonError, read_json
 from server.episodes.episode import Episode
 from server.episodes.provenance import Provenance
 from server.errors import BadFile
@@ -26,6 +26,15 @@ FORMAT = "arramon-episodes"
 PLAIN, FURNISHED = 1, 2
 """Versions of the format: without and with episodes' own furniture."""
 
+
+MIN_DECOMPRESSED, MAX_RATIO = 64 << 20, 50
+"""A compressed file may hold MIN_DECOMPRESSED bytes, or MAX_RATIO times its own if that is more."""
+
+_PIECE = 1 << 20
+"""Bytes that are decompressed at a time."""
+
+_LONGEST_HEADER = 1 << 20
+"""Maximum bytes of a header that is read alone."""
 
 _T = TypeVar("_T")
 
@@ -101,6 +110,20 @@ def read_episodes(path: Path) -> tuple[Header, list[Episode]]:
     return header, list(episodes.values())
 
 
+def read_header(path: Path) -> Header:
+    """Read the header of an episode file alone, which is quick.
+
+    Raises:
+        BadFile: if it cannot be read or is wrong.
+    """
+    try:
+        with path.open("rb") as file:
+            line = file.readline(_LONGEST_HEADER)
+    except OSError as error:
+        raise BadFile(path, f"cannot be read: {error.strerror}") from error
+    return _check_header(path, parse(_HEADER, line, path, line=1))
+
+
 def write_section(path: Path, section: Section) -> None:
     """Write a section file, indented so that people can read and compare it."""
     path.write_bytes(_SECTION.dump_json(section, indent=1) + b"\n")
@@ -142,11 +165,37 @@ def read_bytes(path: Path) -> bytes:
     """
     try:
         content = path.read_bytes()
-        return gzip.decompress(content) if path.suffix == ".gz" else content
-    except (gzip.BadGzipFile, EOFError, zlib.error) as error:
-        raise BadFile(path, f"cannot be decompressed: {error}") from error
     except OSError as error:
         raise BadFile(path, f"cannot be read: {error.strerror}") from error
+    return _decompressed(path, content) if path.suffix == ".gz" else content
+
+
+def most_decompressed(size: int) -> int:
+    """Return the most bytes that a compressed file of this size may hold: more than any file of data does."""
+    return max(MIN_DECOMPRESSED, MAX_RATIO * size)
+
+
+def _decompressed(path: Path, content: bytes) -> bytes:
+    """Return what a gzip file holds.
+
+    Raises:
+        BadFile: if it is malformed, or holds much more than any file of data: it could fill the memory.
+    """
+    most, found = most_decompressed(len(content)), bytearray()
+    while content:
+        stream = zlib.decompressobj(wbits=zlib.MAX_WBITS | 16)
+        while content and not stream.eof:
+            try:
+                found += stream.decompress(content, _PIECE)
+            except zlib.error as error:
+                raise BadFile(path, f"cannot be decompressed: {error}") from error
+            if len(found) > most:
+                raise BadFile(path, f"holds more than {most >> 20} MiB when it is decompressed, far more than its size")
+            content = stream.unconsumed_tail
+        if not stream.eof:
+            raise BadFile(path, "cannot be decompressed: it is truncated")
+        content = stream.unused_data.lstrip(b"\0")  # of several, one after another; zeros may fill up the last block
+    return bytes(found)
 
 
 def read_object(path: Path) -> dict[str, Any]:
@@ -156,9 +205,9 @@ def read_object(path: Path) -> dict[str, Any]:
         BadFile: if it cannot be read or is no JSON object.
     """
     try:
-        content = json.loads(read_bytes(path))
-    except ValueError as error:
-        raise BadFile(path, "is not JSON, or was truncated") from error
+        content = read_json(read_bytes(path))
+    except NotJsonError as error:
+        raise BadFile(path, str(error)) from error
     if not isinstance(content, dict):
         raise BadFile(path, "is not a JSON object")
     return content

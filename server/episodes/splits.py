@@ -36,6 +36,9 @@ SENSORS = ("rgb", "depth", "segmentation", "pose", "oracle")
 ROOMS = "rooms"
 """The split of tasks in the room alone, without a city."""
 
+EPISODES = "episodes.jsonl"
+"""The file of a split's episodes, in its folder."""
+
 SECRET = "secret"  # noqa: S105 - a file's name
 """The file of the host's secret, in the data folder."""
 
@@ -162,20 +165,20 @@ def read_split(folder: Path) -> Split:
     Raises:
         BadFile: if a file is invalid, or the section of an episode is missing.
     """
-    header, episodes = read_episodes(folder / "episodes.jsonl")
+    header, episodes = read_episodes(folder / EPISODES)
     if header.split != folder.name:
         raise BadFile(
-            folder / "episodes.jsonl", f"is {header.split!r}, but the folder is {folder.name!r}", line=1, field="split"
+            folder / EPISODES, f"is {header.split!r}, but the folder is {folder.name!r}", line=1, field="split"
         )
     sections = {path.stem: read_section(path) for path in sorted((folder / "sections").glob("*.json"))}
     for line, episode in enumerate(episodes, start=2):
         if episode.section not in sections:
             problem = f"is {episode.section!r}; there are {', '.join(sections) or 'none'} in {folder / 'sections'}"
-            raise BadFile(folder / "episodes.jsonl", problem, line=line, field="section")
+            raise BadFile(folder / EPISODES, problem, line=line, field="section")
         try:
             episode.furniture.check(sections[episode.section])
         except ValueError as error:
-            raise BadFile(folder / "episodes.jsonl", str(error), line=line, field="furniture") from error
+            raise BadFile(folder / EPISODES, str(error), line=line, field="furniture") from error
     by_id = {episode.episode_id: episode for episode in episodes}
     data_hash = hash_of(folder)
     return Split(
@@ -252,7 +255,7 @@ def hash_of(folder: Path) -> str:
     """The SHA-256 over names and bytes of all files in a split's folder, in hexadecimal."""
     digest = hashlib.sha256()
     files = [path for name in ("sections", "provenance") for path in sorted((folder / name).glob("*.json"))]
-    for path in [folder / "episodes.jsonl", *files]:
+    for path in [folder / EPISODES, *files]:
         data = read_bytes(path)
         digest.update(f"{path.relative_to(folder).as_posix()} {len(data)}\n".encode())
         digest.update(data)

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from contextlib import AbstractAsyncContextManager, nullcontext
 from dataclasses import dataclass
-from functools import partial
 
 import grpc
 from grpc_health.v1 import health_pb2, health_pb2_grpc
@@ -13,7 +12,6 @@ from grpc_reflection.v1alpha import reflection
 from arramon.v1 import evaluation_pb2, leaderboard_pb2
 from arramon.v1.evaluation_pb2_grpc import add_EvaluationServicer_to_server
 from arramon.v1.leaderboard_pb2_grpc import add_LeaderboardServicer_to_server
-from server.addresses import is_loopback
 from server.api.access_log import AccessLog
 from server.api.authentication import Authentication
 from server.api.call_limits import CallLimits
@@ -34,7 +32,7 @@ from server.process.metrics import Metrics
 from server.process.readiness import Readiness
 from server.process.tls import credentials_of
 from server.runs.accounts.accounts import Accounts
-from server.runs.accounts.quotas import Quota, Quotas
+from server.runs.accounts.quotas import DefaultQuotas, Quotas
 from server.runs.play.engine import Engine
 from server.runs.results.receipts import Receipts
 from server.runs.results.signing import KnownKeys, SigningKey
@@ -97,14 +95,14 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
         address=own_address if config.shared_port else "",
         meter=metrics,
     )
-    quotas = Quotas(database, partial(Quota.of_settings, config))
+    quotas = Quotas(database, DefaultQuotas(config, [split.name for split in splits.values() if split.hidden]))
     runs = Runs(splits, journal, engine, config.limits, config.clocks, accounts, quotas)
     key = SigningKey(config.signing_key_path)
     KnownKeys(database).check(key.public)
     receipts = Receipts(database, splits, key)
     add_EvaluationServicer_to_server(Servicer(runs, engine, receipts, config, threads), server)
     entries = Entries(database)
-    local = is_loopback(config.listen) and not config.trust_proxy
+    local = config.is_for_own_machine
     limits = config.limits
     board = Board(entries, splits, steps_per_phase=limits.steps_per_phase, clocks=config.clocks, local=local)
     publishing = Publishing(journal, splits, entries, receipts)

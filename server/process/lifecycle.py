@@ -7,7 +7,6 @@ import signal
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, suppress
 
-from server.addresses import is_loopback
 from server.configuration.config import Config
 from server.episodes.epochs import SECRETS
 from server.episodes.splits import SECRET, Split, folder_of
@@ -48,7 +47,7 @@ def warnings(config: Config, splits: Mapping[str, Split]) -> Iterator[str]:
 
     Other machines can reach it through a proxy, whatever the address is, and through a private network.
     """
-    if is_loopback(config.listen) and not config.trust_proxy:
+    if config.is_for_own_machine:
         return
     if config.anonymous:
         proxy = " or the proxy in front of it" if config.trust_proxy else ""
@@ -59,7 +58,7 @@ def warnings(config: Config, splits: Mapping[str, Split]) -> Iterator[str]:
             "tls_certificate and tls_key, or trust_proxy if a proxy encrypts"
         )
     hidden = [split.name for split in splits.values() if split.hidden]
-    unlimited = [name for name in hidden if not (config.runs_per_day.of(name) or config.runs_in_all.of(name))]
+    unlimited = [name for name in hidden if config.runs_per_day.of(name) == 0 and not config.runs_in_all.of(name)]
     if unlimited:
         yield (
             f"runs on {', '.join(unlimited)} are not limited, and each reveals a little of the hidden data: "

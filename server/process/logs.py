@@ -6,13 +6,16 @@ import sys
 from datetime import UTC, datetime
 from typing import Any
 
-from server.configuration.setting import mask_secrets
+from server.configuration.secrets import MASK, is_secret, mask_secrets
 
 _OWN = frozenset(vars(logging.makeLogRecord({}))) | {"message", "asctime", "taskName"}
 """Attributes of every log record; all others are fields of the event."""
 
 _GRPC = logging.getLogger("grpc._cython.cygrpc")
 """Logger of gRPC's asynchronous server."""
+
+_ALEMBIC = logging.getLogger("alembic")
+"""Logger of the migrations."""
 
 
 def configure(level: str, form: str) -> None:
@@ -21,11 +24,17 @@ def configure(level: str, form: str) -> None:
     handler.setFormatter(JsonFormatter() if form == "json" else TextFormatter())
     logging.basicConfig(level=level.upper(), handlers=[handler], force=True)
     _GRPC.addFilter(_is_relevant)
+    _ALEMBIC.setLevel(logging.DEBUG if level == "debug" else logging.WARNING)  # its lines say nothing to a host
 
 
 def _is_relevant(record: logging.LogRecord) -> bool:
     """Return False for the errors that gRPC logs if a client leaves before its call's last message was sent."""
     return not (record.exc_info and type(record.exc_info[1]).__name__ == "ExecuteBatchError")
+
+
+def error_line(logger: str, message: str) -> str:
+    """Return an error as the JSON log has it, in one line."""
+    return JsonFormatter().format(logging.LogRecord(logger, logging.ERROR, "", 0, message, None, None))
 
 
 class TextFormatter(logging.Formatter):
@@ -54,11 +63,23 @@ class JsonFormatter(logging.Formatter):
         }
         if record.exc_info:
             event["exception"] = self.formatException(record.exc_info)
-        return mask_secrets(json.dumps(event, ensure_ascii=False, default=str))
+        return json.dumps(_masked(event), ensure_ascii=False)
 
 
 def _fields(record: logging.LogRecord) -> dict[str, Any]:
     return {name: value for name, value in vars(record).items() if name not in _OWN}
+
+
+def _masked(value: Any) -> Any:
+    """Return plain data with the secrets in its texts masked: afterwards a pattern could cut through an escape."""
+    if value is None or isinstance(value, bool | int | float):
+        return value
+    if isinstance(value, dict):
+        pairs = ((str(name), each) for name, each in value.items())
+        return {name: MASK if is_secret(name) else _masked(each) for name, each in pairs}
+    if isinstance(value, list | tuple):
+        return [_masked(each) for each in value]
+    return mask_secrets(str(value))
 
 
 def _time(record: logging.LogRecord) -> str:

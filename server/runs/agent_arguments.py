@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 
 from server.errors import BadInput
-from server.runs.accounts.accounts import is_visible
+from server.visible_text import is_visible
 
 MOST_ARGUMENTS = 16
 """Maximum number of arguments of an agent."""

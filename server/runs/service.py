@@ -8,8 +8,9 @@ from sqlalchemy.engine import Connection
 
 from server import __version__
 from server.episodes.splits import Split
-from server.errors import BadInput, NotFound, quoted
-from server.runs.accounts.accounts import ANONYMOUS_NAME, Accounts, check_name, is_visible
+from server.errors import BadInput, Forbidden, NotFound, quoted
+from server.runs.accounts.accounts import ANONYMOUS_NAME, Accounts, check_name
+from server.runs.accounts.administration import check_may_act
 from server.runs.accounts.callers import Caller, Role
 from server.runs.accounts.quotas import Quotas
 from server.runs.agent_arguments import normalize_arguments
@@ -22,6 +23,7 @@ from server.runs.storage.epochs import check_open
 from server.runs.storage.journal import Journal, run_not_found
 from server.runs.storage.records import LEASE, NO_CODE, RUNNING, Code, Progress, Run
 from server.sim.rules import Limits
+from server.visible_text import is_visible
 
 MAX_PAGE = 1000
 """Maximum number of runs on one page of a listing."""
@@ -144,6 +146,7 @@ class Runs:
         return run
 
     def _admit(self, connection: Connection, caller: Caller, split: Split) -> None:
+        check_may_act(connection, caller.account)
         check_open(connection, split.name, split.data_hash)
         self.quotas.admit_run(connection, caller, split.name)
 
@@ -192,9 +195,15 @@ class Runs:
 
         Raises:
             NotFound: if there is no such run that the caller may see.
+            Forbidden: if it is not the caller's own run: a host sees the runs of others, but does not play them.
             Conflict: if the data of the split has changed since the run was created.
         """
         run = self.visible(caller, run_id)
+        if not caller.owns(run):
+            raise Forbidden(
+                f"run {run_id!r} belongs to {run.account or 'a caller without a token'}, and only its participant can "
+                "play it; a host can cancel it"
+            )
         split_of(run, self.splits)
         return run
 

@@ -7,13 +7,14 @@ from typing import Any
 from server.board.board import Board
 from server.board.cost import Cost
 from server.board.epochs import EpochBoard
-from server.board.standings import Entry, Mark, shown
+from server.board.standings import Entry, Mark
 from server.episodes.splits import Split
 from server.errors import NotFound
 from server.runs.results.breakdown import Breakdowns
 from server.runs.storage import causes
 from server.runs.storage.records import CANCELLED, Progress, Run
 from server.scoring.episode import GATES, PLACEMENT
+from server.visible_text import shown
 from server.web import curves
 from server.web.breakdown_part import Part, breakdown_part
 from server.web.filters import METRICS, TURNS, Choice

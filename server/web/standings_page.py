@@ -7,11 +7,12 @@ from typing import Any
 
 from server.board.board import Board
 from server.board.epochs import EpochBoard
-from server.board.standings import BOTH, Entry, Mark, Standing, shown
+from server.board.standings import BOTH, Entry, Mark, Standing
 from server.episodes.splits import Split
 from server.errors import NotFound
 from server.runs.storage.epochs import EpochState
 from server.runs.storage.records import CANCELLED
+from server.visible_text import shown
 from server.web.cost_part import COSTS, cost_part
 from server.web.curves import FRAME
 from server.web.epochs_page import state_of

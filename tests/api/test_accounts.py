@@ -39,7 +39,7 @@ def closed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """A server on which nobody plays without a token."""
     data = tmp_path_factory.mktemp("data")
     tiny.write(data)
-    server = Server(data, "127.0.0.1:0", "--steps", "8", "--no-anonymous")
+    server = Server(data, "127.0.0.1:0", "--steps", "8", "--no-anonymous", "--runs-at-once", "0")
     yield server
     assert server.stop() == 0
 
@@ -138,12 +138,17 @@ def test_calls_without_a_token_are_refused_except_public_ones(people: dict[str, 
     if method == "Evaluation.GetServerInfo":
         assert not nobody.stub.GetServerInfo(pb.GetServerInfoRequest(), metadata=METADATA).anonymous
         return
-    if method == "Evaluation.GetBreakdown":  # of published runs it is everybody's; others are as if unknown
-        mine = create(people["ann"].stub).run_id
+    if method in ("Evaluation.GetBreakdown", "Evaluation.GetReceipt"):  # of published runs; others are as if unknown
+        mine, get = create(people["ann"].stub).run_id, CALLS[method]
+        assert get is not None
         for run_id in (mine, UNKNOWN):
-            request = pb.GetBreakdownRequest(run_id=run_id)
-            told = refused(lambda request=request: nobody.stub.GetBreakdown(request, metadata=METADATA))
+            told = refused(lambda run_id=run_id: get(nobody, run_id))
             assert told == (grpc.StatusCode.NOT_FOUND, f"there is no run {run_id!r}")
+        published = create(people["ann"].stub, episodes=1).run_id
+        with Player(people["ann"].stub, published) as player:
+            player.play(tiny.ACTIONS)
+        people["ann"].board.Publish(leaderboard_pb2.PublishRequest(run_id=published), metadata=METADATA)
+        assert get(nobody, published) == get(people["bob"], published)
         return
     without_run: dict[str, Callable[[], object]] = {
         "Evaluation.CreateRun": lambda: create(nobody.stub),

@@ -26,7 +26,7 @@ from tests.serving import METADATA, Server
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """One without limits; each test has a participant of its own, with limits of their own."""
+    """One with the server's own limits; each test has a participant of its own, with limits of their own."""
     data = tmp_path_factory.mktemp("data")
     with serving(data) as started:
         yield started
@@ -57,7 +57,7 @@ def limited(server: Server, name: str, **limits: int | None) -> Iterator[Person]
     """A new participant, who has these limits on the split "tiny"."""
     token = token_of(server.data, name)
     with journal(server.data) as database:
-        Quotas(database, lambda _: Quota()).set(name, "tiny", limits)
+        Quotas(database, lambda *_: Quota()).set(name, "tiny", limits)
     with Person(server.address, token) as person:
         yield person
 
@@ -184,12 +184,42 @@ def test_limits_can_be_set_per_split(tmp_path: Path) -> None:
             create(ann.stub)
         assert "the limit is 3 at once" in exhausted(lambda: create(ann.stub))
         found = {split: (quota.runs_per_day, quota.runs_at_once) for split, quota in quotas(ann).items()}
-        assert found == {"secret": (1, 0), "tiny": (0, 3)}
+        assert found == {"secret": (1, 0), "tiny": (200, 3)}
         with journal(tmp_path) as database:  # what is set for one participant on one split holds beside that
-            kept = Quotas(database, lambda split: Quota(runs_per_day=int(split == "secret")))
+            kept = Quotas(database, lambda _, split: Quota(runs_per_day=int(split == "secret")))
             kept.set("ann", "secret", {"runs_at_once": 5})
             assert kept.of("ann", "secret") == Quota(runs_per_day=1, runs_at_once=5)
         assert "the limit is 1:" in exhausted(lambda: create(ann.stub, split="secret"))
+
+
+def limits(quota: pb.Quota) -> tuple[int, int, int, int]:
+    return quota.runs_per_day, quota.runs_in_all, quota.runs_at_once, quota.streams_at_once
+
+
+def test_participants_have_limits_where_the_host_sets_none(tmp_path: Path) -> None:
+    with serving(tmp_path) as server:
+        token = token_of(tmp_path, "ann")
+        with Person(server.address, token) as ann:
+            found = {split: limits(quota) for split, quota in quotas(ann).items()}
+            assert found == {"secret": (3, 0, 3, 64), "tiny": (200, 0, 20, 64)}
+            made = [create(ann.stub, split="secret") for _ in range(3)]
+            assert "the limit is 3 at once" in exhausted(lambda: create(ann.stub, split="secret"))
+            cancel(ann, made[0])
+            assert "the limit is 3: the next is possible" in exhausted(lambda: create(ann.stub, split="secret"))
+            for _ in range(20):
+                create(ann.stub)
+            assert "20 unfinished runs" in exhausted(lambda: create(ann.stub))
+        with Person(server.address) as nobody:  # a user of the own machine, without a token
+            assert {limits(quota) for quota in quotas(nobody).values()} == {(0, 0, 0, 0)}
+        with Person(server.address, token_of(tmp_path, "chair", Role.HOST)) as chair:
+            assert {limits(quota) for quota in quotas(chair).values()} == {(0, 0, 0, 0)}
+
+
+def test_callers_without_a_token_have_limits_together_on_a_server_for_others(tmp_path: Path) -> None:
+    set_ = ("--anonymous", "--trust-proxy", "--runs-at-once", "tiny=2")
+    with serving(tmp_path, *set_) as server, Person(server.address) as one:
+        found = {split: limits(quota) for split, quota in quotas(one).items()}
+        assert found == {"secret": (3, 0, 3, 64), "tiny": (200, 0, 2, 64)}
 
 
 def test_limit_on_open_streams_is_enforced(tmp_path: Path) -> None:
@@ -243,7 +273,7 @@ def test_quota_command_changes_a_participants_limits(tmp_path: Path, capsys: pyt
     with serving(tmp_path, "--runs-in-all", "1") as server, Person(server.address, token_of(tmp_path, "ann")) as ann:
         create(ann.stub)
         exhausted(lambda: create(ann.stub))
-        assert quota("ann", "tiny", "--runs-in-all", "2") == (0, f"{header}ann\ttiny\tany\t2\tany\tany\n", "")
+        assert quota("ann", "tiny", "--runs-in-all", "2") == (0, f"{header}ann\ttiny\t200\t2\t20\t64\n", "")
         create(ann.stub)
         exhausted(lambda: create(ann.stub))
         assert quota("ann", "tiny", "--runs-in-all", "0")[0] == 0
@@ -264,7 +294,7 @@ def test_quota_command_changes_a_participants_limits(tmp_path: Path, capsys: pyt
                 create(chair.stub)
     assert quota("list") == (
         0,
-        f"{header}ann\ttiny\tany\tany\tany\tany\nanonymous\ttiny\tany\t2\tany\tany\n",
+        f"{header}ann\ttiny\t200\tany\t20\t64\nanonymous\ttiny\tany\t2\tany\tany\n",
         "",
     )
     for arguments, said in (

@@ -193,8 +193,15 @@ def test_splits_for_training_are_neither_ranked_nor_listed(tmp_path: Path) -> No
     ("note", "message"),
     [
         ("x" * 501, "the note has 501 characters; at most 500 are allowed"),
-        ("one\ntwo", "the note has a line break or a control character; expected one line of text"),
-        ("\u202eback", "the note has a line break or a control character; expected one line of text"),
+        ("one\ntwo", "the note has U+000A (a control character); expected one line of visible text"),
+        ("\u202eback", "the note has U+202E (RIGHT-TO-LEFT OVERRIDE); expected one line of visible text"),
+        ("a\u200bb", "the note has U+200B (ZERO WIDTH SPACE); expected one line of visible text"),
+        ("a\u2063b", "the note has U+2063 (INVISIBLE SEPARATOR); expected one line of visible text"),
+        ("a\U000e0041b", "the note has U+E0041 (TAG LATIN CAPITAL LETTER A); expected one line of visible text"),
+        (
+            "a" + "\u0301" * 5,
+            "the note has U+0301 (COMBINING ACUTE ACCENT) after 4 other marks; expected one line of visible text",
+        ),
     ],
 )
 def test_invalid_notes_are_refused(house: House, note: str, message: str) -> None:

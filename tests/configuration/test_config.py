@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from arramon_client.transport.connection import connect
+from server import cli
 from server.addresses import is_loopback
 from server.cli import parser
 from server.commands.settings import as_table, as_toml
@@ -44,7 +45,7 @@ EVERYTHING: dict[str, tuple[str, Any]] = {
     "anonymous": ("true", True),
     "runs_per_day": ("4", PerSplit(4)),
     "runs_in_all": ("40,test_unseen=3", PerSplit(40, (("test_unseen", 3),))),
-    "runs_at_once": ("a=0,b=2", PerSplit(0, (("a", 0), ("b", 2)))),
+    "runs_at_once": ("a=0,b=2", PerSplit(None, (("a", 0), ("b", 2)))),
     "streams_at_once": ("8", PerSplit(8)),
     "tls_certificate": ("c.pem", Path("c.pem")),
     "tls_key": ("k.pem", Path("k.pem")),
@@ -167,7 +168,7 @@ def test_values_of_the_wrong_type_in_the_file_are_refused(tmp_path: Path, value:
     assert refusal(file=file).startswith(f"steps (steps in {file}) is ")
 
 
-THREE_ON_THE_HIDDEN_ONE = PerSplit(0, (("test_unseen", 3),))
+THREE_ON_THE_HIDDEN_ONE = PerSplit(None, (("test_unseen", 3),))
 
 
 @pytest.mark.parametrize(
@@ -177,7 +178,9 @@ THREE_ON_THE_HIDDEN_ONE = PerSplit(0, (("test_unseen", 3),))
         ("{test_unseen = 3}", THREE_ON_THE_HIDDEN_ONE),
         ("{default = 5, test_unseen = 3}", PerSplit(5, (("test_unseen", 3),))),
         ('"5,test_unseen=3"', PerSplit(5, (("test_unseen", 3),))),
-        ('{"a split" = 1}', PerSplit(0, (("a split", 1),))),
+        ('{"a split" = 1}', PerSplit(None, (("a split", 1),))),
+        ("0", PerSplit(0)),
+        ("{default = 0, a = 1}", PerSplit(0, (("a", 1),))),
     ],
 )
 def test_per_split_limits_are_read_from_and_written_to_a_file(tmp_path: Path, toml: str, expected: PerSplit) -> None:
@@ -280,11 +283,84 @@ def test_the_reference_camera_is_refused_without_pybullet(monkeypatch: pytest.Mo
     assert load().config.camera == "raster"
 
 
-def test_config_command_masks_the_database_password(tmp_path: Path) -> None:
-    done = run(tmp_path, "config", "--journal", "postgresql://host:hunter2@db/x", ARRAMON_STEPS="9")
-    assert 'journal = "postgresql://host:***@db/x"  # --journal' in done.stdout.splitlines()
-    assert "steps = 9  # $ARRAMON_STEPS" in done.stdout.splitlines()
-    assert "hunter2" not in done.stdout + done.stderr
+@pytest.mark.parametrize(
+    ("given", "shown"),
+    [
+        ("postgresql://host:hunter2@db/x", "postgresql://host:***@db/x"),
+        ("postgresql://host:hun/ter2@db/x", "postgresql://host:***@db/x"),
+        ("postgresql://host:a@hunter2@db/x", "postgresql://host:***@db/x"),
+        ("postgresql://host:a hunter2@db/x", "postgresql://host:***@db/x"),
+        ("postgresql://host:what?hunter2@db/x", "postgresql://host:***@db/x"),
+        ("postgresql://host@db/x?password=a hunter2", "postgresql://host@db/x?password=***"),
+        ("postgresql://host@db/x?password=hunter2", "postgresql://host@db/x?password=***"),
+        ("postgresql:///x?host=db&password=hunter2&user=u", "postgresql:///x?host=db&password=***&user=u"),
+        ("postgresql://db/x?sslpassword=hunter2;&sslmode=require", "postgresql://db/x?sslpassword=***&sslmode=require"),
+        ("postgresql://db/x?PassWord=hunter2", "postgresql://db/x?PassWord=***"),
+        ("postgresql://db/x?pass%77ord=hunter2", "postgresql://db/x?pass%77ord=***"),
+        ("postgresql://db/x?password=it's hunter2", "postgresql://db/x?password=***"),
+        ("postgresql://db/x?unheard_of=hunter2", "postgresql://db/x?unheard_of=***"),
+        ("postgresql://db/x?oauth_client_secret=hunter2&port=1", "postgresql://db/x?oauth_client_secret=***&port=1"),
+        ("sqlite:////a/b@c/j.db", "sqlite:////a/b@c/j.db"),
+    ],
+)
+def test_config_command_masks_passwords_of_every_form(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, given: str, shown: str
+) -> None:
+    file = tmp_path / "arramon.toml"
+    file.write_text(f"journal = {json.dumps(given)}\n")
+    assert cli.main(["config", "--journal", given]) == 0
+    assert f'journal = "{shown}"  # --journal' in capsys.readouterr().out.splitlines()
+    assert cli.main(["config", "--config", str(file)]) == 0
+    assert f'journal = "{shown}"  # journal in {file}' in capsys.readouterr().out.splitlines()
+    monkeypatch.setenv("ARRAMON_JOURNAL", given)
+    assert cli.main(["config"]) == 0
+    assert f'journal = "{shown}"  # $ARRAMON_JOURNAL' in capsys.readouterr().out.splitlines()
+
+
+UNREACHABLE = "127.0.0.1:1"
+"""Nothing listens there."""
+
+
+@pytest.mark.parametrize(
+    "url",
+    [
+        f"postgresql://u:hunter2@{UNREACHABLE}/x",
+        f"postgresql://u@{UNREACHABLE}/x?password=hunter2&sslpassword=hunter2",
+        f"postgresql://u:a@hunter2@{UNREACHABLE}/x",
+        f"postgresql://u@{UNREACHABLE}/x?pasword=hunter2",
+        "mysql://u:hunter2@db/x",
+        "postgresql://u:hunter2@db:port/x",
+        "hunter2",
+    ],
+)
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("serve", "--listen", "127.0.0.1:0"),
+        ("backup", "new"),
+        ("import", "file"),
+        ("export", "file"),
+        ("runs",),
+        ("token", "list"),
+    ],
+)
+def test_no_command_prints_the_database_password(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, command: list[str], url: str
+) -> None:
+    tiny.write(tmp_path / "data")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").write_bytes(b"")
+    assert cli.main([*command, "--data", "data", "--journal", url]) == 1
+    said = capsys.readouterr()
+    assert said.err.startswith("arramon-server: ")
+    assert "hunter2" not in said.out + said.err
+
+
+def test_usage_errors_mask_what_was_typed(capsys: pytest.CaptureFixture[str]) -> None:
+    for typed in (["config", "--jornal", "postgresql://u:hunter2@db/x"], ["token", "list", "password=hunter2"]):
+        with pytest.raises(SystemExit):
+            cli.main(typed)
+        assert "hunter2" not in capsys.readouterr().err
 
 
 def run(data: Path, *arguments: str, **variables: str) -> "subprocess.CompletedProcess[str]":

@@ -24,7 +24,8 @@ def folder() -> Iterator[Path]:
 def server(folder: Path) -> Iterator[Server]:
     tiny.write(folder)
     tiny.write(folder, "secret", 3, hidden=True)
-    server = Server(folder, f"unix:{folder}/server", "--steps", "8", "--no-anonymous", "--no-fsync")
+    limits = ("--runs-per-day", "0", "--runs-at-once", "0")  # the checks of all tests are played on it
+    server = Server(folder, f"unix:{folder}/server", "--steps", "8", "--no-anonymous", "--no-fsync", *limits)
     yield server
     server.stop()
 

@@ -56,7 +56,7 @@ def test_the_needed_runs_are_printed_and_checked_against_the_quota(
 ) -> None:
     token, needed = token_of(server.data, "bea"), sum(check.runs for check in CHECKS)
     database = Database(f"sqlite:///{server.data / 'journal.db'}")
-    quotas = Quotas(database, lambda split: Quota())
+    quotas = Quotas(database, lambda *_: Quota())
     try:
         quotas.set("bea", "tiny", {"runs_per_day": needed - 1})
         assert command(server.address, token) == 2

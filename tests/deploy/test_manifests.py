@@ -148,7 +148,7 @@ def test_manifests_set_only_existing_server_settings() -> None:
 def test_manifest_settings_are_valid_and_limit_hidden_split_runs(tmp_path: Path) -> None:
     config = load_configuration({}, of_kind("ConfigMap")["arramon"]["data"]).config
     splits = {split.name: split for split in (tiny.write(tmp_path), tiny.write(tmp_path, "test_unseen", hidden=True))}
-    assert (config.runs_per_day.of("test_unseen"), config.runs_per_day.of("tiny")) == (3, 0)
+    assert (config.runs_per_day.of("test_unseen"), config.runs_per_day.of("tiny")) == (3, None)
     assert list(warnings(config, splits)) == []
 
 

@@ -16,6 +16,7 @@ from tests.forked import run
 
 TLS = {"tls_certificate": Path("certificate.pem"), "tls_key": Path("key.pem")}
 LIMITED = {"runs_per_day": PerSplit(2)}
+NO_LIMIT = {"runs_per_day": PerSplit(0)}
 OPEN_ALONE = {"runs_per_day": PerSplit(0, (("tiny", 2),))}
 HIDDEN_ALONE = {"runs_per_day": PerSplit(0, (("secret", 2),))}
 UNLIMITED = "runs on secret are not limited"
@@ -28,16 +29,18 @@ PROXY = {"trust_proxy": True}
         ("127.0.0.1:1", {}, []),
         ("unix:/run/a", {}, []),
         ("[::1]:1", {"anonymous": True}, []),
-        ("127.0.0.1:1", PROXY, [UNLIMITED]),
-        ("unix:/run/a", PROXY, [UNLIMITED]),
+        ("127.0.0.1:1", PROXY, []),  # by default runs on hidden splits are limited
+        ("127.0.0.1:1", NO_LIMIT, []),
+        ("127.0.0.1:1", PROXY | NO_LIMIT, [UNLIMITED]),
+        ("unix:/run/a", PROXY | NO_LIMIT, [UNLIMITED]),
         ("127.0.0.1:1", PROXY | LIMITED, []),
         (
             "127.0.0.1:1",
             PROXY | LIMITED | {"anonymous": True},
             ["anonymous is true: anyone who can reach 127.0.0.1:1 or"],
         ),
-        ("10.0.0.1:1", PROXY, [UNLIMITED]),
-        ("10.0.0.1:1", TLS, [UNLIMITED]),
+        ("10.0.0.1:1", PROXY | NO_LIMIT, [UNLIMITED]),
+        ("10.0.0.1:1", TLS | NO_LIMIT, [UNLIMITED]),
         (
             "10.0.0.1:1",
             LIMITED,
@@ -53,8 +56,8 @@ PROXY = {"trust_proxy": True}
             ["clients on other machines cannot play at 0.0.0.0:1, as tokens are accepted over TLS only"],
         ),
         ("0.0.0.0:1", {"anonymous": True} | LIMITED, ["anonymous is true: anyone who can reach 0.0.0.0:1 may play"]),
-        ("0.0.0.0:1", TLS, [UNLIMITED]),
-        ("0.0.0.0:1", TLS | {"runs_in_all": PerSplit(9)}, []),
+        ("0.0.0.0:1", TLS | NO_LIMIT, [UNLIMITED]),
+        ("0.0.0.0:1", TLS | NO_LIMIT | {"runs_in_all": PerSplit(9)}, []),
     ],
 )
 def test_probably_unintended_settings_cause_warnings(

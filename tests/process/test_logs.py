@@ -16,8 +16,9 @@ from grpc._cython import cygrpc  # type: ignore[attr-defined]
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
+from server import cli
 from server.api.access_log import network_of
-from server.configuration.setting import mask_secrets
+from server.configuration.secrets import mask_secrets
 from server.process.logs import JsonFormatter, TextFormatter, configure
 from tests import tiny
 from tests.serving import METADATA, Server
@@ -71,10 +72,33 @@ def test_exception_is_logged_as_one_event_with_secrets_masked(formatter: logging
         ("token arramon_0a1b2c_Se-cr_et0 and", "token arramon_0a1b2c_*** and"),
         ("authorization: Bearer abc.def", "authorization: Bearer ***"),
         ("'Bearer arramon_0a1b2c_Secret'", "'Bearer arramon_0a1b2c_***'"),
+        ("postgresql://me@db/x?password=hunter2&sslmode=require", "postgresql://me@db/x?password=***&sslmode=require"),
+        (
+            "postgresql://me@db/x?sslmode=require&ssl%70assword=a;b",
+            "postgresql://me@db/x?sslmode=require&ssl%70assword=***",
+        ),
+        ("host=db password=hunter2 user=me", "host=db password=*** user=me"),
+        ("host=db password = 'hun ter2' user=me", "host=db password = *** user=me"),
+        (r"password='it\'s hunter2' user=me", "password=*** user=me"),
+        (r"password=a\ b user=me", "password=*** user=me"),
+        ("PGPASSWORD=hunter2 psql", "PGPASSWORD=*** psql"),
+        ("{'host': 'db', 'password': 'hunter2'}", "{'host': 'db', 'password': '***'}"),
+        ('{"sslpassword": "hunter2", "port": 1}', '{"sslpassword": \'***\', "port": 1}'),
+        ("password authentication failed for user", "password authentication failed for user"),
+        ("runs_per_day: secret=3, token_id=7f", "runs_per_day: secret=3, token_id=7f"),
     ],
 )
 def test_secrets_in_texts_are_masked(text: str, expected: str) -> None:
     assert mask_secrets(text) == expected
+
+
+def test_secrets_in_the_fields_of_an_event_are_masked() -> None:
+    made = record('said "password=\'a"b hunter2\'"', url="postgresql://u:hunter2@h/x", options={"password": "hunter2"})
+    line = JsonFormatter().format(made)
+    event = json.loads(line)
+    assert (event["url"], event["options"]) == ("postgresql://u:***@h/x", {"password": "***"})
+    assert "hunter2" not in line
+    assert "hunter2" not in TextFormatter().format(made)
 
 
 @pytest.mark.parametrize(
@@ -156,4 +180,44 @@ def test_unreachable_database_error_contains_no_password(tmp_path: Path) -> None
     assert done.returncode == 1
     assert "hunter2" not in done.stdout + done.stderr
     assert "Traceback" not in done.stderr
-    assert "\narramon-server: the journal cannot be used: " in "\n" + done.stderr
+    assert events(done.stderr)[-1]["message"].startswith("the journal cannot be used: ")
+
+
+def test_info_log_of_a_command_has_no_lines_of_the_migrations(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    command = [sys.executable, "-m", "server", "token", "list", "--data", str(tmp_path), "--log", "info"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=240, check=True)
+    assert done.stderr == ""
+
+
+@pytest.mark.parametrize("by", ["flag", "variable", "file"])
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("serve",), "there are no episodes in "),
+        (("serve", "--steps", "no"), "steps (--steps) is 'no', expected a whole number of steps"),
+        (("token", "list", "--journal", "postgresql://u:hunter2@127.0.0.1:1/x"), "the journal cannot be used: "),
+    ],
+)
+def test_an_error_that_ends_a_command_has_the_logs_format(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    by: str,
+    arguments: tuple[str, ...],
+    said: str,
+) -> None:
+    more: tuple[str, ...] = ("--data", str(tmp_path))
+    if by == "flag":
+        more += ("--log-format", "json")
+    elif by == "variable":
+        monkeypatch.setenv("ARRAMON_LOG_FORMAT", "json")
+    else:
+        (tmp_path / "arramon.toml").write_text('log_format = "json"\n')
+        more += ("--config", str(tmp_path / "arramon.toml"))
+    assert cli.main([*arguments, *more]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    event = json.loads(line)
+    assert (event["level"], event["logger"]) == ("error", "server.cli")
+    assert event["message"].startswith(said)
+    assert "hunter2" not in line

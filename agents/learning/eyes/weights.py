@@ -1,7 +1,7 @@
 """Weight files of the encoder: safetensors in half precision, with the network's sizes in the metadata."""
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
 
 import torch
@@ -11,6 +11,10 @@ from torch import nn
 
 from agents.learning.eyes.naming import NamingNetwork
 from agents.learning.eyes.network import EyesNetwork, Sizes, folded
+from arramon.strict_json import NotJsonError, read_json
+
+LARGEST = 1 << 16
+"""Maximum of a size in a file: a network of any size would be allocated before its tensors are found to be missing."""
 
 BLOCKS, NAMING = "blocks.", "naming."
 """Prefix of the tensor names of each network."""
@@ -40,13 +44,24 @@ def read_weights(path: Path) -> tuple[EyesNetwork, NamingNetwork]:
             about = file.metadata() or {}
             if "sizes" not in about:
                 raise ValueError(f"{path} holds no weights of the visual encoder: its metadata has no 'sizes'")
-            blocks, naming = EyesNetwork(Sizes(**json.loads(about["sizes"]))), NamingNetwork()
+            blocks, naming = EyesNetwork(_sizes(about["sizes"])), NamingNetwork()
             tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - not a mapping
-    except SafetensorError as error:
+    except (SafetensorError, NotJsonError) as error:
         raise ValueError(f"{path} holds no weights of the visual encoder: {error}") from error
     for prefix, network in ((BLOCKS, blocks), (NAMING, naming)):
         _fill(network, {name.removeprefix(prefix): value for name, value in tensors.items() if name.startswith(prefix)})
     return blocks, naming
+
+
+def _sizes(text: str) -> Sizes:
+    content = read_json(text)
+    names = [field.name for field in fields(Sizes)]
+    if not isinstance(content, dict) or not content.keys() <= set(names):
+        raise NotJsonError(f"has 'sizes' that are no object with {', '.join(names)}")
+    for name, size in content.items():
+        if type(size) is not int or not 1 <= size <= LARGEST:
+            raise NotJsonError(f"has the size {name} {size!r}, expected a whole number from 1 to {LARGEST}")
+    return Sizes(**content)
 
 
 def _fill(network: nn.Module, tensors: dict[str, torch.Tensor]) -> None:

@@ -18,7 +18,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from arramon.strict_json import read_json
 from server.dataset.alignment.routes import Tokens, mirrored
+from server.episodes.files import read_bytes
 from server.errors import BadFile
 
 DATA = Path(__file__).parent / "data"
@@ -128,7 +130,7 @@ def read(path: Path) -> Alignment:
         BadFile: if the file is missing or broken.
     """
     try:
-        document: dict[str, Any] = json.loads(gzip.decompress(path.read_bytes()))
+        document: dict[str, Any] = read_json(read_bytes(path))
         table = np.full((len(document["tokens"]) + 1, len(document["words"])), 10.0**-DIGITS / 2)
         for row, listed in enumerate(document["table"]):
             for word, probability in listed.items():

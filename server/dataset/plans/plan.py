@@ -117,7 +117,7 @@ def read_plan(id: str, folder: Path = FOLDER) -> Plan:  # noqa: A002 - the usual
         raise NotFound(f"there is no plan of section {id!r}; there are {', '.join(plan_ids())}")
     try:
         table = tomllib.loads(read_bytes(path).decode())
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise BadFile(path, f"is not TOML: {error}") from error
     try:
         data = json.dumps(table, allow_nan=False, default=str)

@@ -1,7 +1,6 @@
 """Participants and their tokens: creation, listing, revocation and authentication."""
 
 import hmac
-import re
 import secrets
 import unicodedata
 from collections.abc import Sequence
@@ -17,6 +16,7 @@ from server.errors import BadInput, Conflict, NotFound, Unauthenticated
 from server.runs.accounts.callers import Caller, Role
 from server.runs.storage import tables
 from server.runs.storage.database import Database, utc
+from server.visible_text import JOINERS, STYLES, invisible_part, is_visible
 
 PREFIX = "arramon"
 """Prefix of every token, by which scanners for leaked secrets can recognise one."""
@@ -30,18 +30,6 @@ LONGEST_NAME, LONGEST_NOTE = 100, 200
 
 ANONYMOUS_NAME = "anonymous"
 """Name of all callers without a token; no participant may have it."""
-
-_JOINERS = "\u200c\u200d"
-"""Zero-width joiner and non-joiner: needed in Devanagari, invisible by themselves."""
-
-_STYLES = "\ufe0e\ufe0f"
-"""Variation selectors that choose between text and colour forms of an emoji, invisible by themselves."""
-
-_BLANK = re.compile("[\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180f\u2800\u3164\ufe00-\ufe0d\uffa0\U000e0100-\U000e01ef]")
-"""Invisible characters that Python considers printable: fillers and variation selectors."""
-
-_MOST_MARKS = 4
-"""Maximum combining marks in a row. No language needs more, and higher stacks would cover other lines."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +80,8 @@ class Accounts:
         check_name(participant)
         if len(note) > LONGEST_NOTE:
             raise BadInput(f"the note has {len(note)} characters; at most {LONGEST_NOTE} are allowed")
+        if (part := invisible_part(note)) is not None:
+            raise BadInput(f"the note has {part}, expected one line of visible text")
         if days is not None and not 0 < days <= 36_500:
             raise BadInput(f"the token expires in {days:g} days, expected more than 0 and at most 36500")
         token_id, secret = secrets.token_hex(6), secrets.token_urlsafe(SECRET_BYTES)
@@ -143,6 +133,8 @@ class Accounts:
         if not rows or not hmac.compare_digest(rows[0].hash, _hash(secret)):
             raise Unauthenticated("authentication failed: unknown token; ask the host for another one")
         found = _token(rows[0])
+        if rows[0].banned_at is not None:
+            raise Unauthenticated(f"authentication failed: {banned(found.participant, rows[0].ban_reason)}")
         if found.revoked_at is not None:
             raise Unauthenticated(f"authentication failed: token {token_id} was revoked; ask the host for another one")
         if found.expires_at is not None and found.expires_at <= datetime.now(UTC):
@@ -153,20 +145,20 @@ class Accounts:
         return Caller(found.role, found.participant)
 
     def is_taken(self, name: str) -> bool:
-        """Return whether a name is that of a participant, or can be confused with one."""
-        return _find_alike(self._database.read(sa.select(tables.participants)), name) is not None
+        """Return whether a name is or was that of a participant, or can be confused with one."""
+        names = (tables.participants.c.participant, tables.earlier_names.c.name)
+        return any(find_alike([row[0] for row in self._database.read(sa.select(each))], name) for each in names)
 
     def _enrol(self, connection: Connection, participant: str, role: Role, now: datetime) -> None:
-        known = _find_alike(connection.execute(sa.select(tables.participants)).all(), participant)
-        if known is None:
+        known = {row.participant: row for row in connection.execute(sa.select(tables.participants))}
+        if participant not in known:
+            check_free(connection, participant)
             row = {"participant": participant, "role": role.value, "created_at": now}
             connection.execute(tables.participants.insert(), [row])
-        elif known.participant != participant:
-            raise Conflict(
-                f"the name {participant!r} can be confused with that of the participant {known.participant!r}"
-            )
-        elif known.role != role.value:
-            raise Conflict(f"{participant!r} has the role {known.role}; a {role.value} needs another name")
+        elif known[participant].role != role.value:
+            raise Conflict(f"{participant!r} has the role {known[participant].role}; a {role.value} needs another name")
+        elif known[participant].banned_at is not None:
+            raise Conflict(f"{participant!r} is banned; `arramon-server account unban` ends that")
 
 
 def check_name(name: str) -> None:
@@ -183,28 +175,49 @@ def check_name(name: str) -> None:
         raise BadInput(f"the name {name!r} is reserved for callers without a token; a participant needs another name")
 
 
-def is_visible(text: str) -> bool:
-    """Return whether a text is one line of visible characters, without control of the cursor or the text direction."""
-    seen = text.translate(dict.fromkeys(map(ord, _JOINERS)))
-    marks = "".join("m" if unicodedata.category(letter) in ("Mn", "Me") else " " for letter in seen)
-    return seen.isprintable() and not _BLANK.search(seen) and "m" * (_MOST_MARKS + 1) not in marks
-
-
 def _normalized(name: str) -> str:
     """Return a name without differences of case, width and joiners: no two participants may differ by these alone."""
-    return unicodedata.normalize("NFKC", name.translate(dict.fromkeys(map(ord, _JOINERS + _STYLES)))).casefold()
+    return unicodedata.normalize("NFKC", name.translate(dict.fromkeys(map(ord, JOINERS + STYLES)))).casefold()
 
 
-def _find_alike(participants: Sequence[Row[Any]], name: str) -> Row[Any] | None:
+def find_alike(names: Sequence[str], name: str) -> str | None:
+    """Return the one of some names that is equal to a name, or can be confused with it; None if there is none."""
     wanted = _normalized(name)
-    return next((row for row in participants if _normalized(row.participant) == wanted), None)
+    return next((each for each in names if _normalized(each) == wanted), None)
+
+
+def check_free(connection: Connection, name: str, *, but: str | None = None) -> None:
+    """Check that a name can be given to a participant.
+
+    Args:
+        connection: in the transaction that gives the name.
+        name: the name.
+        but: participant whose own names, present and earlier, do not count.
+
+    Raises:
+        Conflict: if the name can be confused with another participant's, or with the earlier name of another.
+    """
+    participants, earlier = tables.participants.c, tables.earlier_names.c
+    present = [row[0] for row in connection.execute(sa.select(participants.participant)) if row[0] != but]
+    if (alike := find_alike(present, name)) is not None:
+        raise Conflict(f"the name {name!r} can be confused with that of the participant {alike!r}")
+    once = {row.name: row.participant for row in connection.execute(sa.select(earlier.name, earlier.participant))}
+    if (alike := find_alike([each for each, who in once.items() if who != but], name)) is not None:
+        raise Conflict(f"the name {name!r} can be confused with {alike!r}, an earlier name of {once[alike]!r}")
+
+
+def banned(participant: str, reason: str) -> str:
+    """Return a clause that says that a participant is banned, and why, as far as the host gave a reason."""
+    return f"the account {participant!r} is banned" + (f": {reason}" if reason else "") + "; ask the host"
 
 
 def _hash(secret: str) -> str:
     return sha256(secret.encode()).hexdigest()
 
 
-_TOKENS = sa.select(tables.tokens, tables.participants.c.role).join_from(tables.tokens, tables.participants)
+_TOKENS = sa.select(
+    tables.tokens, *(tables.participants.c[name] for name in ("role", "banned_at", "ban_reason"))
+).join_from(tables.tokens, tables.participants)
 
 
 def _token(row: Row[Any]) -> Token:

@@ -1,4 +1,4 @@
-"""Attempts of participants on a split: every run that was begun counts, under any agent's name."""
+"""Attempts of participants on a split: every run that was begun counts, under any agent's name, also pruned ones."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -43,13 +43,12 @@ def who(run: Run) -> Who:
 
 def attempts_on(read: ReadQuery, split: str) -> dict[tuple[Who, str], Attempts]:
     """Return the attempts of every participant on a split, by participant and language."""
-    runs, entries = tables.runs, tables.entries
+    runs, entries = _begun(lambda table: table.c.split == split), tables.entries
     name = sa.case((runs.c.account.is_(None), runs.c.participant), else_="").label("name")
     listed = sa.func.count().filter(entries.c.run_id.is_not(None), entries.c.withdrawn_at.is_(None))
     query = (
         sa.select(runs.c.account, name, runs.c.language, sa.func.count().label("begun"), listed.label("published"))
-        .select_from(runs.outerjoin(entries))
-        .where(runs.c.split == split)
+        .select_from(runs.outerjoin(entries, entries.c.run_id == runs.c.run_id))
         .group_by(runs.c.account, name, runs.c.language)
     )
     return {((row.account, row.name), row.language): Attempts(row.begun, row.published) for row in read(query)}
@@ -57,11 +56,31 @@ def attempts_on(read: ReadQuery, split: str) -> dict[tuple[Who, str], Attempts]:
 
 def number_of(read: ReadQuery, run: Run) -> tuple[int, int]:
     """Return which of its participant's runs on the split in the language a run is, from 1, and how many were begun."""
-    c = tables.runs.c
-    same = [c.split == run.split, c.language == run.language, c.account == run.account]
-    if run.account is None:
-        same[-1] = sa.and_(c.account.is_(None), c.participant == run.participant)
+
+    def is_alike(table: sa.Table) -> sa.ColumnElement[bool]:
+        of_account = table.c.account == run.account
+        if run.account is None:
+            of_account = table.c.account.is_(None) & (table.c.participant == run.participant)
+        return sa.and_(table.c.split == run.split, table.c.language == run.language, of_account)
+
+    c = _begun(is_alike).c
     before = sa.tuple_(c.created_at, c.run_id) <= sa.tuple_(sa.literal(run.created_at, c.created_at.type), run.run_id)
-    query: Any = sa.select(sa.func.count().filter(before).label("number"), sa.func.count().label("begun")).where(*same)
+    query: Any = sa.select(sa.func.count().filter(before).label("number"), sa.func.count().label("begun")).select_from(
+        c.run_id.table
+    )
     row = read(query)[0]
     return row.number, row.begun
+
+
+def _begun(which: Callable[[sa.Table], sa.ColumnElement[bool]]) -> sa.Subquery:
+    """Return the runs that meet a condition, pruned ones included; one query, so that none is counted twice or missed.
+
+    Args:
+        which: returns the condition for one of the two tables, which have these columns in common.
+    """
+    names = ("run_id", "account", "participant", "split", "language", "created_at")
+    each = [sa.select(*(table.c[name] for name in names)).where(which(table)) for table in _TABLES]
+    return sa.union_all(*each).subquery()
+
+
+_TABLES = (tables.runs, tables.pruned_runs)

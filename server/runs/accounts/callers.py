@@ -33,7 +33,11 @@ class Caller:
 
     def may_see(self, run: Run) -> bool:
         """Return whether the caller may see a run: hosts see all, participants their own, others the anonymous ones."""
-        return self.role is Role.HOST or (self.may_play and run.account == self.account)
+        return self.role is Role.HOST or self.owns(run)
+
+    def owns(self, run: Run) -> bool:
+        """Return whether a run is the caller's own, to play: anonymous runs belong to all anonymous callers."""
+        return self.may_play and run.account == self.account
 
 
 ANONYMOUS = Caller(Role.ANONYMOUS)
@@ -45,5 +49,5 @@ UNAUTHENTICATED = Caller(Role.ANONYMOUS, may_list=False)
 READER = Caller(Role.ANONYMOUS, may_list=False, may_play=False)
 """Anonymous caller on a server where playing needs a token."""
 
-HOST = Caller(Role.HOST)
+HOST = Caller(Role.HOST, may_play=False)
 """The host at its own command line."""

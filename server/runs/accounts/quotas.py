@@ -1,7 +1,7 @@
 """Limits of participants on each split, checked in the transaction that writes, so that no race exceeds them."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from datetime import UTC, datetime
 from typing import Any
 from uuid import uuid4
@@ -50,13 +50,38 @@ class Quota:
     runs_at_once: int = 0
     streams_at_once: int = 0
 
-    @classmethod
-    def of_settings(cls, settings: Any, split: str) -> "Quota":
-        """Return the default limits on a split from the host's settings, which have the same names."""
-        return cls(**{name: getattr(settings, name).of(split) for name in LIMITS})
-
 
 LIMITS = tuple(field.name for field in fields(Quota))
+
+NO_QUOTA = Quota()
+
+OPEN_QUOTA = Quota(runs_per_day=200, runs_at_once=20, streams_at_once=64)
+"""Limits on a split that is not hidden, where the host sets none: more than careful work needs, less than a flood."""
+
+HIDDEN_QUOTA = Quota(runs_per_day=3, runs_at_once=3, streams_at_once=64)
+"""Limits on a hidden split, where the host sets none: every run reveals a little of it."""
+
+
+class DefaultQuotas:
+    """Limits of callers for whom the host has made no exception.
+
+    Callers without a token on a server for its own machine have only the limits that the host sets: they are one user.
+
+    Args:
+        settings: the host's settings, with one field of each name in `LIMITS`.
+        hidden: names of the hidden splits.
+    """
+
+    def __init__(self, settings: Any, hidden: Collection[str]) -> None:
+        self._settings = settings
+        self._hidden = frozenset(hidden)
+
+    def __call__(self, caller: Caller, split: str) -> Quota:
+        """Return the limits of a caller on a split."""
+        is_own_machine = caller.account is None and self._settings.is_for_own_machine
+        quota = NO_QUOTA if is_own_machine else HIDDEN_QUOTA if split in self._hidden else OPEN_QUOTA
+        given = {name: getattr(self._settings, name).of(split) for name in LIMITS}
+        return replace(quota, **{name: limit for name, limit in given.items() if limit is not None})
 
 
 class Quotas:
@@ -66,10 +91,10 @@ class Quotas:
 
     Args:
         database: storage of quotas, runs and streams.
-        default: returns the default limits on a split, by its name.
+        default: returns the limits of a caller on a split where the host has made no exception.
     """
 
-    def __init__(self, database: Database, default: Callable[[str], Quota]) -> None:
+    def __init__(self, database: Database, default: Callable[[Caller, str], Quota]) -> None:
         self._database = database
         self._default = default
 
@@ -183,26 +208,24 @@ class Quotas:
         rows = self._database.read(sa.select(table).where(table.c.participant == participant))
         if not rows and participant != ANONYMOUS_NAME:
             raise _no_participant(participant)
-        caller = Caller(Role(rows[0].role), participant) if rows else ANONYMOUS
+        caller = ANONYMOUS if participant == ANONYMOUS_NAME else Caller(Role(rows[0].role), participant)
         return self._limits_of(self._database.read, caller, split)
 
     def exceptions(self) -> Iterator[tuple[str, str, Quota]]:
         """Yield participant, split and limits wherever the defaults are overridden."""
         table = tables.quotas
         for row in self._database.read(sa.select(table).order_by(table.c.participant, table.c.split)):
-            yield row.participant, row.split, self._overridden(row._mapping)
+            yield row.participant, row.split, self.of(row.participant, row.split)
 
     def _limits_of(self, read: ReadQuery, caller: Caller, split: str) -> Quota:
         if caller.role is Role.HOST:
             return Quota()
         table = tables.quotas
-        own = sa.select(table).where(table.c.participant == (caller.account or ANONYMOUS_NAME), table.c.split == split)
-        rows = read(own)
-        return self._overridden(rows[0]._mapping) if rows else self._default(split)
-
-    def _overridden(self, row: Mapping[Any, Any]) -> Quota:
-        own = {name: row[name] for name in LIMITS if row[name] is not None}
-        return Quota(**{**asdict(self._default(row["split"])), **own})
+        key = (table.c.participant == (caller.account or ANONYMOUS_NAME), table.c.split == split)
+        rows = read(sa.select(table).where(*key))
+        found = {name: rows[0]._mapping[name] for name in LIMITS} if rows else {}
+        exceptions = {name: limit for name, limit in found.items() if limit is not None}
+        return replace(self._default(caller, split), **exceptions)
 
 
 def _reader_of(connection: Connection) -> ReadQuery:

@@ -25,7 +25,7 @@ class Usage:
 
     Attributes:
         runs_today: runs created in the last 24 hours; those with an episode that ended by SERVER_FAULT do not count.
-        runs: runs created in total, with the same exception.
+        runs: runs created in total, pruned ones included, with the same exception.
         running: unfinished runs.
         streams: open streams.
     """
@@ -39,9 +39,20 @@ class Usage:
 def usage_of(read: ReadQuery, account: str | None, split: str) -> Usage:
     """Return the usage of an account, with the streams set to 0."""
     counted = {"today": counts_today(), "in_all": counts_in_total(), "running": is_unfinished()}
-    query: Any = sa.select(*(sa.func.count().filter(condition).label(name) for name, condition in counted.items()))
-    row = read(query.where(_of(account, split)))[0]
-    return Usage(row.today, row.in_all, row.running, 0)
+    query: Any = sa.select(
+        *(sa.func.count().filter(condition).label(name) for name, condition in counted.items()),
+        _number_of_pruned(account, split).label("pruned"),
+    )
+    row = read(query.select_from(tables.runs).where(_of(account, split)))[0]
+    return Usage(row.today, row.in_all + row.pruned, row.running, 0)
+
+
+def _number_of_pruned(account: str | None, split: str) -> sa.ScalarSelect[int]:
+    """Return the number of pruned runs that count in total; none of them is of the last 24 hours (see `pruning`)."""
+    c = tables.pruned_runs.c
+    query: Any = sa.select(sa.func.count()).where(c.account == account, c.split == split, c.had_fault.is_(False))
+    found: sa.ScalarSelect[int] = query.scalar_subquery()
+    return found
 
 
 def latest_runs(

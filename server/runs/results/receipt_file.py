@@ -3,17 +3,20 @@
 import json
 from collections.abc import Mapping, Sequence
 from contextlib import closing
+from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
+from pydantic import TypeAdapter
 
+from arramon.strict_json import read_json
 from arramon.v1.chain import episode_ending, steps_to
 from server.episodes.files import read_object
 from server.episodes.splits import Split
-from server.errors import BadFile
+from server.errors import BadFile, quoted
 from server.runs.play.worlds import Worlds
 from server.runs.results.receipts import FORMAT, LIMITS, MASKED_VERSION, VERSION, document
 from server.runs.results.reports import make_report, split_of
@@ -31,6 +34,9 @@ VERSIONS = (VERSION, MASKED_VERSION)
 
 CAUSES = (AGENT_FINISHED, STEP_LIMIT, TIME_LIMIT, FORFEITED, SERVER_FAULT)
 """Causes that an episode of a receipt may commit to."""
+
+_PLAYED = TypeAdapter(tuple[Run, Progress, list[Ending]])
+"""Checks the types of what a receipt says: anyone can sign a file with a key of their own."""
 
 Actions = Mapping[str, Sequence[int]]
 """Actions of a run, by episode id."""
@@ -54,6 +60,7 @@ def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) ->
         actions = _read_actions(actions_path, run.run_id)
         recorded = _endings_of(content, run, actions)
         progress = _progress_of(content, recorded)
+        run, progress, recorded = _checked(run, progress, recorded)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise BadFile(path, f"is signed by {key}, but its content does not have the fields of a receipt") from error
     split = split_of(run, splits)
@@ -75,10 +82,13 @@ def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) ->
             except (KeyError, ValueError) as error:
                 found.append(f"episode {ending.episode_id}: cannot be replayed: {error}")
     if not found:
-        masked = content["version"] == MASKED_VERSION
-        report = make_report(run, progress, played, split, exact=not masked)
-        made = document(actions_of, report, played, hidden=split.hidden, masked=masked)
-        found = [*first(differences_of_receipt(content, made))]
+        try:
+            masked = content["version"] == MASKED_VERSION
+            report = make_report(run, progress, played, split, exact=not masked)
+            made = document(actions_of, report, played, hidden=split.hidden, masked=masked)
+            found = [*first(differences_of_receipt(content, made))]
+        except ValueError as error:  # such as a number that is no limit, or no episodes at all
+            raise BadFile(path, f"has a value that no receipt can have: {error}") from error
     return Rescored(run.run_id, len(recorded), sum(steps.values()), True, tuple(found), key)
 
 
@@ -90,7 +100,8 @@ def _read_receipt(path: Path) -> tuple[dict[str, Any], str]:
     try:
         payload, key = file["payload"].encode(), bytes.fromhex(file["public_key"])
         Ed25519PublicKey.from_public_bytes(key).verify(bytes.fromhex(file["signature"]), payload)
-        content = json.loads(payload)
+        content = read_json(payload)
+        json.dumps(content, ensure_ascii=False).encode()  # half a character is no text
     except (KeyError, TypeError, AttributeError, ValueError, InvalidSignature) as error:
         raise BadFile(path, "was altered: its signature does not match its content and key") from error
     if not isinstance(content, dict) or content.get("format") != FORMAT or content.get("version") not in VERSIONS:
@@ -151,13 +162,24 @@ def _progress_of(content: Mapping[str, Any], endings: Sequence[Ending]) -> Progr
     )
 
 
+def _checked(run: Run, progress: Progress, endings: Sequence[Ending]) -> tuple[Run, Progress, list[Ending]]:
+    """Return the same if all fields have their types.
+
+    Raises:
+        ValueError: if one has not.
+    """
+    fields = asdict(run), asdict(progress), [asdict(ending) for ending in endings]
+    return _PLAYED.validate_python(fields)
+
+
 def _read_actions(path: Path, run_id: str) -> Actions:
     content = read_object(path)
     run, actions = content.get("run"), content.get("actions")
     if not isinstance(run, dict) or not isinstance(actions, dict):
         raise BadFile(path, "has no actions: expected a download from the leaderboard, or a client's results file")
     if run.get("run_id") != run_id:
-        raise BadFile(path, f"has the actions of run {run.get('run_id')!r}, but the receipt is for run {run_id!r}")
+        found = quoted(str(run.get("run_id")))
+        raise BadFile(path, f"has the actions of run {found}, but the receipt is for run {run_id!r}")
     for name, digits in actions.items():
         if not isinstance(digits, str) or not _DIGITS.issuperset(digits):
             raise BadFile(path, "is no text of the digits 0 to 3", field=f"actions.{name}")

@@ -13,6 +13,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 
 from server.episodes.splits import Split
 from server.errors import Conflict
+from server.runs.accounts.administration import earlier_names
 from server.runs.play.session import Session
 from server.runs.play.worlds import Worlds
 from server.runs.results.receipts import ATTEMPTS, EPOCH, MASKED_VERSION, Receipt, document, stored_receipt
@@ -110,6 +111,8 @@ class Rescorer:
         except (InvalidSignature, ValueError):
             yield "receipt: its signature is wrong"
         written = json.loads(receipt.payload)
+        if (name := written["run"]["participant"]) in earlier_names(self._database, run.account):
+            run = replace(run, participant=name)  # it was signed before the account was renamed
         masked = written.get("version") == MASKED_VERSION
         report = make_report(run, self._journal.progress(run.run_id), played, split, exact=not masked)
         made = document(self._journal.actions, report, played, hidden=split.hidden, masked=masked)
@@ -169,11 +172,15 @@ def first(found: Iterable[str]) -> Iterator[str]:
 
 def _without_intervals(document: dict[str, Any]) -> dict[str, Any]:
     """Return a receipt's content without the ends of intervals and their method."""
-    means = {
-        row: {metric: {"mean": score["mean"]} for metric, score in scores.items()}
-        for row, scores in document["scores"].items()
-    }
-    return {**{name: value for name, value in document.items() if name != "intervals"}, "scores": means}
+    kept = {name: value for name, value in document.items() if name != "intervals"}
+    return {**kept, "scores": _without_ends(document.get("scores"))}
+
+
+def _without_ends(value: Any) -> Any:
+    """Return nested scores without the ends of intervals; what has another form, as a forged receipt's, stays."""
+    if not isinstance(value, dict):
+        return value
+    return {name: _without_ends(inner) for name, inner in value.items() if name not in ("low", "high")}
 
 
 def _as_data(ending: Ending) -> dict[str, Any]:

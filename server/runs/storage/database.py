@@ -122,6 +122,24 @@ class Database:
         if found != "ok":
             raise StorageError(f"the journal {self._file} is damaged: {found}")
 
+    def vacuum(self) -> None:
+        """Free the space of deleted rows: SQLite rewrites its file, which it must have room for a second time.
+
+        Raises:
+            StorageError: if the database cannot be written.
+        """
+        with self._errors(), self._engine.connect() as connection:
+            if not self._is_sqlite:
+                connection.execution_options(isolation_level="AUTOCOMMIT").exec_driver_sql("VACUUM (ANALYZE)")
+                return
+            file = connection.connection.driver_connection
+            assert isinstance(file, sqlite3.Connection)
+            try:
+                file.execute("VACUUM")
+                file.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+            except sqlite3.Error as error:
+                raise StorageError(f"cannot compact the journal {self._file}: {error}") from error
+
     def close(self) -> None:
         """Close all connections."""
         self._step_writer.drop()
@@ -248,6 +266,11 @@ def _parsed(url: str) -> URL:
     if kind == "sqlite":
         return parsed
     if kind in ("postgresql", "postgres"):
+        if "@" in f"{parsed.host or ''}{parsed.database or ''}":  # the rest of a password would pass for the host
+            raise BadInput(
+                "the journal's URL has more than one @: write one that belongs to the user or the password as %40; "
+                f"{expected}"
+            )
         return parsed.set(drivername="postgresql+psycopg")
     raise BadInput(f"the journal's database {kind!r} is not supported; {expected}")
 

@@ -42,6 +42,16 @@ participants = Table(
     Column("participant", String(100), primary_key=True),
     Column("role", String(20), nullable=False),
     Column("created_at", DateTime(timezone=True), nullable=False),
+    Column("banned_at", DateTime(timezone=True)),
+    Column("ban_reason", String(500), nullable=False, server_default=""),
+)
+
+earlier_names = Table(
+    "earlier_names",
+    metadata,
+    Column("name", String(100), primary_key=True),
+    Column("participant", String(100), ForeignKey("participants.participant"), nullable=False),
+    Column("until", DateTime(timezone=True), nullable=False),
 )
 
 tokens = Table(
@@ -92,6 +102,19 @@ runs = Table(
     Column("code", JSON, nullable=False, server_default="{}"),
 )
 Index("runs_by_account", runs.c.account, runs.c.split, runs.c.created_at)
+
+pruned_runs = Table(
+    "pruned_runs",
+    metadata,
+    Column("run_id", String(32), primary_key=True),
+    Column("account", String(100), ForeignKey("participants.participant")),
+    Column("participant", String(100), nullable=False),
+    Column("split", String(100), nullable=False),
+    Column("language", String(20), nullable=False),
+    Column("created_at", DateTime(timezone=True), nullable=False),
+    Column("had_fault", Boolean, nullable=False),
+)
+Index("pruned_runs_by_account", pruned_runs.c.account, pruned_runs.c.split, pruned_runs.c.created_at)
 
 streams = Table(
     "streams",

@@ -17,6 +17,7 @@ from typing import Any, BinaryIO
 import sqlalchemy as sa
 import zstandard
 
+from arramon.strict_json import NotJsonError, read_json
 from server.errors import BadFile
 from server.runs.storage import tables
 from server.runs.storage.database import utc
@@ -25,9 +26,11 @@ FORMAT, VERSION = "arramon-export", 1
 
 EXPORTED_TABLES = (
     tables.participants,
+    tables.earlier_names,
     tables.tokens,
     tables.quotas,
     tables.runs,
+    tables.pruned_runs,
     tables.episodes,
     tables.images,
     tables.steps,
@@ -47,6 +50,15 @@ EXCLUDED_COLUMNS = frozenset(
 """Columns that are not exported, as they have no meaning on another host: no episode is open, its clock differs."""
 
 _LEVEL, _BUFFER = 10, 1 << 20
+
+_MAX_WINDOW = 1 << 27
+"""Bytes that a decompressor may keep; this level needs less."""
+
+_LONGEST_LINE = 16 << 20
+"""Maximum bytes of a line. The longest rows are receipts, of about 1 KB for each episode."""
+
+_MIN_SIZE, _MAX_RATIO = 64 << 20, 1000
+"""A file may expand to _MIN_SIZE bytes, or _MAX_RATIO times its size if that is more."""
 
 
 def columns_of(table: sa.Table) -> list[str]:
@@ -111,6 +123,7 @@ def read_lines(path: Path) -> Iterator[tuple[int, Any]]:
         BadFile: if the file is not an export. Truncation or a change is detected only at the end of the file.
     """
     digest, rows, number, ended = hashlib.sha256(), 0, 0, False
+    table, width = "", 0
     for number, line in enumerate(_raw_lines(path), start=1):
         if ended:
             raise BadFile(path, "has data after its closing line", line=number)
@@ -122,6 +135,11 @@ def read_lines(path: Path) -> Iterator[tuple[int, Any]]:
                 raise BadFile(path, "has the wrong checksum: the file was changed", line=number)
             ended = True
         else:
+            if isinstance(content, dict):
+                table, width = str(content.get("table"))[:60], len(content.get("columns") or ())
+            elif not isinstance(content, list) or len(content) != width or not table:
+                expected = f"a row of {table} with {width} values" if table else "the name of a table"
+                raise BadFile(path, f"is not {expected}", line=number)
             rows += isinstance(content, list)
             yield number, content
         digest.update(line)
@@ -140,16 +158,26 @@ def _parsed(path: Path, number: int, line: bytes) -> Any:
     if not line.endswith(b"\n"):
         raise BadFile(path, "is truncated in the middle of a line", line=number)
     try:
-        return json.loads(line)
-    except ValueError as error:
-        raise BadFile(path, "is not JSON", line=number) from error
+        return read_json(line)
+    except NotJsonError as error:
+        raise BadFile(path, str(error), line=number) from error
 
 
 def _raw_lines(path: Path) -> Iterator[bytes]:
-    """Yield the lines as bytes, with their line breaks."""
+    """Yield the lines as bytes, with their line breaks. What a file expands to is bounded, as a whole and by line."""
+    size, number = 0, 0
     try:
-        with path.open("rb") as file, zstandard.ZstdDecompressor().stream_reader(file) as stream:
-            yield from io.BufferedReader(stream, _BUFFER)
+        most = max(_MIN_SIZE, _MAX_RATIO * path.stat().st_size)
+        decompressor = zstandard.ZstdDecompressor(max_window_size=_MAX_WINDOW)
+        with path.open("rb") as file, decompressor.stream_reader(file) as stream:
+            lines = io.BufferedReader(stream, _BUFFER)
+            while line := lines.readline(_LONGEST_LINE + 1):
+                size, number = size + len(line), number + 1
+                if len(line) > _LONGEST_LINE:
+                    raise BadFile(path, f"has more than {_LONGEST_LINE >> 20} MiB, more than any row", line=number)
+                if size > most:
+                    raise BadFile(path, f"expands to more than {_MAX_RATIO} times its size, as no export does")
+                yield line
     except OSError as error:
         raise BadFile(path, f"cannot be read: {error.strerror}") from error
     except zstandard.ZstdError as error:
@@ -167,4 +195,24 @@ def _value(column: sa.Column[Any], value: Any) -> Any:
         return None
     if isinstance(column.type, sa.DateTime):
         return datetime.fromisoformat(value)
-    return bytes.fromhex(value) if isinstance(column.type, sa.LargeBinary) else value
+    if isinstance(column.type, sa.LargeBinary):
+        return bytes.fromhex(value)
+    if not isinstance(column.type, sa.JSON):
+        _check_type(column, value)
+    return value
+
+
+def _check_type(column: sa.Column[Any], value: Any) -> None:
+    kind = column.type.python_type
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not (is_number if kind is float else type(value) is kind):
+        raise ValueError(f"{column.name} is {str(value)[:60]!r}, expected {_KINDS[kind]}")
+    if kind is int and abs(value) > _MOST:
+        raise ValueError(f"{column.name} is {value}, expected at most {_MOST}")
+    if kind is str:
+        value.encode()  # half a character is no text
+
+
+_KINDS = {str: "a text", int: "a whole number", float: "a number", bool: "true or false"}
+_MOST = (1 << 31) - 1
+"""Largest whole number that either database holds in these columns."""

@@ -8,7 +8,7 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.engine import Connection
 
-from server.errors import BadFile, Conflict
+from server.errors import BadFile, Conflict, TakenOver, quoted
 from server.runs.storage import tables
 from server.runs.storage.database import Database
 from server.runs.transfer.archive import EXPORTED_TABLES, columns_of, decode, encode, read_lines
@@ -43,8 +43,11 @@ def import_archive(database: Database, path: Path, *, merge: bool = False) -> Im
     """
     for _ in read_lines(path):  # checks the checksum before anything is written
         pass
-    with database.write() as connection:
-        return _Import(connection, path, merge).run()
+    try:
+        with database.write() as connection:
+            return _Import(connection, path, merge).run()
+    except TakenOver as error:
+        raise BadFile(path, f"has rows that do not fit together: {error.__cause__}") from error
 
 
 class _Import:
@@ -78,14 +81,19 @@ class _Import:
 
     def _table(self, number: int, content: dict[str, Any]) -> tuple[sa.Table, list[str]]:
         name, columns = content.get("table"), content.get("columns")
-        if name not in _BY_NAME or not isinstance(columns, list):
-            raise BadFile(self._path, f"is {name!r}, a table unknown to this server", line=number, field="table")
+        if not isinstance(name, str) or name not in _BY_NAME or not isinstance(columns, list):
+            raise BadFile(
+                self._path, f"is {quoted(str(name))}, a table unknown to this server", line=number, field="table"
+            )
         table = _BY_NAME[name]
         for column in columns:
             if column not in columns_of(table):
-                raise BadFile(
-                    self._path, f"{name} has no column {column!r} in this server", line=number, field="columns"
-                )
+                problem = f"{name} has no column {quoted(str(column))} in this server"
+                raise BadFile(self._path, problem, line=number, field="columns")
+        missing = [key.name for key in table.primary_key.columns if key.name not in columns]
+        if missing or len(set(columns)) < len(columns):
+            problem = f"lacks {missing[0]!r}, by which rows are told apart" if missing else "names a column twice"
+            raise BadFile(self._path, problem, line=number, field="columns")
         return table, columns
 
     def _write(self, table: sa.Table, columns: Sequence[str], batch: list[tuple[int, list[Any]]], empty: bool) -> None:

@@ -43,7 +43,7 @@ def test_run_and_stream_limits_hold_across_processes(database_url: str, account:
     with ExitStack() as stack:
         databases = [stack.enter_context(closing(Database(database_url))) for _ in range(PROCESSES)]
         journals = [Journal(database) for database in databases]
-        quotas = [Quotas(database, lambda _: default) for database in databases]
+        quotas = [Quotas(database, lambda *_: default) for database in databases]
         Accounts(databases[0]).create_token("ann", Role.PARTICIPANT)
         for number, journal in enumerate(journals):
             journal.beat(f"worker {number}", "")

@@ -1,15 +1,16 @@
 """Rescoring of a receipt's file with a run's actions, without the journal."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from server.episodes.splits import Split
-from server.errors import BadFile, Conflict
+from server.errors import BadFile, Conflict, NotFound
 from server.runs.accounts.callers import HOST
 from server.runs.results.receipt_file import rescore_file
 from server.runs.results.receipts import Receipts, document
@@ -148,3 +149,33 @@ def test_a_hidden_receipt_of_an_earlier_release_is_compared_with_exact_scores(tm
     files.write(json.dumps(old).encode(), files.taken())
     assert files.rescore().differences == ()
     assert old["scores"] != json.loads(files.payload)["scores"]
+
+
+def values_of(content: Any, path: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
+    """The paths of everything in a receipt."""
+    yield from [path] if path else []
+    for key, value in content.items() if isinstance(content, dict) else enumerate(content[:1]):
+        yield from values_of(value, (*path, key)) if isinstance(value, dict | list) else [(*path, key)]
+
+
+def replaced(content: Any, path: tuple[str | int, ...], value: object) -> None:
+    for key in path[:-1]:
+        content = content[key]
+    content[path[-1]] = value
+
+
+@pytest.mark.parametrize("value", [None, 7, -1, 1e300, 1 << 60, "\ud800", "\x1b[2J", [], {}, [[]], {"a": 1}, True])
+def test_a_receipt_that_a_stranger_signed_is_refused_or_differs_whatever_it_has(tmp_path: Path, value: object) -> None:
+    files = Files(tmp_path, hidden=False)
+    content = json.loads(files.payload)
+    paths = [path for path in values_of(content) if path[0] not in ("format", "version")]
+    assert len(paths) > 40
+    for path in paths:
+        files.signed(partial(replaced, path=path, value=value))
+        try:
+            found = files.rescore().differences
+        except (BadFile, Conflict, NotFound):
+            continue
+        written = json.loads(files.payload)
+        assert found or path[0] == "attempts" or written == content, path
+        assert all(isinstance(line, str) for line in found)

@@ -61,6 +61,9 @@ def fill(database: Database, split: Split, key: SigningKey) -> str:
         connection.execute(tables.entries.insert(), [entry])
         epoch = {"split": "tiny_e1", "statement": b"{}", "opened_at": NOW, "closed_at": NOW, "secret": "0" * 64}
         connection.execute(tables.epochs.insert(), [epoch])
+        connection.execute(tables.earlier_names.insert(), [{"name": "Lav", "participant": "lab", "until": NOW}])
+        pruned = {"run_id": "gone", "account": "lab", "participant": "lab", "split": "tiny", "language": "hi"}
+        connection.execute(tables.pruned_runs.insert(), [{**pruned, "created_at": NOW, "had_fault": True}])
     return token
 
 
@@ -246,7 +249,7 @@ def test_damaged_file_is_refused(
     (b'"table":"quotas"', b'"table":"wishes"', "table: is 'wishes', a table unknown to this server"),
     (b'"split","language"', b'"split","dialect"', "columns: runs has no column 'dialect' in this server"),
     (b'"COMPLETE","2026', b'"COMPLETE","xx26', "is not a row of runs: Invalid isoformat string"),
-    (b'["half","lossless', b'["half",7,"lossless', "is not a row of run_images: "),
+    (b'["half","lossless', b'["half",7,"lossless', "is not a row of run_images with 2 values"),
 ])  # fmt: skip
 def test_intact_file_with_incompatible_content_is_refused(
     file: Path, other: Database, tmp_path: Path, old: bytes, new: bytes, problem: str

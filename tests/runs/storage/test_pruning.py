@@ -1,0 +1,162 @@
+"""Pruning deletes old unpublished runs with all their rows, and keeps them in the numbers of attempts."""
+
+from collections.abc import Iterator
+from contextlib import closing
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+import sqlalchemy as sa
+
+from server.errors import BadInput, NotFound
+from server.runs.accounts.attempts import attempts_on, number_of
+from server.runs.accounts.callers import HOST
+from server.runs.accounts.usage import usage_of
+from server.runs.storage import tables
+from server.runs.storage.pruning import Prunable, Pruner
+from server.runs.storage.records import CANCELLED, RUNNING, Batch
+from tests.board.made import House
+
+NOW = datetime.now(UTC)
+
+
+@pytest.fixture
+def house(tmp_path: Path, database_url: str) -> Iterator[House]:
+    made = House(tmp_path, database_url)
+    with closing(made.database):
+        made.participant("ann", "bob")
+        yield made
+
+
+def age(house: House, run_id: str, days: float) -> str:
+    """Lets a run have been created and have ended so many days ago."""
+    at = NOW - timedelta(days=days)
+    c = tables.runs.c
+    ended = sa.case((c.state == "RUNNING", sa.null()), else_=sa.literal(at, c.created_at.type))
+    with house.database.write() as connection:
+        connection.execute(tables.runs.update().where(c.run_id == run_id).values(created_at=at, ended_at=ended))
+    return run_id
+
+
+def pruned(house: House, days: float = 30, **fields: object) -> list[str]:
+    """Prunes, and checks that a dry run would have said the same."""
+    wanted = Prunable(days, **fields)  # type: ignore[arg-type]
+    found = [each.run.run_id for each in Pruner(house.database).find(wanted)]
+    assert [each.run.run_id for each in Pruner(house.database).prune(wanted)] == found
+    return found
+
+
+def rows_of(house: House, run_id: str) -> dict[str, int]:
+    """The number of rows that name a run, by table, without those that have none."""
+    tables_ = [table for table in tables.metadata.sorted_tables if "run_id" in table.c]
+    counts = {table.name: sa.select(sa.func.count()).where(table.c.run_id == run_id) for table in tables_}
+    found = {name: int(house.database.read(count)[0][0]) for name, count in counts.items()}
+    return {name: number for name, number in found.items() if number}
+
+
+def test_old_unpublished_runs_are_deleted_with_all_their_rows(house: House) -> None:
+    old = age(house, house.run("1" * 32, account="ann"), 40)
+    house.journal.create(replace(house.journal.run(old), run_id="2" * 32, state=RUNNING, ended_at=None), ["0"])
+    house.journal.note_images("2" * 32, "lossless-224")
+    (claim,) = house.journal.claim("2" * 32, house.journal.pending("2" * 32), "p", "w")
+    batch = Batch()
+    batch.add_step("2" * 32, "0", claim.epoch, 0, 1)
+    house.journal.commit(batch)
+    house.journal.set_state("2" * 32, CANCELLED)
+    age(house, "2" * 32, 35)
+    kept = age(house, house.run("3" * 32, account="ann"), 29)
+    assert set(rows_of(house, "2" * 32)) == {"runs", "run_episodes", "run_images", "steps"}
+    assert pruned(house) == [old, "2" * 32]
+    assert rows_of(house, old) == rows_of(house, "2" * 32) == {"pruned_runs": 1}
+    assert house.journal.run(kept).run_id == kept
+    with pytest.raises(NotFound):
+        house.journal.run(old)
+    assert pruned(house) == []
+
+
+def test_runs_that_are_or_were_published_and_unfinished_ones_are_kept(house: House) -> None:
+    listed = age(house, house.publish(house.run("1")), 400)
+    withdrawn = age(house, house.publish(house.run("2")), 400)
+    house.publishing.withdraw(HOST, withdrawn)
+    running = age(house, house.run("3", over=False), 400)
+    assert pruned(house, with_receipts=True) == []
+    assert {listed, withdrawn, running} <= {run.run_id for run in house.journal.runs(9)}
+
+
+def test_runs_with_receipts_are_pruned_only_on_request(house: House) -> None:
+    run_id = age(house, house.run("1"), 400)
+    house.publishing._receipts.of(HOST, run_id)
+    assert pruned(house) == []
+    assert pruned(house, with_receipts=True) == [run_id]
+    assert rows_of(house, run_id) == {"pruned_runs": 1}
+
+
+def test_state_split_and_participant_choose(house: House) -> None:
+    for run_id, fields in {
+        "1": {}, "2": {"state": CANCELLED}, "3": {"split": "secret"}, "4": {"participant": "club"},
+    }.items():  # fmt: skip
+        age(house, house.run(run_id, **fields), 40)  # type: ignore[arg-type]
+    assert pruned(house, states=(CANCELLED,)) == ["2"]
+    assert pruned(house, split="secret") == ["3"]
+    assert pruned(house, participant="club") == ["4"]
+    assert pruned(house) == ["1"]
+
+
+def test_pruned_runs_still_count_as_attempts_and_for_the_limit_in_total(house: House) -> None:
+    read = house.database.read
+    for number in range(1, 6):
+        age(house, house.run(str(number), account="ann", participant="ann"), 50 - number)
+    age(house, house.run("f", account="ann", participant="ann", cause="SERVER_FAULT"), 40)
+    for number in (6, 7):
+        age(house, house.run(str(number), account=None, participant="lab"), 50 - number)
+    age(house, house.run("8", account="ann", participant="ann"), 2)
+    house.publish("8")
+
+    def numbers() -> tuple[object, ...]:
+        counted = house.board.standings("tiny", "en")[0].attempts
+        last = house.journal.run("8")
+        return attempts_on(read, "tiny"), number_of(read, last), usage_of(read, "ann", "tiny"), counted
+
+    before = numbers()
+    assert before[1] == (7, 7)
+    assert pruned(house) == ["1", "2", "3", "4", "5", "6", "7", "f"]
+    assert numbers() == before
+    house.run("9", account="ann", participant="ann")
+    assert house.board.standings("tiny", "en")[0].attempts.begun == 8  # the board notices a new run after a pruning
+
+
+def test_a_run_that_is_published_meanwhile_is_kept(house: House) -> None:
+    first, second = (age(house, house.run(name), 40) for name in "12")
+    pruning = Pruner(house.database).prune(Prunable(30))
+    assert next(pruning).run.run_id == first
+    house.publish(second)
+    assert list(pruning) == []
+    assert house.journal.run(second).run_id == second
+
+
+def test_space_is_freed(house: House, tmp_path: Path) -> None:
+    run = house.journal.run(house.run("1", over=False))
+    (claim,) = house.journal.claim("1", house.journal.pending("1")[:1], "p", "w")
+    for start in range(0, 40_000, 5_000):
+        batch = Batch()
+        for step in range(start, start + 5_000):
+            batch.add_step("1", claim.episode_id, claim.epoch, step, 0)
+        house.journal.commit(batch)
+    house.journal.set_state(run.run_id, CANCELLED)
+    age(house, "1", 40)
+    file = tmp_path / "journal.db"
+    Pruner(house.database).compact()
+    large = file.stat().st_size if house.database.is_file else 0
+    assert [(each.run.run_id, each.steps) for each in Pruner(house.database).prune(Prunable(30))] == [("1", 40_000)]
+    Pruner(house.database).compact()
+    if house.database.is_file:
+        assert file.stat().st_size < large / 2
+    assert house.database.read(sa.select(sa.func.count()).select_from(tables.steps))[0][0] == 0
+
+
+@pytest.mark.parametrize("days", [0, 0.9, -1, 36_501, float("nan")])
+def test_younger_runs_cannot_be_pruned(days: float) -> None:
+    """They count for the limits of a day."""
+    with pytest.raises(BadInput, match="expected 1 to 36500"):
+        Prunable(days)
