@@ -27,7 +27,7 @@ from server.runs.storage.records import Run
 from server.scoring.aggregate import MIN_SECTION, Interval, table_rows
 from server.scoring.episode import METRICS
 from server.scoring.languages import LanguageGap
-from server.scoring.masking import Noise, difference, masked_rows, masked_share, mean_of_rows, total_deviation
+from server.scoring.masking import Noise, difference, masked_rows, masked_share, mean_of_rows, shown_deviation
 from server.scoring.seeds import SeedSpread, masked_spread, seed_spread
 from server.visible_text import shown
 
@@ -264,9 +264,9 @@ class Board:
         lines = {same[0].run.language: same for same in map(tuple, by_language(entries))}
         means = {code: self._rows_of(same)[TOTAL][metric].mean for code, same in lines.items()}
         lower, *_, higher = sorted(means, key=lambda code: (means[code], [*means][::-1].index(code)))
-        noise = math.hypot(*(total_deviation(exact.episodes, len(lines[code])) for code in (higher, lower)))
+        noise = math.sqrt(2.0) * shown_deviation(exact.episodes)
         gap = difference(means[higher], means[lower], exact.episodes, noise)
-        names = ["same outcome", *(entry.run.run_id for entry in entries)]
+        names = ["same outcome", *(self._entries.episodes(entry.run.run_id).play for entry in entries)]
         noise_of_split = self._noise(entries[0].run.split)
         assert noise_of_split is not None  # its data is as it was, see `_gap_of`
         same = masked_share(exact.same, exact.episodes, noise_of_split, names)
@@ -322,7 +322,7 @@ class Board:
         return Noise(found.truth_hash) if found is not None and found.hidden else None
 
     def _is_masked(self, run: Run) -> bool:
-        """Return whether scores of a run are shown with noise and rounded, as it was played on a hidden split."""
+        """Return whether scores of a run are shown rounded, as it was played on a hidden split."""
         split = self._splits.get(run.split)
         if split is not None and split.data_hash == run.data_hash:
             return split.hidden
@@ -332,7 +332,8 @@ class Board:
         """Return the shown rows of a run on a hidden split; the stored ones may be an earlier release's, and exact."""
         noise = self._noise(split)
         assert noise is not None
-        return masked_rows(self._entries.episodes(run_id).scores, noise, run_id)
+        table = self._entries.episodes(run_id)
+        return masked_rows(table.scores, noise, table.play)
 
     def _shown_scores(self, run: Run, scores: Scores, *, current: bool) -> Scores:
         """Return the scores of a run as they are shown to others than its participant."""

@@ -14,7 +14,7 @@ from server.board.standings import HEADLINE, TOTAL, Standing
 from server.scoring.aggregate import Interval
 from server.scoring.episode import METRICS
 from server.scoring.intervals import Floats
-from server.scoring.masking import Noise, difference, p_class, total_deviation
+from server.scoring.masking import Noise, difference, p_class, shown_deviation
 from server.scoring.paired import Difference, difference_bounds, holm, permutation_tests
 
 LEVEL = 0.05
@@ -104,9 +104,8 @@ def masked_difference(one: Standing, other: Standing, metric: str, episodes: int
         metric: metric that is compared.
         episodes: number of episodes that both played.
     """
-    noise = math.hypot(*(total_deviation(episodes, len(line.entries)) for line in (one, other)))
     first, second = (line.rows[TOTAL][metric].mean for line in (one, other))
-    return difference(first, second, episodes, noise)
+    return difference(first, second, episodes, math.sqrt(2.0) * shown_deviation(episodes))
 
 
 class Comparisons:
@@ -141,18 +140,21 @@ class Comparisons:
 
     def _make(self, keys: Sequence[Key], metric: str, section_of: Mapping[str, str], noise: Noise | None) -> Family:
         column = METRICS.index(metric)
-        scores, strata = [], np.zeros(0, np.intp)
+        scores, added, strata = [], [], np.zeros(0, np.intp)
         for key in keys:
-            joined = join([mean_table([self._read(run_id) for run_id in runs]) for runs in key], section_of)
+            tables = [[self._read(run_id) for run_id in runs] for runs in key]
+            joined = join([mean_table(runs) for runs in tables], section_of)
             scores.append(joined.values[:, -1, column])
             strata = joined.strata
-        added = None if noise is None else np.array([_noise_of(key, noise, metric) for key in keys])
-        return Family(keys, np.array(scores).reshape(len(keys), len(strata)), strata, added, metric)
+            if noise is not None:
+                added.append(_noise_of(tables, noise, metric))
+        made_up = None if noise is None else np.array(added)
+        return Family(keys, np.array(scores).reshape(len(keys), len(strata)), strata, made_up, metric)
 
 
-def _noise_of(key: Key, noise: Noise, metric: str) -> Floats:
+def _noise_of(tables: Sequence[Sequence[EpisodeTable]], noise: Noise, metric: str) -> Floats:
     """Return a standing's scores in made-up episodes, (LEAST,): like real ones, means over its seeds and languages."""
-    languages = [np.mean([noise.test_scores(run_id, metric) for run_id in runs], axis=0) for runs in key]
+    languages = [np.mean([noise.test_scores(table.play, metric) for table in runs], axis=0) for runs in tables]
     mean: Floats = np.mean(languages, axis=0)
     return mean
 

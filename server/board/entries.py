@@ -151,7 +151,7 @@ class Entries:
     def masked_rows_without_truth(self, run_id: str) -> Rows:
         """Return the rows of a run on a hidden split whose data is gone: as stored, if that is what was shown.
 
-        Exact rows that an earlier release stored are rounded; noise cannot be derived without the split's data.
+        Exact rows that an earlier release stored are rounded; thresholds cannot be derived without the split's data.
         """
         scores = self.scores(run_id)
         if self._receipt_header(run_id)[1] == MASKED_VERSION:
@@ -166,6 +166,8 @@ class Entries:
     def episodes(self, run_id: str) -> EpisodeTable:
         """Return the scores of an entry's episodes. An entry from before they were kept gets them from the journal.
 
+        So does one of a hidden split from before its play was kept.
+
         Raises:
             NotFound: if the run has no entry.
         """
@@ -174,8 +176,9 @@ class Entries:
         if not rows:
             raise NotFound(f"there is no run {quoted(run_id)} on the leaderboard")
         found = EpisodeTable.unpacked(rows[0].episodes) if rows[0].episodes else None
-        if found is None:
-            found = EpisodeTable.of(Journal(self._database).endings(run_id))
+        if found is None or (not found.play and self.was_hidden(run_id)):
+            journal = Journal(self._database)
+            found = EpisodeTable.of(journal.endings(run_id), journal.play(journal.run(run_id)))
             with self._database.write() as connection:
                 connection.execute(table.update().where(table.c.run_id == run_id).values(episodes=found.packed()))
         return found

@@ -22,22 +22,25 @@ class EpisodeTable:
     Attributes:
         ids: ids of the episodes, sorted.
         scores: scores of both turns, (episodes, 2, METRICS).
+        play: digest of how the run was played, see `play_digest`; empty if it is not known.
     """
 
     ids: tuple[str, ...]
     scores: Floats
+    play: str = ""
 
     @classmethod
-    def of(cls, endings: Iterable[Ending]) -> "EpisodeTable":
-        """Return the scores of a run from the endings of its episodes."""
+    def of(cls, endings: Iterable[Ending], play: str) -> "EpisodeTable":
+        """Return the scores of a run from the endings of its episodes, and the digest of its play."""
         ordered = sorted(endings, key=lambda ending: ending.episode_id)
         scores = np.array([[[turn[name] for name in METRICS] for turn in ending.scores] for ending in ordered])
-        return cls(tuple(ending.episode_id for ending in ordered), scores)
+        return cls(tuple(ending.episode_id for ending in ordered), scores, play)
 
     def packed(self) -> bytes:
         """Return the table as a compressed NumPy archive."""
         file = io.BytesIO()
-        np.savez_compressed(file, ids=np.array(self.ids), metrics=np.array(METRICS), scores=self.scores)
+        columns = {"ids": np.array(self.ids), "metrics": np.array(METRICS), "scores": self.scores}
+        np.savez_compressed(file, play=np.array(self.play), **columns)
         return file.getvalue()
 
     @classmethod
@@ -46,7 +49,8 @@ class EpisodeTable:
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             if tuple(archive["metrics"].tolist()) != METRICS:
                 return None
-            return cls(tuple(archive["ids"].tolist()), archive["scores"])
+            play = str(archive["play"]) if "play" in archive else ""  # earlier releases did not need it
+            return cls(tuple(archive["ids"].tolist()), archive["scores"], play)
 
 
 def mean_table(tables: Sequence[EpisodeTable]) -> EpisodeTable:

@@ -10,7 +10,7 @@ from server.errors import Conflict
 from server.runs.storage.records import COMPLETE, Run
 from server.scoring.aggregate import Interval
 from server.scoring.episode import METRICS
-from server.scoring.masking import difference, total_deviation
+from server.scoring.masking import difference, shown_deviation
 from server.scoring.paired import difference_bounds
 
 FREE = frozenset({"version"})
@@ -94,7 +94,7 @@ def differences(original: EpisodeTable, table: EpisodeTable, section_of: Mapping
 def masked_differences(original: Entry, reproduction: Entry) -> dict[str, Interval]:
     """Return the same on a hidden split, from the shown means alone."""
     episodes = original.progress.episodes
-    noise = 2.0**0.5 * total_deviation(episodes)
+    noise = 2.0**0.5 * shown_deviation(episodes)
     before, after = original.rows[TOTAL], reproduction.rows[TOTAL]
     return {metric: difference(after[metric].mean, before[metric].mean, episodes, noise) for metric in COLUMNS}
 

@@ -65,7 +65,7 @@ class Runs:
         self._journal = journal
         self._engine = engine
         self._accounts = accounts
-        self._breakdowns = Breakdowns(splits)
+        self._breakdowns = Breakdowns(splits, journal.play)
 
     def addresses(self) -> list[str]:
         """Return the own addresses of this host's server processes; empty unless there are at least two."""

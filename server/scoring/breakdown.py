@@ -68,7 +68,7 @@ def masked_group_scores(
         group: the turns in the group, at least one, (episodes, 2).
         rows: shown rows of the run's score table; a group of all first, or all second turns shows the same figures.
         noise: of the split.
-        names: id of the run, and what names the group.
+        names: digest of the play, and what names the group.
     """
     turns, episodes = int(group.sum()), int(group.any(axis=1).sum())
     if (group == group[0]).all():

@@ -1,6 +1,7 @@
 """Which sums of hidden scores can be published without telling of a single episode, and how finely.
 
-`server.scoring.masking` adds noise to what is shown. Here is which groups of turns are shown at all.
+`server.scoring.masking` makes what is shown. Here is how fine it is, what it tells at most, and which groups of turns
+are shown at all.
 
 Sums over several groups of turns can be added and subtracted: a group from one that contains it, or several from each
 other. All that follows from them linearly lies in the space that the groups span. An episode's leverage in that space
@@ -9,6 +10,8 @@ independent. It is 1 if the sums give the episode's score away. If it is at most
 combination of the sums is about fewer than LEAST episodes: of a vector over s episodes, one has at least 1/s of the
 squared length, and its leverage is at least that.
 """
+
+import math
 
 import numpy as np
 import numpy.typing as npt
@@ -21,8 +24,11 @@ LEAST = 20
 STEPS = (0.01, 0.02, 0.05, 0.1, 0.2)
 """Steps to which published means are rounded."""
 
-NOISE = 6.0
-"""Standard deviation of the noise in the sum of a turn's scores over a split, in episodes."""
+COARSE_STEPS = (0.5, 1.0)
+"""Further steps for the rows of splits with fewer than 30 episodes."""
+
+LEAST_A_STEP = 6.0
+"""Episodes that a step of the rows is about at least, on a split of at least as many."""
 
 TEST_NOISE = 4.0
 """Standard deviation of the noise in the sum of a run's scores in paired tests, in episodes."""
@@ -65,7 +71,7 @@ class PublishedSums:
         if np.count_nonzero(group.any(axis=1)) < LEAST:
             return False
         if (group == group[0]).all():
-            return True  # a row of the score table, with its noise
+            return True  # a row of the score table, shown as there
         bits = self._bits + bits_of(group)
         if bits.max() > GROUP_BITS:
             return False
@@ -98,8 +104,22 @@ class PublishedSums:
 
 
 def step_of(episodes: int) -> float:
-    """Return the step to which the mean of a turn's scores is rounded: the next one above the noise's deviation."""
-    return next((step for step in STEPS if step >= NOISE / episodes), STEPS[-1])
+    """Return the step to which the mean of a turn's scores is rounded: the least one of LEAST_A_STEP episodes."""
+    return next((step for step in (*STEPS, *COARSE_STEPS) if step >= LEAST_A_STEP / episodes), COARSE_STEPS[-1])
+
+
+def figure_bits(episodes: int) -> float:
+    """Return the bits that one shown mean of a turn tells at most of one episode, whatever else is known.
+
+    An episode moves the exact mean by at most the share d = 1 / (episodes * step) of a step, and with it by d the
+    probability that the mean is rounded up. That tells most where the mean is on the grid without the episode: it then
+    is rounded up only if the episode scored, and that with probability d at most. This is a Z-channel, with the
+    capacity log2(1 + d (1 - d)**((1 - d) / d)).
+    """
+    moved = min(1.0 / (episodes * step_of(episodes)), 1.0)
+    if moved == 1.0:
+        return 1.0
+    return math.log2(1.0 + moved * (1.0 - moved) ** ((1.0 - moved) / moved))
 
 
 def bits_of(group: npt.NDArray[np.bool_]) -> Floats:

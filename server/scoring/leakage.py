@@ -15,7 +15,7 @@ from scipy.special import ndtri
 from server.scoring.aggregate import Interval
 from server.scoring.disclosure import LEAST, step_of
 from server.scoring.intervals import CONFIDENCE
-from server.scoring.masking import total_deviation
+from server.scoring.masking import shown_deviation
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,11 +50,11 @@ class Changes:
 
 @dataclass(frozen=True, slots=True)
 class _Shown:
-    """A figure of one epoch: a mean, or a difference of two; its largest variance by episode, and that of the noise."""
+    """A figure of one epoch: a mean, or a difference of two; its largest variance by episode, and that of rounding."""
 
     value: float
     variance: float
-    noise: float
+    rounding: float
 
 
 def changes(older: Scored, newer: Scored) -> Changes:
@@ -74,14 +74,13 @@ def changes(older: Scored, newer: Scored) -> Changes:
 
 def _own(scored: Scored, at: int) -> _Shown:
     mean = scored.means[at]
-    return _Shown(mean, mean * (1.0 - mean), total_deviation(scored.episodes, scored.runs[at]) ** 2)
+    return _Shown(mean, mean * (1.0 - mean), shown_deviation(scored.episodes) ** 2)
 
 
 def _mean(scored: Scored) -> _Shown:
     agents = len(scored.means)
     mean = sum(scored.means) / agents
-    noise = sum(total_deviation(scored.episodes, runs) ** 2 for runs in scored.runs) / agents**2
-    return _Shown(mean, mean * (1.0 - mean), noise)
+    return _Shown(mean, mean * (1.0 - mean), shown_deviation(scored.episodes) ** 2)
 
 
 def _apart(scored: Scored, at: int) -> _Shown:
@@ -91,7 +90,7 @@ def _apart(scored: Scored, at: int) -> _Shown:
     own, others = _own(scored, at), _mean(rest)
     value = own.value - others.value
     largest = min(own.value + others.value, 2.0 - own.value - others.value) - value**2
-    return _Shown(value, max(largest, 0.0), own.noise + others.noise)
+    return _Shown(value, max(largest, 0.0), own.rounding + others.rounding)
 
 
 def _change(older: Scored, newer: Scored, before: _Shown, after: _Shown) -> Interval:
@@ -100,10 +99,10 @@ def _change(older: Scored, newer: Scored, before: _Shown, after: _Shown) -> Inte
         return Interval(mean, -1.0, 1.0)
     step = max(step_of(older.episodes), step_of(newer.episodes))
     variance = sum(
-        (one.variance * (scored.episodes - 1) + 1.0) / scored.episodes**2 + one.noise
+        (one.variance * (scored.episodes - 1) + 1.0) / scored.episodes**2 + one.rounding
         for scored, one in ((older, before), (newer, after))
     )
-    half = _QUANTILE * variance**0.5 + step
+    half = _QUANTILE * variance**0.5
     parts = round(1.0 / step)
     low, high = math.floor((mean - half) * parts) / parts, math.ceil((mean + half) * parts) / parts
     return Interval(mean, max(low, -1.0), min(high, 1.0))

@@ -1,15 +1,24 @@
-"""The only figures that are shown of scores on a hidden split: means with noise, rounded, and what follows from them.
+"""The only figures that are shown of scores on a hidden split: means, rounded, and what follows from them.
 
 Two exact totals that differ by one episode give its score away, and so does a rounded one whose threshold an attacker
-has found: the attacker controls all other episodes of its own runs. So Gaussian noise with the deviation NOISE, counted
-in episodes, is added to each sum before it is rounded. It follows from the split's ground truth, which nobody outside
-knows, and from the run's id: the same run always shows the same figures, two runs never share their noise, and who
-has the split can derive it. What one figure tells of a score with variance v is at most log2(1 + v / NOISE**2) / 2 bits
-(the capacity of a Gaussian channel), whatever else is known, and several figures tell at most the sum.
+has found: the attacker controls all other episodes of its own runs. So each mean of a turn is rounded up or down to the
+grid of `step_of` by a threshold of its own: up with the probability of its place between the two grid points. What is
+shown is less than a step from the exact mean, is right on average where the order of metrics (see `_consistent`) does
+not lower it, and shows 0 as 0 and 1 as 1. `disclosure.figure_bits` is what one figure tells of an episode at most,
+whatever else is known, and several figures tell at most the sum.
 
-Intervals, differences of runs, means over seeds and languages, and gaps are computed from the shown means alone, with
-the largest variance that such means allow, and so tell nothing further. Paired tests, which decide ranks, are of exact
-scores with LEAST episodes of noise beside them; their p-values are shown as one of P_CLASSES.
+Thresholds follow from the split's ground truth, which nobody outside knows, and from the digest of the play: the
+actions and causes of all episodes (`server.runs.storage.plays`). So the same play shows the same figures, whoever plays
+it and in however many pieces, and another play has thresholds that are independent of all earlier ones. They must not
+follow from the scores: two plays would then show equal figures exactly if they scored alike, and an attacker who knows
+the scores of one would read those of the other; nor from less than the whole play: an attacker would find a threshold
+by several plays that share it. Who has the split can derive them.
+
+Means of groups have Gaussian noise with the deviation GROUP_NOISE, counted in turns: what one tells of a score with
+variance v is at most log2(1 + v / GROUP_NOISE**2) / 2 bits (the capacity of a Gaussian channel). Intervals, differences
+of runs, means over seeds and languages, and gaps are computed from the shown means alone, with the largest variance
+that such means allow, and so tell nothing further. Paired tests, which decide ranks, are of exact scores with LEAST
+episodes of noise beside them; their p-values are shown as one of P_CLASSES.
 """
 
 import hmac
@@ -23,7 +32,7 @@ import numpy.typing as npt
 from scipy.special import stdtrit
 
 from server.scoring.aggregate import ROWS, Interval
-from server.scoring.disclosure import GROUP_NOISE, LEAST, NOISE, STEPS, TEST_NOISE, step_of
+from server.scoring.disclosure import GROUP_NOISE, LEAST, STEPS, TEST_NOISE, step_of
 from server.scoring.episode import GATES, METRICS, PLACEMENT
 from server.scoring.intervals import CONFIDENCE, Floats, Moments, mean_bounds
 
@@ -33,6 +42,9 @@ MASKED_METHOD = "from-masked-means"
 P_CLASSES = (0.001, 0.01, 0.05, 1.0)
 """Values that p-values are rounded up to."""
 
+_SURE = 9
+"""Decimals of a place between two grid points that are the same on all machines."""
+
 _DIGITS = 4
 """Decimals to which means of shown figures are rounded, for display alone."""
 
@@ -41,59 +53,79 @@ Rows = Mapping[str, Mapping[str, Interval]]
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """Noise that follows from a split's ground truth.
+    """Random numbers that follow from a split's ground truth.
 
     Attributes:
-        key: what the noise is derived from; unknown to all who do not have the split.
+        key: what they are derived from; unknown to all who do not have the split.
     """
 
     key: bytes = b""
 
+    def uniform(self, *names: str) -> float:
+        """Return a number from 0 to 1, both excluded, always the same one for the same names."""
+        digest = hmac.digest(self.key, "\0".join(names).encode(), "sha256")
+        return (int.from_bytes(digest[:6]) + 0.5) / 2.0**48
+
     def normal(self, *names: str) -> float:
         """Return a number from the standard normal distribution, always the same one for the same names."""
-        digest = hmac.digest(self.key, "\0".join(names).encode(), "sha256")
-        return _NORMAL.inv_cdf((int.from_bytes(digest[:6]) + 0.5) / 2.0**48)
+        return _NORMAL.inv_cdf(self.uniform(*names))
 
-    def test_scores(self, run_id: str, metric: str) -> Floats:
+    def test_scores(self, play: str, metric: str) -> Floats:
         """Return scores of a run in LEAST made-up episodes, (LEAST,), whose sum has the standard deviation TEST_NOISE.
 
-        Between two runs their differences are symmetric, as the paired tests suppose under their null hypothesis.
+        Between two runs their differences are symmetric, as the paired tests suppose under their null hypothesis. Runs
+        with the same play have the same ones, and differ by nothing.
+
+        Args:
+            play: digest of how the run was played.
+            metric: metric that is compared.
         """
+        _check_play(play)
         scale = TEST_NOISE / LEAST**0.5
-        scores: Floats = scale * np.array([self.normal(run_id, "test", metric, str(at)) for at in range(LEAST)])
+        scores: Floats = scale * np.array([self.normal(play, "test", metric, str(at)) for at in range(LEAST)])
         return scores
 
 
 _NORMAL = NormalDist()
 
 
-def masked_rows(turns: Floats, noise: Noise, run_id: str) -> dict[str, dict[str, Interval]]:
-    """Return the rows of a run's score table as they are shown: turns with noise, and their means as total.
+def masked_rows(turns: Floats, noise: Noise, play: str) -> dict[str, dict[str, Interval]]:
+    """Return the rows of a run's score table as they are shown: turns rounded at random, and their means as total.
 
     Args:
         turns: scores of both turns of each episode, (episodes, 2, METRICS).
         noise: of the split.
-        run_id: id of the run.
+        play: digest of how the run was played.
     """
+    _check_play(play)
     episodes, step = len(turns), step_of(len(turns))
     exact = turns.mean(axis=0)
     found = []
     for turn, row in enumerate(ROWS[:2]):
-        noisy = {
-            metric: float(exact[turn, column]) + NOISE / episodes * noise.normal(run_id, row, metric)
+        rounded = {
+            metric: randomised_rounding(float(exact[turn, column]), step, noise.uniform(play, row, metric))
             for column, metric in enumerate(METRICS)
         }
-        found.append({metric: _on_grid(value, step) for metric, value in _consistent(noisy).items()})
-    total = {metric: _tidy((found[0][metric] + found[1][metric]) / 2.0) for metric in METRICS}
-    deviation = NOISE / episodes
-    rows = {
-        row: {metric: mean_interval(value, episodes, deviation, step) for metric, value in values.items()}
-        for row, values in zip(ROWS[:2], found, strict=True)
+        found.append(_consistent(rounded))
+    found.append({metric: _tidy((found[0][metric] + found[1][metric]) / 2.0) for metric in METRICS})
+    return {
+        row: {metric: mean_interval(value, episodes, shown_deviation(episodes), step) for metric, value in one.items()}
+        for row, one in zip(ROWS, found, strict=True)
     }
-    rows[ROWS[2]] = {
-        metric: mean_interval(value, episodes, total_deviation(episodes), step) for metric, value in total.items()
-    }
-    return rows
+
+
+def randomised_rounding(value: float, step: float, threshold: float) -> float:
+    """Return one of the two numbers on the grid that a number lies between; the number itself if it is on the grid.
+
+    Args:
+        value: number in [0, 1].
+        step: step of the grid, a whole part of 1.
+        threshold: number in (0, 1): the result is the upper one if the place between both, from 0 to 1, is above.
+    """
+    parts = round(1.0 / step)
+    place = round(value * parts, _SURE)  # equal on all machines, whose sums differ in the last bits
+    below = math.floor(place)
+    return (below + (place - below > threshold)) / parts
 
 
 def masked_group(
@@ -106,8 +138,9 @@ def masked_group(
         group: the turns in the group, (episodes, 2).
         metrics: those that are shown.
         noise: of the split.
-        names: id of the run, and what names the group.
+        names: digest of the play, and what names the group.
     """
+    _check_play(names[0])
     turns, episodes = int(group.sum()), int(group.any(axis=1).sum())
     deviation = GROUP_NOISE / turns
     step = _step_above(deviation)
@@ -116,8 +149,8 @@ def masked_group(
         for metric in metrics
     }
     return {
-        metric: mean_interval(_on_grid(value, step), episodes, deviation, step)
-        for metric, value in _consistent(noisy).items()
+        metric: mean_interval(_on_grid(value, step), episodes, math.hypot(deviation, step / 12.0**0.5), step)
+        for metric, value in _levelled(noisy).items()
     }
 
 
@@ -128,14 +161,14 @@ def masked_share(share: float, episodes: int, noise: Noise, names: Sequence[str]
         share: exact share.
         episodes: number of the episodes.
         noise: of the split.
-        names: ids of the runs, and what names the share.
+        names: what names the share, and the digests of the plays.
     """
-    return _on_grid(share + NOISE / episodes * noise.normal(*names), step_of(episodes))
+    return randomised_rounding(share, step_of(episodes), noise.uniform(*names))
 
 
 def rounded_rows(rows: Rows, episodes: int) -> dict[str, dict[str, Interval]]:
-    """Return the rows of a table with exact scores, rounded, where the ground truth that noise follows from is gone."""
-    step, deviation = step_of(episodes), NOISE / episodes
+    """Return the rows of a table with exact scores, rounded, where the split with its thresholds is gone."""
+    step, deviation = step_of(episodes), shown_deviation(episodes)
     return {
         row: {
             metric: mean_interval(_on_grid(value.mean, step), episodes, deviation, step)
@@ -156,33 +189,36 @@ def mean_of_rows(tables: Sequence[Rows], episodes: int) -> dict[str, dict[str, I
 
     def mean(row: str, metric: str) -> Interval:
         value = _tidy(sum(table[row][metric].mean for table in tables) / len(tables))
-        deviation = total_deviation(episodes, len(tables)) * (1.0 if row == ROWS[2] else 2.0**0.5)
-        return mean_interval(value, episodes, deviation, step)
+        return mean_interval(value, episodes, shown_deviation(episodes), step)
 
     return {row: {metric: mean(row, metric) for metric in tables[0][row]} for row in tables[0]}
 
 
-def total_deviation(episodes: int, runs: int = 1) -> float:
-    """Return the standard deviation of the noise in the mean of both turns, over several runs."""
-    return NOISE / episodes / math.sqrt(2.0 * runs)
+def shown_deviation(episodes: int) -> float:
+    """Return the largest standard deviation of a shown mean from the exact one: half a step, of a mean in the middle.
+
+    It is used for means over turns and runs too. Their thresholds are independent, but the order of metrics may lower
+    all of them alike.
+    """
+    return step_of(episodes) / 2.0
 
 
 def mean_interval(mean: float, episodes: int, deviation: float, step: float) -> Interval:
-    """Return a shown mean with an interval that follows from it: that of the largest variance, and of the noise.
+    """Return a shown mean with an interval that follows from it: that of the largest variance, and of what hides it.
 
     Args:
         mean: shown mean.
         episodes: number of episodes that it is about; below LEAST the interval is [0, 1].
-        deviation: standard deviation of the noise in the mean.
-        step: step to which the mean was rounded, and to which the ends are, outwards.
+        deviation: standard deviation of the shown mean from the exact one.
+        step: step to which the ends are rounded, outwards.
     """
     if episodes < LEAST:
         return Interval(mean, 0.0, 1.0)
     value = np.array(mean)
     bounds = mean_bounds(Moments(value, value * (1.0 - value) / episodes, episodes, episodes - 1))
-    noise = _quantile(episodes) * deviation
-    low = mean - math.hypot(mean - float(bounds.low), noise) - step / 2.0
-    high = mean + math.hypot(float(bounds.high) - mean, noise) + step / 2.0
+    hidden = _quantile(episodes) * deviation
+    low = mean - math.hypot(mean - float(bounds.low), hidden)
+    high = mean + math.hypot(float(bounds.high) - mean, hidden)
     return Interval(mean, max(_down(low, step), 0.0), min(_up(high, step), 1.0))
 
 
@@ -195,7 +231,7 @@ def difference(one: float, other: float, episodes: int, deviation: float) -> Int
     Args:
         one, other: shown means.
         episodes: number of the episodes; below LEAST the interval is [-1, 1].
-        deviation: standard deviation of the noise in the difference.
+        deviation: standard deviation of the shown difference from the exact one.
     """
     found = _tidy(one - other)
     if episodes < LEAST:
@@ -203,7 +239,7 @@ def difference(one: float, other: float, episodes: int, deviation: float) -> Int
     step = step_of(episodes)
     largest = max(min(one + other, 2.0 - one - other) - found**2, 0.0)
     variance = (largest * (episodes - 1) + 1.0) / episodes  # as if one more episode had shown all of it
-    half = _quantile(episodes) * math.hypot((variance / episodes) ** 0.5, deviation) + step
+    half = _quantile(episodes) * math.hypot((variance / episodes) ** 0.5, deviation)
     return Interval(found, max(_down(found - half, step), -1.0), min(_up(found + half, step), 1.0))
 
 
@@ -218,31 +254,37 @@ def coarse(number: float) -> float:
 
 
 def _consistent(values: dict[str, float]) -> dict[str, float]:
-    """Return noisy means in the order that exact ones have: CTC grows with k, a gate and PTC only lower."""
+    """Return rounded means in the order that exact ones have: CTC grows with k, a gate and PTC only lower.
+
+    Each stays within a step of its exact mean: lowered to `more`, the exact one of `less` is at most that of `more`,
+    and so less than a step above what is shown of `more`; and it is less than a step below, as it was before.
+    """
     made = dict(values)
     for less, more in _ORDER:
-        if less in made and more in made and made[less] > made[more]:
-            made[less] = made[more] = (made[less] + made[more]) / 2.0
-    for less, more in _ORDER:  # a last pass, for chains
         if less in made and more in made:
             made[less] = min(made[less], made[more])
     return made
 
 
+def _levelled(values: dict[str, float]) -> dict[str, float]:
+    """Return noisy means in the order of exact ones: two in the wrong order become their mean, not the lower one."""
+    made = dict(values)
+    for less, more in _ORDER:
+        if less in made and more in made and made[less] > made[more]:
+            made[less] = made[more] = (made[less] + made[more]) / 2.0
+    return _consistent(made)
+
+
 _ORDER = (
-    ("CTC-3", "CTC-5"),
     ("CTC-5", "CTC-7"),
     ("CTC-3", "CTC-5"),
     ("PTC", "rPOD"),
-    *((f"{name}@{gate}", name) for gate in GATES for name in PLACEMENT),
+    *((f"{name}@{gate}", more) for name in PLACEMENT for gate in GATES for more in (name, gate)),
+    *((f"rPOD@{less}", f"rPOD@{more}") for less, more in (("CTC-5", "CTC-7"), ("CTC-3", "CTC-5"))),
     *((f"PTC@{gate}", f"rPOD@{gate}") for gate in GATES),
-    *(
-        (f"{name}@{less}", f"{name}@{more}")
-        for name in PLACEMENT
-        for less, more in (("CTC-5", "CTC-7"), ("CTC-3", "CTC-5"))
-    ),
+    *((f"PTC@{less}", f"PTC@{more}") for less, more in (("CTC-5", "CTC-7"), ("CTC-3", "CTC-5"))),
 )
-"""Pairs of metrics of which the first is never the greater."""
+"""Pairs of metrics of which the first is never the greater; a second one is the first one of no later pair."""
 
 
 def _step_above(deviation: float) -> float:
@@ -270,3 +312,8 @@ def _tidy(value: float) -> float:
 
 def _quantile(episodes: int) -> float:
     return float(stdtrit(episodes - 1, 0.5 + CONFIDENCE / 2.0))
+
+
+def _check_play(play: str) -> None:
+    if not play:
+        raise ValueError("the digest of the play is missing: all runs of the split would share their thresholds")

@@ -59,6 +59,7 @@ class Paths:
         self._last: tuple[Section, Scene, Physics] | None = None
         self._cached_tracks = lru_cache(_CACHE_SIZE)(self._tracks)
         self.endings = lru_cache(16)(self._endings)
+        self.play_of = journal.play
 
     def close(self) -> None:
         """Free the memory of the last section's physics; `played` may be called again."""

@@ -54,7 +54,7 @@ class RunPage:
         self._epochs = epochs
         self._splits = splits
         self._paths = paths
-        self._breakdowns = Breakdowns(splits)
+        self._breakdowns = Breakdowns(splits, paths.play_of)
 
     def context(self, t: Texts, run_id: str) -> dict[str, Any]:
         """Return the variables of a run's template.

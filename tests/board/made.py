@@ -97,10 +97,13 @@ class House:
         state: str = COMPLETE,
         arguments: tuple[tuple[str, str], ...] = (),
         thinking: tuple[float, int] = (0.0, 0),
+        detour: int = 0,
     ) -> str:
         """Create a run whose episodes have the given scores in all metrics of both turns; one number is for all.
 
-        The first ones end by `causes`, all others by `cause`.
+        Another score comes from other actions, and the same one from the same.
+
+        The first ones end by `causes`, all others by `cause`. A `detour` changes actions of the first episode.
         """
         order = [episode.episode_id for episode in self.splits[split].in_playing_order(language)]
         values = [scores] * len(order) if isinstance(scores, float) else list(scores)
@@ -115,7 +118,12 @@ class House:
                 Ending(run_id, episode, why, 7, [dict.fromkeys(METRICS, value)] * 2, "", 0, *thinking)
                 for episode, value, why in zip(order, values, chain(causes, repeat(cause)), strict=False)
             ]
-            self.journal.commit(Batch(endings=endings))
+            batch = Batch(endings=endings)
+            for at, (episode, value) in enumerate(zip(order, values, strict=False)):
+                digits = np.base_repr(round(value * 10_000), 4) + (at == 0) * detour * "1"
+                for step, digit in enumerate(digits):
+                    batch.add_step(run_id, episode, 0, step, int(digit))
+            self.journal.commit(batch)
             self.journal.set_state(run_id, state)
         return run_id
 

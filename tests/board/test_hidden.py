@@ -2,6 +2,7 @@
 
 import json
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,8 +12,9 @@ import sqlalchemy as sa
 from server.board.board import Board
 from server.board.entries import Entries
 from server.board.standings import Mark
+from server.runs.results.breakdown import Breakdowns
 from server.runs.results.receipts import MASKED_VERSION, VERSION, document
-from server.runs.results.reports import make_report
+from server.runs.results.reports import make_report, report_of
 from server.runs.storage import tables
 from server.scoring.disclosure import step_of
 from server.scoring.episode import METRICS
@@ -36,6 +38,56 @@ def publish(house: House, run_id: str, score: float, **changes: object) -> str:
 
 def total(house: House, run_id: str) -> float:
     return house.board.entry(run_id).rows["total"][METRIC].mean
+
+
+def test_the_same_play_shows_the_same_scores_ranks_and_receipts(hidden: House) -> None:
+    """Whoever plays it and when; and what is shown is less than a step from the exact scores."""
+    scores = [((7 * number) % 10) / 10 for number in range(EPISODES)]
+    for run_id in "ab":
+        hidden.publish(hidden.run(run_id, scores, split="guarded", agent=run_id, participant=run_id))
+    publish(hidden, "other", 0.9, agent="other")
+    split, runs = hidden.splits["guarded"], [hidden.journal.run(run_id) for run_id in "ab"]
+    reports = [report_of(run, hidden.journal, hidden.splits) for run in runs]
+    assert reports[0].table == reports[1].table
+    assert reports[0].table.rows == hidden.board.entry("a").rows == hidden.board.entry("b").rows
+    payloads = [json.loads(row.payload) for row in hidden.database.read(sa.select(tables.receipts.c.payload))]
+    assert payloads[0]["scores"] == payloads[1]["scores"] != payloads[2]["scores"]
+    found = Breakdowns(hidden.splits, hidden.journal.play)
+    one, other = (found.of(run, hidden.journal.endings(run.run_id)) for run in runs)
+    assert one == other
+    lines = {line.agent: line for line in hidden.board.standings("guarded", "en")}
+    assert (lines["a"].rank, lines["a"].last_rank) == (lines["b"].rank, lines["b"].last_rank)
+    ((_, compared),) = (line for line in hidden.board.against("a").lines if line[0].agent == "b")
+    assert (compared.difference.mean, compared.difference.p, compared.shown) == (0.0, 1.0, 0)
+    endings = hidden.journal.endings("a")
+    exact = make_report(runs[0], hidden.journal.progress("a"), endings, split, "", exact=True).table.rows
+    for row, metrics in reports[0].table.rows.items():
+        for metric, value in metrics.items():
+            assert abs(value.mean - exact[row][metric].mean) < step_of(EPISODES)
+
+
+def test_another_play_with_the_same_scores_shows_others(hidden: House) -> None:
+    plays = [hidden.run(str(detour), 0.45, split="guarded", detour=detour) for detour in range(6)]
+    tables = [report_of(hidden.journal.run(run_id), hidden.journal, hidden.splits).table for run_id in plays]
+    assert len({tuple(value.mean for value in table.rows["turn 1"].values()) for table in tables}) > 3
+
+
+def test_an_agent_that_scores_nothing_shows_nothing(hidden: House) -> None:
+    publish(hidden, "stop", 0.0)
+    rows = hidden.board.entry("stop").rows
+    assert {value.mean for values in rows.values() for value in values.values()} == {0.0}
+    assert {value.low for values in rows.values() for value in values.values()} == {0.0}
+
+
+def test_an_entry_of_an_earlier_release_gets_its_play_from_the_journal(hidden: House) -> None:
+    publish(hidden, "a", 0.45)
+    shown, kept = hidden.board.entry("a").rows, hidden.entries.episodes("a")
+    old = replace(kept, play="")
+    with hidden.database.write() as connection:
+        connection.execute(tables.entries.update().values(episodes=old.packed()))
+    again = Entries(hidden.database)
+    assert again.episodes("a").play == kept.play == hidden.journal.play(hidden.journal.run("a"))
+    assert Board(again, hidden.splits, steps_per_phase=STEPS, clocks=CLOCKS).entry("a").rows == shown
 
 
 def test_seeds_follow_from_shown_means(hidden: House) -> None:
@@ -81,7 +133,7 @@ def test_what_an_earlier_release_stored_exactly_is_shown_masked(hidden: House, t
     shown = hidden.board.entry("old").rows
     split, run = hidden.splits["guarded"], hidden.journal.run("old")
     endings = hidden.journal.endings("old")
-    report = make_report(run, hidden.journal.progress("old"), endings, split, exact=True)
+    report = make_report(run, hidden.journal.progress("old"), endings, split, "", exact=True)
     assert report.table.rows["total"]["nDTW"].mean == pytest.approx(0.3456)
     content = document(hidden.journal.actions, report, endings, hidden=True, masked=False)
     assert content["version"] == VERSION

@@ -107,7 +107,7 @@ def exact_means(data: Path, runs: list[str]) -> frozenset[str]:
         journal = Journal(database)
         for run_id in runs:
             endings = journal.endings(run_id)
-            report = make_report(journal.run(run_id), journal.progress(run_id), endings, split, exact=True)
+            report = make_report(journal.run(run_id), journal.progress(run_id), endings, split, "", exact=True)
             found |= {value.mean for metrics in report.table.rows.values() for value in metrics.values()}
     parts = 4 / step_of(EPISODES)
     told = {mean for mean in found if abs(mean * parts - round(mean * parts)) > 1e-9}

@@ -51,15 +51,15 @@ def test_intervals_cover_the_mean_of_a_group_whose_episodes_have_one_or_two_turn
     assert 0.92 <= covered / 400 <= 0.98
 
 
-def test_masked_groups_have_noise_of_their_own_and_rows_that_of_the_table() -> None:
+def test_masked_groups_have_noise_of_their_own_and_rows_are_those_of_the_table() -> None:
     scores, noise = made(3), Noise(b"key")
-    rows = masked_rows(scores, noise, "run")
+    rows = masked_rows(scores, noise, "play")
     first = np.broadcast_to([True, False], (EPISODES, 2))
-    found = masked_group_scores(scores, first, rows, noise, ("run", "turn", "first"))
+    found = masked_group_scores(scores, first, rows, noise, ("play", "turn", "first"))
     assert found.scores == {metric: rows["turn 1"][metric] for metric in SHOWN}
     assert (found.turns, found.episodes) == (EPISODES, EPISODES)
     some = np.random.default_rng(1).random((EPISODES, 2)) < 0.5
-    shown = [masked_group_scores(scores, some, rows, noise, ("run", "length", name)).scores for name in "abcdefgh"]
+    shown = [masked_group_scores(scores, some, rows, noise, ("play", "length", name)).scores for name in "abcdefgh"]
     assert len({one["PTC"].mean for one in shown}) > 1
     for one in shown:
         for metric in SHOWN:

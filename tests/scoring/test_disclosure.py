@@ -5,7 +5,16 @@ import numpy.typing as npt
 import pytest
 
 from server.scoring.breakdown import SHOWN
-from server.scoring.disclosure import GROUP_BITS, GROUP_NOISE, LEAST, NOISE, STEPS, PublishedSums, bits_of, step_of
+from server.scoring.disclosure import (
+    GROUP_BITS,
+    GROUP_NOISE,
+    LEAST,
+    LEAST_A_STEP,
+    PublishedSums,
+    bits_of,
+    figure_bits,
+    step_of,
+)
 
 Mask = npt.NDArray[np.bool_]
 
@@ -93,11 +102,52 @@ def test_no_combination_of_random_groups_is_about_few_episodes(seed: int) -> Non
 
 
 @pytest.mark.parametrize(
-    ("episodes", "step"), [(5000, 0.01), (600, 0.01), (599, 0.02), (120, 0.05), (60, 0.1), (30, 0.2), (3, 0.2)]
+    ("episodes", "step"),
+    [
+        (5000, 0.01),
+        (600, 0.01),
+        (599, 0.02),
+        (120, 0.05),
+        (60, 0.1),
+        (30, 0.2),
+        (24, 0.5),
+        (12, 0.5),
+        (6, 1.0),
+        (3, 1.0),
+    ],
 )
-def test_means_are_rounded_as_coarsely_as_their_noise(episodes: int, step: float) -> None:
+def test_a_step_is_about_some_episodes(episodes: int, step: float) -> None:
     assert step_of(episodes) == step
-    assert step >= min(NOISE / episodes, STEPS[-1])
+    assert step * episodes >= min(LEAST_A_STEP, episodes)
+
+
+def capacity(channel: npt.NDArray[np.float64]) -> float:
+    """The most bits that a channel tells, (inputs, outputs), by the algorithm of Blahut and Arimoto: its upper bound."""
+    inputs = np.full(len(channel), 1.0 / len(channel))
+    for _ in range(1000):
+        outputs = inputs @ channel
+        ratio = np.divide(channel, outputs, out=np.ones_like(channel), where=channel > 0.0)
+        gains = (channel * np.log2(ratio)).sum(axis=1)
+        inputs = inputs * 2.0**gains
+        inputs /= inputs.sum()
+    return float(gains.max())
+
+
+@pytest.mark.parametrize("episodes", [6, 48, 60, 300, 1205])
+def test_a_figure_tells_at_most_the_bits_of_a_z_channel(episodes: int) -> None:
+    """Wherever the other episodes' sum lies between two grid points, and also where the episode can cross one."""
+    moved, most = 1.0 / (episodes * step_of(episodes)), 0.0
+    for place in np.linspace(0.0, 1.0, 41):
+        scores = {0.0, 1.0, min((1.0 - place) / moved, 1.0)}  # between these the probabilities are linear in the score
+        sums = place + moved * np.array(sorted(scores))
+        # Of 0, 1 and 2 grid points up: how near the sum is.
+        most = max(most, capacity(np.maximum(1.0 - np.abs(sums[:, None] - np.arange(3.0)), 0.0)))
+    assert most == pytest.approx(figure_bits(episodes), abs=1e-6)
+    assert figure_bits(episodes) <= figure_bits(6) < 0.094
+
+
+def test_a_single_episode_is_told_entirely() -> None:
+    assert figure_bits(1) == 1.0
 
 
 def test_groups_of_one_run_tell_few_bits_of_an_episode() -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from server.scoring.disclosure import NOISE, step_of
+from server.scoring.disclosure import step_of
 from server.scoring.leakage import Scored, changes
 
 
@@ -39,14 +39,14 @@ def test_intervals_hold_the_truth_at_least_as_often_as_they_say(mean: float, epi
     """Simulated agents of equal true means, with episodes that are hard or easy for all."""
     rng = np.random.default_rng(episodes)
     cases, held = 600, np.zeros(3)
-    parts = 2 * round(1 / step_of(episodes))
+    parts = round(1 / step_of(episodes))
     for _ in range(cases):
         sets = []
         for _ in range(2):
             hard = rng.beta(4 * mean, 4 * (1 - mean), episodes)
             scores = (rng.random((3, episodes)) < hard).mean(axis=1)
-            noisy = scores + rng.normal(0.0, NOISE / episodes / 2**0.5, 3)
-            sets.append(Scored([*(np.clip(np.rint(noisy * parts), 0, parts) / parts)], [1] * 3, episodes))
+            shown = np.floor(scores * parts + rng.random(3)) / parts
+            sets.append(Scored([*shown], [1] * 3, episodes))
         found = changes(*sets)
         assert found.against_others is not None
         shown = (found.of_each[0], found.against_others[0], found.mean)

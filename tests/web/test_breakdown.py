@@ -35,7 +35,7 @@ def test_open_run_has_all_groups_with_words_for_each(asked: WebHouse, language: 
     text = asked.site.get(f"/{language}/runs/{OPEN}").text
     part = text[text.index('id="report"') : text.index('id="causes"')]
     run = asked.journal.run(OPEN)
-    groups = Breakdowns(asked.splits).of(run, asked.journal.endings(OPEN)).lines
+    groups = Breakdowns(asked.splits, asked.journal.play).of(run, asked.journal.endings(OPEN)).lines
     assert part.count('class="forest"') == len(groups) > 30
     assert not re.search(r"(step|turn|landmark|relation)\.[a-z_]+", part)  # every name has words
     assert len(Page(text).all("caption")) == len(Page(text).all("table"))
@@ -45,7 +45,7 @@ def test_open_run_has_all_groups_with_words_for_each(asked: WebHouse, language: 
 def test_hidden_run_has_few_groups_and_rounded_scores(asked: WebHouse, language: str) -> None:
     text = asked.site.get(f"/{language}/runs/{SECRET}").text
     part = text[text.index('id="report"') : text.index('id="causes"')]
-    found = Breakdowns(asked.splits).of(asked.journal.run(SECRET), asked.journal.endings(SECRET))
+    found = Breakdowns(asked.splits, asked.journal.play).of(asked.journal.run(SECRET), asked.journal.endings(SECRET))
     assert part.count('class="forest"') == len(found.lines)
     assert 2 < len(found.lines) < 20
     assert found.withheld > 10

@@ -1,6 +1,6 @@
 """Breakdown of a run's scores by what the turns ask for."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -32,7 +32,7 @@ class Breakdown:
     Attributes:
         lines: in the order of `groups.ASPECTS`.
         withheld: number of groups that are not shown, as they would tell of single episodes of a hidden split.
-        rounded: whether the scores have noise and are rounded, as on every hidden split, see `scoring.masking`.
+        rounded: whether the scores are masked, as on every hidden split, see `scoring.masking`.
         reads: whether it is known what the instructions ask for; otherwise groups by these are missing.
     """
 
@@ -47,10 +47,12 @@ class Breakdowns:
 
     Args:
         splits: served splits, by name.
+        play_of: returns the digest of how a run was played, see `Journal.play`.
     """
 
-    def __init__(self, splits: Mapping[str, Split]) -> None:
+    def __init__(self, splits: Mapping[str, Split], play_of: Callable[[Run], str]) -> None:
         self._splits = splits
+        self._play_of = play_of
         self._grouping = lru_cache(_KEPT)(self._make_grouping)
 
     def of(self, run: Run, endings: Sequence[Ending]) -> Breakdown:
@@ -70,10 +72,10 @@ class Breakdowns:
         scores = score_array(ordered)
         found = [(group, group.turns[rows]) for group in groups.groups if group.turns[rows].any()]
         if split.hidden:
-            noise = Noise(split.truth_hash)
-            table = masked_rows(scores, noise, run.run_id)
+            noise, play = Noise(split.truth_hash), self._play_of(run)
+            table = masked_rows(scores, noise, play)
             lines = [
-                Line(group, masked_group_scores(scores, turns, table, noise, (run.run_id, *group.names)))
+                Line(group, masked_group_scores(scores, turns, table, noise, (play, *group.names)))
                 for group, turns in found
             ]
         else:

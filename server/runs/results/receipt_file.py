@@ -22,6 +22,7 @@ from server.runs.results.receipts import FORMAT, LIMITS, MASKED_VERSION, VERSION
 from server.runs.results.reports import make_report, split_of
 from server.runs.results.rescoring import Rescored, differences_of_receipt, first, replayed
 from server.runs.storage.causes import AGENT_FINISHED, FORFEITED, SERVER_FAULT, STEP_LIMIT, TIME_LIMIT
+from server.runs.storage.plays import play_digest
 from server.runs.storage.records import Code, Ending, Progress, Run
 
 FILE_FORMAT, FILE_VERSION = "arramon-receipt-file", 1
@@ -84,7 +85,8 @@ def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) ->
     if not found:
         try:
             masked = content["version"] == MASKED_VERSION
-            report = make_report(run, progress, played, split, exact=not masked)
+            play = play_digest(run, played, actions_of)
+            report = make_report(run, progress, played, split, play, exact=not masked)
             made = document(actions_of, report, played, hidden=split.hidden, masked=masked)
             found = [*first(differences_of_receipt(content, made))]
         except ValueError as error:  # such as a number that is no limit, or no episodes at all

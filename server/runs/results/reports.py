@@ -64,11 +64,12 @@ def report_of(run: Run, journal: Journal, splits: Mapping[str, Split]) -> Report
     if run.state == RUNNING:
         done = f"{progress.ended} of {progress.episodes} episodes have ended"
         raise Conflict(f"run {run.run_id!r} is still being played: {done}")
-    return make_report(run, progress, journal.endings(run.run_id), split)
+    play = journal.play(run) if split.hidden else ""
+    return make_report(run, progress, journal.endings(run.run_id), split, play)
 
 
 def make_report(
-    run: Run, progress: Progress, endings: Sequence[Ending], split: Split, *, exact: bool = False
+    run: Run, progress: Progress, endings: Sequence[Ending], split: Split, play: str, *, exact: bool = False
 ) -> Report:
     """Return the report of a run with given endings. On a hidden split its scores are those of `masked_rows`.
 
@@ -77,6 +78,7 @@ def make_report(
         progress: progress of the run.
         endings: endings of all its episodes.
         split: split that it was played on.
+        play: digest of how it was played, see `play_digest`; used on a hidden split alone.
         exact: whether the scores are exact on a hidden split too: for comparison with what an earlier release signed.
     """
     signature = Signature(
@@ -94,7 +96,7 @@ def make_report(
         chosen=_chosen(run, endings, split),
     )
     if split.hidden and not exact:
-        table = ScoreTable(masked_rows(score_array(endings), Noise(split.truth_hash), run.run_id), len(endings))
+        table = ScoreTable(masked_rows(score_array(endings), Noise(split.truth_hash), play), len(endings))
     else:
         table = aggregate([_scores(ending, split) for ending in endings])
     return Report(run, progress, table, str(signature), () if split.hidden else tuple(endings))

@@ -21,6 +21,7 @@ from server.runs.results.reports import make_report, split_of
 from server.runs.storage import causes
 from server.runs.storage.database import Database
 from server.runs.storage.journal import Journal
+from server.runs.storage.plays import play_digest
 from server.runs.storage.records import RUNNING, Ending, Run
 from server.sim.rules import Limits
 
@@ -114,7 +115,8 @@ class Rescorer:
         if (name := written["run"]["participant"]) in earlier_names(self._database, run.account):
             run = replace(run, participant=name)  # it was signed before the account was renamed
         masked = written.get("version") == MASKED_VERSION
-        report = make_report(run, self._journal.progress(run.run_id), played, split, exact=not masked)
+        play = play_digest(run, played, self._journal.actions)
+        report = make_report(run, self._journal.progress(run.run_id), played, split, play, exact=not masked)
         made = document(self._journal.actions, report, played, hidden=split.hidden, masked=masked)
         yield from differences_of_receipt(written, made)
 

@@ -3,10 +3,11 @@
 Steps are append-only and unique by (run, episode, step). All state in memory elsewhere can be rebuilt from the journal.
 """
 
-from collections import defaultdict
+from collections import OrderedDict, defaultdict
 from collections.abc import Callable, Collection, Iterable, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
+from threading import Lock
 from typing import Any
 
 import sqlalchemy as sa
@@ -15,10 +16,14 @@ from sqlalchemy.engine import Connection, Row
 from server.errors import NotFound, TakenOver, quoted
 from server.runs.storage import tables
 from server.runs.storage.claims import Claims
-from server.runs.storage.database import utc
+from server.runs.storage.database import Database, utc
+from server.runs.storage.plays import play_digest
 from server.runs.storage.records import ENDED, OPEN, PENDING, RUNNING, Code, Progress, Run
 from server.runs.storage.steps import Steps
 from server.runs.storage.worker_registry import WorkerRegistry
+
+_KEPT_PLAYS = 1024
+"""Digests of plays that are kept: to make one, all actions of a run are read."""
 
 
 class Journal(WorkerRegistry, Claims, Steps):
@@ -28,6 +33,11 @@ class Journal(WorkerRegistry, Claims, Steps):
         database: storage of the journal.
         host: identity of this process's host, by default `host_identity`.
     """
+
+    def __init__(self, database: Database, *, host: str | None = None) -> None:
+        super().__init__(database, host=host)
+        self._plays = OrderedDict[str, str]()
+        self._plays_lock = Lock()
 
     def create(
         self, run: Run, episode_ids: Sequence[str], admit: Callable[[Connection], None] = lambda _: None
@@ -85,6 +95,18 @@ class Journal(WorkerRegistry, Claims, Steps):
         if last is not None:
             query = query.where(sa.tuple_(table.c.created_at, table.c.run_id) < (last.created_at, last.run_id))
         return [run_of(row) for row in self._database.read(query)]
+
+    def play(self, run: Run) -> str:
+        """Return the digest of how a run that has ended was played, see `play_digest`."""
+        with self._plays_lock:
+            found = self._plays.get(run.run_id)
+        if found is None:
+            found = play_digest(run, self.endings(run.run_id), self.actions)
+            with self._plays_lock:
+                self._plays[run.run_id] = found
+                while len(self._plays) > _KEPT_PLAYS:
+                    self._plays.popitem(last=False)
+        return found
 
     def time(self) -> datetime:
         """Return the present time by the clock that all processes on the database share, in UTC."""

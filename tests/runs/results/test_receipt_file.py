@@ -143,7 +143,7 @@ def test_a_hidden_receipt_of_an_earlier_release_is_compared_with_exact_scores(tm
     with closing(Database(f"sqlite:///{tmp_path / 'journal.db'}")) as database:
         journal = Journal(database)
         run, endings = journal.run("r"), journal.endings("r")
-        report = make_report(run, journal.progress("r"), endings, files.split, exact=True)
+        report = make_report(run, journal.progress("r"), endings, files.split, "", exact=True)
         old = document(journal.actions, report, endings, hidden=True, masked=False)
     assert (old["version"], "scores" in old["episodes"][0], "steps" in old["episodes"][0]) == (1, False, True)
     files.write(json.dumps(old).encode(), files.taken())

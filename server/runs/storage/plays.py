@@ -1,0 +1,25 @@
+"""What identifies how a run was played: the same play has the same digest, whoever played it, where and when."""
+
+import hashlib
+from collections.abc import Callable, Iterable, Sequence
+
+from server.runs.storage.records import Ending, Run
+
+
+def play_digest(run: Run, endings: Iterable[Ending], actions_of: Callable[[str, str], Sequence[int]]) -> str:
+    """Return the SHA-256 of all that a run's scores follow from besides its split, in hexadecimal.
+
+    That is the step limit, and of each episode the recorded actions and the cause of its end. The digest depends
+    neither on the run's id nor on the order of its episodes, nor on the scores themselves: figures of hidden splits
+    are rounded by it (see `server.scoring.masking`), and must not show whether two plays scored alike.
+
+    Args:
+        run: run that has ended.
+        endings: endings of all its episodes.
+        actions_of: returns the actions of a run's episode, given the ids of both.
+    """
+    digest = hashlib.sha256(f"arramon play 1\n{run.steps_per_phase}\n".encode())
+    for ending in sorted(endings, key=lambda ending: ending.episode_id):
+        actions = "".join(map(str, actions_of(run.run_id, ending.episode_id)))
+        digest.update(f"{(ending.episode_id, ending.cause, actions)!r}\n".encode())
+    return digest.hexdigest()
