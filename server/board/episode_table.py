@@ -39,8 +39,8 @@ class EpisodeTable:
     def packed(self) -> bytes:
         """Return the table as a compressed NumPy archive."""
         file = io.BytesIO()
-        columns = {"ids": np.array(self.ids), "metrics": np.array(METRICS), "scores": self.scores}
-        np.savez_compressed(file, play=np.array(self.play), **columns)
+        ids, metrics, play = (np.array(one) for one in (self.ids, METRICS, self.play))
+        np.savez_compressed(file, ids=ids, metrics=metrics, scores=self.scores, play=play)
         return file.getvalue()
 
     @classmethod

@@ -339,7 +339,7 @@ def test_hidden_split_report_has_no_episode_scores(stub: EvaluationStub) -> None
     with Player(stub, run.run_id, 3) as player:
         player.play(tiny.ACTIONS)
     report = stub.GetReport(pb.GetReportRequest(run_id=run.run_id), metadata=METADATA)
-    shown = [score for row in report.rows for score in row.scores]  # of three episodes nothing but noise
+    shown = [score for row in report.rows for score in row.scores]  # three episodes are too few for an interval
     assert {(score.low, score.high) for score in shown} == {(0.0, 1.0)}
     assert not report.episodes
 

@@ -122,7 +122,7 @@ def test_a_step_is_about_some_episodes(episodes: int, step: float) -> None:
 
 
 def capacity(channel: npt.NDArray[np.float64]) -> float:
-    """The most bits that a channel tells, (inputs, outputs), by the algorithm of Blahut and Arimoto: its upper bound."""
+    """The most bits that a channel tells, (inputs, outputs): the upper bound of Blahut and Arimoto's algorithm."""
     inputs = np.full(len(channel), 1.0 / len(channel))
     for _ in range(1000):
         outputs = inputs @ channel

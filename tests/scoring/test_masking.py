@@ -36,12 +36,13 @@ def table(episodes: int, mean: float, seed: int = 0) -> np.ndarray:
 def random_scores(episodes: int, draw: np.random.Generator) -> npt.NDArray[np.float64]:
     """Scores in which all metrics follow from each other as real ones do, (episodes, 2, METRICS)."""
     level, hard = draw.random((episodes, 2)), draw.random()
-    values = {"nDTW": draw.random((episodes, 2)), "CTC-0": draw.random((episodes, 2)) < draw.random()}
-    values |= {f"CTC-{k}": level < hard * k / 7 for k in (3, 5, 7)}
-    values["PTC"] = draw.random((episodes, 2)) < draw.random()
-    values["rPOD"] = np.where(values["PTC"], 1.0, draw.random((episodes, 2)) * draw.integers(0, 2))
+    values: dict[str, npt.NDArray[np.float64]]
+    values = {"nDTW": draw.random((episodes, 2)), "CTC-0": (draw.random((episodes, 2)) < draw.random()) * 1.0}
+    values |= {f"CTC-{k}": (level < hard * k / 7) * 1.0 for k in (3, 5, 7)}
+    values["PTC"] = (draw.random((episodes, 2)) < draw.random()) * 1.0
+    values["rPOD"] = np.where(values["PTC"] > 0.0, 1.0, draw.random((episodes, 2)) * draw.integers(0, 2))
     values |= {f"{name}@{gate}": values[name] * values[gate] for name in PLACEMENT for gate in GATES}
-    return np.stack([values[metric].astype(float) for metric in METRICS], axis=2)
+    return np.stack([values[metric] for metric in METRICS], axis=2)
 
 
 def test_noise_is_standard_normal_and_follows_from_key_and_names() -> None:
