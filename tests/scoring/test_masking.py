@@ -1,5 +1,7 @@
 """What is shown of scores on a hidden split: rounding, steps, intervals, and that nothing else enters."""
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -36,7 +38,7 @@ def table(episodes: int, mean: float, seed: int = 0) -> np.ndarray:
 def random_scores(episodes: int, draw: np.random.Generator) -> npt.NDArray[np.float64]:
     """Scores in which all metrics follow from each other as real ones do, (episodes, 2, METRICS)."""
     level, hard = draw.random((episodes, 2)), draw.random()
-    values: dict[str, npt.NDArray[np.float64]]
+    values: dict[str, npt.NDArray[np.floating[Any]]]
     values = {"nDTW": draw.random((episodes, 2)), "CTC-0": (draw.random((episodes, 2)) < draw.random()) * 1.0}
     values |= {f"CTC-{k}": (level < hard * k / 7) * 1.0 for k in (3, 5, 7)}
     values["PTC"] = (draw.random((episodes, 2)) < draw.random()) * 1.0
