@@ -30,6 +30,9 @@ COARSE_STEPS = (0.5, 1.0)
 LEAST_A_STEP = 6.0
 """Episodes that a step of the rows is about at least, on a split of at least as many."""
 
+FLAT = 0.25
+"""Part of the first and of the last step in which means are shown as 0 and 1 for certain: 1.5 episodes at least."""
+
 TEST_NOISE = 4.0
 """Standard deviation of the noise in the sum of a run's scores in paired tests, in episodes."""
 
@@ -111,12 +114,14 @@ def step_of(episodes: int) -> float:
 def figure_bits(episodes: int) -> float:
     """Return the bits that one shown mean of a turn tells at most of one episode, whatever else is known.
 
-    An episode moves the exact mean by at most the share d = 1 / (episodes * step) of a step, and with it by d the
-    probability that the mean is rounded up. That tells most where the mean is on the grid without the episode: it then
-    is rounded up only if the episode scored, and that with probability d at most. This is a Z-channel, with the
-    capacity log2(1 + d (1 - d)**((1 - d) / d)).
+    An episode moves the exact mean by at most 1 / (episodes * step) of a step, and with it the probability that the
+    mean is rounded up: by d = 1 / (episodes * step * (1 - FLAT)) at most, in the first and the last step. That tells
+    most where the probability is 0 without the episode: the mean is then rounded up only if the episode scored, and
+    that with probability d at most. This is a Z-channel, with the capacity log2(1 + d (1 - d)**((1 - d) / d)).
     """
-    moved = min(1.0 / (episodes * step_of(episodes)), 1.0)
+    step = step_of(episodes)
+    slope = 1.0 / (1.0 - (2.0 if step == 1.0 else 1.0) * FLAT)  # a single step is the first and the last one
+    moved = min(slope / (episodes * step), 1.0)
     if moved == 1.0:
         return 1.0
     return math.log2(1.0 + moved * (1.0 - moved) ** ((1.0 - moved) / moved))

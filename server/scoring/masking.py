@@ -2,9 +2,10 @@
 
 Two exact totals that differ by one episode give its score away, and so does a rounded one whose threshold an attacker
 has found: the attacker controls all other episodes of its own runs. So each mean of a turn is rounded up or down to the
-grid of `step_of` by a threshold of its own: up with the probability of its place between the two grid points. What is
-shown is less than a step from the exact mean, is right on average where the order of metrics (see `_consistent`) does
-not lower it, and shows 0 as 0 and 1 as 1. `disclosure.figure_bits` is what one figure tells of an episode at most,
+grid of `step_of` by a threshold of its own: up with the probability of its place between the two grid points, but for
+certain near 0 and 1 (`upward_chance`). What is shown is less than a step from the exact mean, is right on average
+between the first and the last step where the order of metrics (see `_consistent`) does not lower it, and shows 0 as 0
+and 1 as 1. `disclosure.figure_bits` is what one figure tells of an episode at most,
 whatever else is known, and several figures tell at most the sum.
 
 Thresholds follow from the split's ground truth, which nobody outside knows, and from the digest of the play: the
@@ -32,7 +33,7 @@ import numpy.typing as npt
 from scipy.special import stdtrit
 
 from server.scoring.aggregate import ROWS, Interval
-from server.scoring.disclosure import GROUP_NOISE, LEAST, STEPS, TEST_NOISE, step_of
+from server.scoring.disclosure import FLAT, GROUP_NOISE, LEAST, STEPS, TEST_NOISE, step_of
 from server.scoring.episode import GATES, METRICS, PLACEMENT
 from server.scoring.intervals import CONFIDENCE, Floats, Moments, mean_bounds
 
@@ -120,12 +121,27 @@ def randomised_rounding(value: float, step: float, threshold: float) -> float:
     Args:
         value: number in [0, 1].
         step: step of the grid, a whole part of 1.
-        threshold: number in (0, 1): the result is the upper one if the place between both, from 0 to 1, is above.
+        threshold: number in (0, 1): the result is the upper one if `upward_chance` is above.
     """
     parts = round(1.0 / step)
     place = round(value * parts, _SURE)  # equal on all machines, whose sums differ in the last bits
     below = math.floor(place)
-    return (below + (place - below > threshold)) / parts
+    return (below + (upward_chance(place, parts) > threshold)) / parts
+
+
+def upward_chance(place: float, parts: int) -> float:
+    """Return the probability that a number is rounded up: its place between two grid points, but near 0 and 1.
+
+    Within FLAT steps of 0 or 1 a number is shown as 0 or 1 for certain, and the probability grows the quicker behind:
+    a run that stops at once in all episodes but one shows 0 whether or not it solved that one.
+
+    Args:
+        place: number in units of the grid's step, from 0 to `parts`.
+        parts: number of steps from 0 to 1.
+    """
+    below = math.floor(place)
+    low, high = FLAT * (below == 0), FLAT * (below == parts - 1)
+    return min(max((place - below - low) / (1.0 - low - high), 0.0), 1.0)
 
 
 def masked_group(

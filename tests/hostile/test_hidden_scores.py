@@ -71,8 +71,12 @@ def unordered(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def likelihood(shown: float, exact: Floats, step: float) -> Floats:
     """The probability that exact means are shown so."""
-    nearness: Floats = np.maximum(1.0 - np.abs(exact - shown) / step, 0.0)
-    return nearness
+    parts = round(1.0 / step)
+    places = np.round(exact * parts, 9)
+    up = np.array([masking.upward_chance(float(place), parts) for place in places])
+    seen = round(shown * parts)
+    chances: Floats = np.where(np.floor(places) == seen, 1.0 - up, np.where(np.floor(places) == seen - 1, up, 0.0))
+    return chances
 
 
 def sum_of_squares(value: Interval, episodes: int) -> float:
@@ -142,7 +146,7 @@ def test_runs_that_mostly_forfeited_are_compared_with_nobody(target: Target) -> 
     assert target.board.entry("open").marks == ()
 
 
-@pytest.mark.parametrize(("days", "least"), [(1, 0.46), (3, 0.41), (20, 0.18)])
+@pytest.mark.parametrize(("days", "least"), [(1, 0.46), (3, 0.41), (20, 0.15)])
 @pytest.mark.usefixtures("unordered")
 def test_least_squares_over_chosen_runs_leave_single_scores_open(target: Target, days: int, least: float) -> None:
     """Each run plays a random half of the episodes, and stops in the others; its figures are all of that one sum.
@@ -192,8 +196,10 @@ def test_a_total_leaves_nearly_all_assignments_of_targets_open(tmp_path: Path) -
         (24, 1, 1, 0.0, 0.05),
         (24, 1, len(METRICS), 0.1, 0.4),
         (24, DAY, len(METRICS), 0.3, 0.8),
-        (0, 1, 1, 0.05, 2 * figure_bits(EPISODES)),
-        (0, 1, len(METRICS), 0.7, 0.95),
+        (0, DAY, len(METRICS), -0.01, 0.01),
+        (1, DAY, len(METRICS), -0.01, 0.01),
+        (2, 1, 1, 0.05, 2 * figure_bits(EPISODES)),
+        (2, 1, len(METRICS), 0.6, 0.95),
     ],
 )
 @pytest.mark.usefixtures("unordered")
@@ -202,8 +208,8 @@ def test_what_one_episode_tells_to_who_knows_all_others(
 ) -> None:
     """All metrics of both turns are 0 or 1, so all figures agree. SECURITY.md states it.
 
-    With 24 others solved the sum lies in the middle between two grid points; with none on one, where a figure tells
-    most. There the first figure that is not 0 shows that the episode was solved.
+    With 24 others solved the sum lies in the middle between two grid points. With none or one all figures are 0, solved
+    or not. With two known successes a figure tells most: the first that is not 0 shows that the episode was solved.
     """
     draw, step = np.random.default_rng(2), step_of(EPISODES)
     information, days = [], 600

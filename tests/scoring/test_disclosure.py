@@ -6,6 +6,7 @@ import pytest
 
 from server.scoring.breakdown import SHOWN
 from server.scoring.disclosure import (
+    FLAT,
     GROUP_BITS,
     GROUP_NOISE,
     LEAST,
@@ -15,6 +16,7 @@ from server.scoring.disclosure import (
     figure_bits,
     step_of,
 )
+from server.scoring.masking import randomised_rounding, upward_chance
 
 Mask = npt.NDArray[np.bool_]
 
@@ -135,15 +137,29 @@ def capacity(channel: npt.NDArray[np.float64]) -> float:
 
 @pytest.mark.parametrize("episodes", [6, 48, 60, 300, 1205])
 def test_a_figure_tells_at_most_the_bits_of_a_z_channel(episodes: int) -> None:
-    """Wherever the other episodes' sum lies between two grid points, and also where the episode can cross one."""
-    moved, most = 1.0 / (episodes * step_of(episodes)), 0.0
-    for place in np.linspace(0.0, 1.0, 41):
-        scores = {0.0, 1.0, min((1.0 - place) / moved, 1.0)}  # between these the probabilities are linear in the score
-        sums = place + moved * np.array(sorted(scores))
-        # Of 0, 1 and 2 grid points up: how near the sum is.
-        most = max(most, capacity(np.maximum(1.0 - np.abs(sums[:, None] - np.arange(3.0)), 0.0)))
+    """Wherever the other episodes' sum lies, also where the episode can cross a grid point."""
+    parts, moved, most = round(1.0 / step_of(episodes)), 1.0 / (episodes * step_of(episodes)), 0.0
+    for place in (*np.linspace(0.0, min(parts, 3) - moved, 121), FLAT):
+        # Between these the probabilities are linear in the score.
+        bends = (edge + part for edge in range(parts + 1) for part in (-FLAT, 0.0, FLAT))
+        scores = {0.0, 1.0} | {(bend - place) / moved for bend in bends if 0.0 < bend - place < moved}
+        channel = np.zeros((len(scores), parts + 2))
+        for row, score in zip(channel, sorted(scores), strict=True):
+            total = min(place + moved * score, float(parts))
+            row[int(total) + 1] = upward_chance(total, parts)
+            row[int(total)] = 1.0 - row[int(total) + 1]
+        most = max(most, capacity(channel))
     assert most == pytest.approx(figure_bits(episodes), abs=1e-6)
-    assert figure_bits(episodes) <= figure_bits(6) < 0.094
+    assert figure_bits(episodes) <= figure_bits(6) < 0.21
+
+
+@pytest.mark.parametrize("episodes", [6, 24, 48, 60, 300, 600, 1205])
+def test_a_single_success_is_not_shown(episodes: int) -> None:
+    """Nor a single failure: who stops at once in all episodes but one learns nothing of that one."""
+    step = step_of(episodes)
+    for threshold in (1e-9, 0.5, 1.0 - 1e-9):
+        assert randomised_rounding(1 / episodes, step, threshold) == 0.0
+        assert randomised_rounding(1 - 1 / episodes, step, threshold) == 1.0
 
 
 def test_a_single_episode_is_told_entirely() -> None:
