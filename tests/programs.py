@@ -27,8 +27,16 @@ def program(name: str, package: str, *folders: str) -> Path:
     return found
 
 
-_UNTIL_PARENT_ENDS = '"$@" < /dev/null & cat > /dev/null; kill -INT $! 2> /dev/null; wait $!'
-"""For a shell: runs a program until its own standard input ends, however its parent went."""
+_UNTIL_PARENT_ENDS = """
+exec 3<&0
+"$@" < /dev/null 3<&- & program=$!
+cat <&3 > /dev/null & input=$!
+trap 'kill $input 2> /dev/null' TERM
+wait $input
+kill -INT $program 2> /dev/null
+wait $program
+"""
+"""For a shell: runs a program until its own standard input ends, however its parent went, or until it is terminated."""
 
 
 def start(command: Sequence[str], log: Path, *, user: str | None = None) -> "subprocess.Popen[bytes]":
@@ -49,6 +57,7 @@ def stop(process: "subprocess.Popen[bytes]") -> None:
     """Ends a program that `start` started."""
     assert process.stdin is not None
     process.stdin.close()
+    process.terminate()  # a process that was forked meanwhile, and goes on, holds the other end of its input
     process.wait(timeout=240)
 
 

@@ -1,0 +1,23 @@
+"""External programs under test end when the tests say so."""
+
+import os
+import signal
+import time
+from pathlib import Path
+
+from tests.programs import start, stop
+
+
+def test_a_program_stops_although_a_forked_process_holds_its_input(tmp_path: Path) -> None:
+    """Processes that tests fork hold the ends of all pipes, and may go on."""
+    process = start(["sleep", "1000"], tmp_path / "log")
+    child = os.fork()
+    if child == 0:
+        time.sleep(1000)
+        os._exit(0)
+    try:
+        stop(process)
+    finally:
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+    assert process.returncode is not None
