@@ -69,7 +69,8 @@ class Publishing:
         entry = self._entries.find(run_id)
         if entry is not None and entry.withdrawn_by_host and not by_host:
             raise _withdrawn_by_host(run_id)
-        report = report_of(run, self._journal, self._splits)
+        # Stored with all episodes: the board leaves out those that are void at the time.
+        report = report_of(run, self._journal, self._splits, with_void=True)
         _check_ranked(report, self._splits[run.split])
         _check_whole(report, self._splits[run.split])
         _check_played(report)
@@ -104,7 +105,7 @@ class Publishing:
             report.run,
             report.signature,
             original,
-            self._entries.scores(reproduced).signature,
+            self._entries.scores(reproduced, original.rescored).signature,
             is_original=bool(self._entries.reproductions(report.run.run_id)),
         )
 

@@ -60,7 +60,7 @@ class Breakdowns:
 
         Args:
             run: the run.
-            endings: endings of all its episodes.
+            endings: endings of all its episodes that are not void.
 
         Raises:
             Conflict: if the data of its split has changed since it was created.
