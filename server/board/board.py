@@ -32,11 +32,12 @@ from server.board.standings import (
 from server.episodes.splits import Split
 from server.errors import BadInput, Conflict, NotFound, quoted
 from server.runs.accounts.attempts import Attempts, Who, who
+from server.runs.closing import NEVER, Closing
 from server.runs.play.clocks import Clocks
 from server.runs.results.reports import coarse_progress
 from server.runs.storage import causes
 from server.runs.storage.corrections import Correction, voided_by
-from server.runs.storage.records import Run
+from server.runs.storage.records import Progress, Run
 from server.scoring.aggregate import MIN_SECTION, Interval, table_rows
 from server.scoring.episode import METRICS
 from server.scoring.languages import LanguageGap
@@ -57,6 +58,8 @@ class Listing:
         standings: standings in order of rank.
         references: results of the paper for comparison, measured on other data.
         family: paired tests of all ranked standings; its scores of single episodes never leave the server.
+        corrections: corrections of the split by its host, in order.
+        frozen: whether it is frozen, see `Board.listing`.
     """
 
     split: str
@@ -65,6 +68,8 @@ class Listing:
     standings: tuple[Standing, ...]
     references: tuple[Reference, ...]
     family: Family | None = None
+    corrections: tuple[Correction, ...] = ()
+    frozen: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +94,7 @@ class Board:
         entries: published runs.
         splits: served splits, by name.
         steps_per_phase, clocks: limits that this server gives to new runs; entries with other limits are marked.
+        closing: when the leaderboards of splits close, and whether they are frozen until then.
         local: whether only this machine reaches the server. Its runs were played under settings of their own, so that
             on each split those that most of its runs share count in place of the server's.
     """
@@ -101,11 +107,13 @@ class Board:
         steps_per_phase: int,
         clocks: Clocks,
         local: bool = False,
+        closing: Closing = NEVER,
     ) -> None:
         self._entries = entries
         self._splits = splits
         self._episodes = {name: split.languages for name, split in splits.items()}
         self._limits, self._local = (steps_per_phase, clocks), local
+        self.closing = closing
         self._shared = _Kept[str, tuple[int, Clocks]](entries.stamp, self._find_limits)
         self._attempts = _Kept[str, Mapping[tuple[Who, str], Attempts]](entries.stamp, entries.attempts)
         self._reproducers = _Kept[str, Mapping[str, frozenset[str]]](entries.stamp, entries.reproducers)
@@ -117,7 +125,10 @@ class Board:
         self._gaps = lru_cache(_KEPT)(self._find_gap)
         self._differences = lru_cache(_KEPT)(self._find_differences)
         self._spreads = lru_cache(_KEPT)(self._find_spread)
-        self._listings = _Kept[tuple[str, str, str], Listing](entries.stamp, lambda wanted: self._make(*wanted))
+        self._listings = _Kept[tuple[str, str, str], Listing](self._stamp, lambda wanted: self._make(*wanted))
+
+    def _stamp(self) -> object:
+        return self._entries.stamp(), tuple(map(self.closing.is_frozen, self.closing.closes.splits))
 
     def languages(self) -> dict[str, tuple[str, ...]]:
         """Return the languages of each split that can be listed, by name: of served splits, and of old entries.
@@ -140,6 +151,9 @@ class Board:
         standings of a system in one language, ranked ones take precedence over others, then the latest published.
         Scores are means over the languages, with intervals that keep the languages of an episode together; where the
         data has changed, so that sections are unknown, the ends are means of the languages' ends.
+
+        While the leaderboard is frozen, the standings have neither rows nor ranks, whatever the metric, and are in
+        order of their publication.
 
         Args:
             split: name of the split.
@@ -179,10 +193,10 @@ class Board:
         return self._corrections[split]
 
     def reproductions(self, run_id: str) -> list[Reproduction]:
-        """Return the listed reproductions of a published run, the earliest published first."""
+        """Return the listed reproductions of a published run, the earliest published first; none while it is frozen."""
         found = self._entries.reproductions(run_id)
         published = self._entries.find(run_id) if found else None
-        if published is None:
+        if published is None or self.closing.is_frozen(published.run.split):
             return []
         original, split = self._entry(published), published.run.split
         return [
@@ -205,10 +219,12 @@ class Board:
 
         Raises:
             NotFound: if the run is not on the leaderboard, or not in that listing.
-            Conflict: if it is not ranked: it did not play the same episodes under the same conditions.
+            Conflict: if it is not ranked: it did not play the same episodes under the same conditions; or if the
+                leaderboard is frozen.
             BadInput: if there is no such metric.
         """
         run = self.entry(run_id).run
+        self.closing.check_shown(run.split)
         listing = self.listing(run.split, language or run.language, sort)
         for standing in listing.standings:
             if any(entry.run.run_id == run_id for entry in standing.entries):
@@ -244,13 +260,18 @@ class Board:
         lines = list(with_seeds(entries))
         if language == BOTH:
             lines = list(systems(lines, known[split]))
+        if self.closing.is_frozen(split):
+            ordered = sorted(lines, key=lambda line: (max(one.published_at for one in line), line[0].run.run_id))
+            unknown = tuple(Standing(line, {}) for line in ordered)
+            references = self.reference(split, language)
+            return Listing(split, language, sort, unknown, references, None, self.corrections(split), frozen=True)
         standings = [
             Standing(line, self._rows_of(line), self._gap_of(line, sort), self._spread_of(line, sort)) for line in lines
         ]
         able = [standing for standing in standings if standing.is_ranked]
         family = self._comparisons.family(able, sort, self._sections(split))
         order = tuple(ranked(standings, sort, family))
-        return Listing(split, language, sort, order, self.reference(split, language), family)
+        return Listing(split, language, sort, order, self.reference(split, language), family, self.corrections(split))
 
     def _limits_on(self, split: str) -> tuple[int, Clocks]:
         """Return the step limit and the clocks under which runs of a split are ranked."""
@@ -413,6 +434,10 @@ class Board:
             Mark.SERVER_FAULT: scores.progress.causes.get(causes.SERVER_FAULT, 0) > 0,
         }
         marks = tuple(mark for mark in Mark if found[mark])
+        if frozen := self.closing.is_frozen(run.split):
+            episodes = scores.progress.episodes
+            progress = Progress(episodes, episodes, 0, {}, scores.progress.images, published=True)
+            scores = Scores(progress, {}, scores.signature)
         return Entry(
             run,
             scores.progress,
@@ -429,6 +454,7 @@ class Board:
             split_corrections=len(corrections),
             rescored=published.rescored,
             voided=len(voided),
+            frozen=frozen,
         )
 
     def _voided(self, run: Run, voided: frozenset[str]) -> tuple[frozenset[str], frozenset[str]]:

@@ -123,6 +123,8 @@ class Entry:
         rescored: number of times that it was scored again.
         voided: number of its episodes that the host has voided; they are in no score.
         corrections: corrections of the split that change its scores, in order; left out in listings.
+        frozen: whether the leaderboard of its split is frozen: then `rows` is empty, and `progress` tells the number of
+            episodes alone.
     """
 
     run: Run
@@ -142,6 +144,7 @@ class Entry:
     rescored: int = 0
     voided: int = 0
     corrections: tuple[Correction, ...] = ()
+    frozen: bool = False
 
     @property
     def version(self) -> Version:

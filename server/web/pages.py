@@ -20,6 +20,7 @@ from server.runs.storage.journal import Journal
 from server.web.comparison_page import ComparisonPage
 from server.web.epochs_page import EpochsPage
 from server.web.filters import read_choice
+from server.web.host import UNNAMED, Host
 from server.web.paths import Paths
 from server.web.rendering import Renderer
 from server.web.responses import FOR_EVER, redirect, respond
@@ -55,15 +56,22 @@ class Pages:
         receipts: issues the runs' receipts.
         splits: the splits served, by name.
         epochs: the epochs of hidden splits.
+        host: who hosts the leaderboard.
     """
 
     def __init__(
-        self, board: Board, journal: Journal, receipts: Receipts, splits: Mapping[str, Split], epochs: EpochBoard
+        self,
+        board: Board,
+        journal: Journal,
+        receipts: Receipts,
+        splits: Mapping[str, Split],
+        epochs: EpochBoard,
+        host: Host = UNNAMED,
     ) -> None:
         self._board = board
         self._epochs = epochs
         self._receipts = receipts
-        self._renderer = Renderer()
+        self._renderer = Renderer(host)
         self._standings = StandingsPage(board, splits, epochs)
         self._epochs_page = EpochsPage(board, epochs)
         self._comparison = ComparisonPage(board)
@@ -179,10 +187,12 @@ class Pages:
     async def _receipt(self, request: web.Request) -> web.Response:
         def make() -> web.Response:
             entry = self._board.entry(request.match_info["run"])
-            if entry.seal is None:
-                raise NotFound("this run has no receipt")
-            run_id = entry.run.run_id
-            receipt = self._receipts.of(READER, run_id)
+            if entry.seal is None or entry.frozen:
+                raise NotFound("this run has no receipt to show")
+            run_id, number = entry.run.run_id, request.query.get("number", "0")
+            if not (number.isascii() and number.isdecimal() and len(number) < 6):
+                raise NotFound("there is no receipt of that number")
+            receipt = self._receipts.of(READER, run_id, int(number))
             content = {
                 "format": RECEIPT_FORMAT,
                 "version": RECEIPT_VERSION,
@@ -190,7 +200,8 @@ class Pages:
                 "signature": receipt.signature.hex(),
                 "public_key": receipt.public_key.hex(),
             }
-            return _json(request, content, f"{run_id}.receipt.json")
+            name = f"{run_id}.receipt.json" if number == "0" else f"{run_id}.{number}.receipt.json"
+            return _json(request, content, name)
 
         return await self._run_in(self._page_thread, make)
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
-from server.board.standings import Entry
+from server.board.standings import Entry, Version
 from server.episodes.episode import Episode
 from server.episodes.splits import Split
 from server.errors import NotFound, quoted
@@ -58,7 +58,7 @@ class Paths:
         self._journal = journal
         self._last: tuple[Section, Scene, Physics] | None = None
         self._cached_tracks = lru_cache(_CACHE_SIZE)(self._tracks)
-        self.endings = lru_cache(16)(self._endings)
+        self._cached_endings = lru_cache(16)(self._read_endings)
         self.play_of = journal.play
 
     def close(self) -> None:
@@ -68,17 +68,24 @@ class Paths:
             self._last = None
 
     def split(self, entry: Entry) -> Split | None:
-        """Return the split of a run; None if it is not served, hidden, or its data has changed since the run."""
+        """Return the split of a run whose episodes may be shown.
+
+        None if it is not served, hidden, or frozen, or its data has changed since the run.
+        """
         split = self._splits.get(entry.run.split)
-        if split is None or split.hidden or split.data_hash != entry.run.data_hash:
+        if entry.frozen or split is None or split.hidden or split.data_hash != entry.run.data_hash:
             return None
         return split
+
+    def endings(self, entry: Entry) -> list[Ending]:
+        """Return the endings of a run's episodes, in playing order."""
+        return self._cached_endings(entry.version)
 
     def examples(self, entry: Entry) -> list[tuple[str, float]]:
         """Return up to `EXAMPLES` episodes with their nDTW, evenly from the highest to the lowest; none if hidden."""
         if self.split(entry) is None:
             return []
-        ordered = sorted(((_similarity(one), one.episode_id) for one in self.endings(entry.run.run_id)), reverse=True)
+        ordered = sorted(((_similarity(one), one.episode_id) for one in self.endings(entry)), reverse=True)
         last = len(ordered) - 1
         places = range(last + 1) if last < EXAMPLES else [round(last * n / (EXAMPLES - 1)) for n in range(EXAMPLES)]
         return [(ordered[place][1], ordered[place][0]) for place in places]
@@ -90,7 +97,7 @@ class Paths:
             NotFound: if the run has no episode of that id, or the split's episodes may not be shown.
         """
         split = self.split(entry)
-        ending = {one.episode_id: one for one in self.endings(entry.run.run_id)}.get(episode_id) if split else None
+        ending = {one.episode_id: one for one in self.endings(entry)}.get(episode_id) if split else None
         if split is None or ending is None:
             raise NotFound(f"run {entry.run.run_id!r} has no episode {quoted(episode_id)} to show")
         episode = split.episodes[episode_id]
@@ -100,8 +107,8 @@ class Paths:
         tracks = self._cached_tracks(entry.run, episode_id, ending.cause if ending.has_played else "")
         return PlayedEpisode(episode, ending, ground, tracks)
 
-    def _endings(self, run_id: str) -> list[Ending]:
-        return self._journal.endings(run_id)
+    def _read_endings(self, version: Version) -> list[Ending]:
+        return self._journal.endings(version.run_id)
 
     def _tracks(self, run: Run, episode_id: str, cause: str) -> tuple[section_map.Track, ...]:
         """Return the tracks of an episode that ended by `cause`; empty paths if `cause` is empty: it was not played."""

@@ -8,6 +8,7 @@ from typing import Any
 import jinja2
 
 from server import __version__
+from server.web.host import UNNAMED, Host, link_of
 from server.web.texts import Texts, all_texts
 
 _HERE = Path(__file__).parent
@@ -19,11 +20,14 @@ TYPES = {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 class Renderer:
     """Renders the templates. It reads all static files once.
 
+    Args:
+        host: who hosts the leaderboard, for the foot of every page.
+
     Attributes:
         files: name with digest, such as `style.0a1b2c3d4e.css` -> content and content type.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, host: Host = UNNAMED) -> None:
         self.files: dict[str, tuple[bytes, str]] = {}
         named = {}
         for path in sorted((_HERE / "static").iterdir()):
@@ -44,6 +48,8 @@ class Renderer:
             "static": named.__getitem__,
             "languages": list(all_texts().values()),
             "version": __version__,
+            "host": host,
+            "link_of": link_of,
             "per_cent": lambda share: f"{100 * share:.1f}".removesuffix(".0"),
         }
 

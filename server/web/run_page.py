@@ -12,6 +12,7 @@ from server.episodes.splits import Split
 from server.errors import NotFound
 from server.runs.results.breakdown import Breakdowns
 from server.runs.storage import causes
+from server.runs.storage.corrections import voided_by
 from server.runs.storage.records import CANCELLED, Progress, Run
 from server.scoring.episode import GATES, PLACEMENT
 from server.visible_text import shown
@@ -73,8 +74,8 @@ class RunPage:
             "rows": [(t(f"turns.{name}"), TURNS[name]) for name in _ROW_ORDER],
             "gated": [(_gate(t, metric), metric) for metric in _placements()],
             "causes": _causes(entry),
-            "ctc": curves.ctc_chart(entry.rows),
-            "open": self._open(run_id) if is_open else None,
+            "ctc": curves.ctc_chart(entry.rows) if entry.rows else None,
+            "open": self._open(entry) if is_open else None,
             "frame": curves.FRAME,
             "report": self._report(t, entry),
             "facts": self._facts(t, entry),
@@ -106,13 +107,15 @@ class RunPage:
             return None
 
     def _report(self, t: Texts, entry: Entry) -> Part | None:
-        """Return the scores by what turns ask for; None if the data has changed, so that it is not known."""
-        if Mark.OTHER_DATA in entry.marks:
+        """Return the scores by what turns ask for; None if the data has changed, so that it is not known, or frozen."""
+        if Mark.OTHER_DATA in entry.marks or entry.frozen:
             return None
-        return breakdown_part(t, self._breakdowns.of(entry.run, self._paths.endings(entry.run.run_id)))
+        voided = voided_by(self._board.corrections(entry.run.split))
+        counted = [ending for ending in self._paths.endings(entry) if ending.episode_id not in voided]
+        return breakdown_part(t, self._breakdowns.of(entry.run, counted)) if counted else None
 
-    def _open(self, run_id: str) -> dict[str, Any]:
-        shares = curves.open_shares([ending.steps for ending in self._paths.endings(run_id)])
+    def _open(self, entry: Entry) -> dict[str, Any]:
+        shares = curves.open_shares([ending.steps for ending in self._paths.endings(entry)])
         every = -(-len(shares) // _MAX_CURVE_ROWS)
         return {"chart": curves.open_chart(shares), "shares": [*shares[:-1:every], shares[-1]]}
 

@@ -21,6 +21,7 @@ from server.episodes.splits import Split
 from server.errors import Conflict, NotFound, TakenOver, quoted
 from server.runs.accounts.attempts import number_of
 from server.runs.accounts.callers import Caller
+from server.runs.closing import NEVER, Closing
 from server.runs.results.reports import Report, report_of
 from server.runs.results.signing import SigningKey
 from server.runs.storage import tables
@@ -94,14 +95,18 @@ class Receipts:
         database: storage of the receipts.
         splits: served splits, by name.
         key: key that signs new receipts.
+        closing: when the leaderboards of splits close.
     """
 
-    def __init__(self, database: Database, splits: Mapping[str, Split], key: SigningKey) -> None:
+    def __init__(
+        self, database: Database, splits: Mapping[str, Split], key: SigningKey, closing: Closing = NEVER
+    ) -> None:
         self._database = database
         self._journal = Journal(database)
         self._splits = splits
         self._key = key
         self._corrections = Corrections(database)
+        self._closing = closing
 
     @property
     def public_key(self) -> bytes:
@@ -120,7 +125,8 @@ class Receipts:
 
         Raises:
             NotFound: if there is no such run that the caller may see, or no superseded receipt of that number.
-            Conflict: if the run is still being played, or it has no receipt and the data of the split has changed.
+            Conflict: if the run is still being played, or it has no receipt and the data of the split has changed; or
+                if its leaderboard is frozen, and the run is another participant's.
         """
         published = self._journal.is_published(
             run_id
@@ -128,6 +134,8 @@ class Receipts:
         run = self._journal.run(run_id)
         if not (published or caller.may_see(run)):
             raise run_not_found(run_id)
+        if not caller.may_see(run):
+            self._closing.check_shown(run.split)
         if number:
             return self._superseded(run_id, number)
         self.revise(run)
