@@ -18,6 +18,7 @@ from server.runs.accounts.callers import READER
 from server.runs.results.receipts import Receipts
 from server.runs.storage.journal import Journal
 from server.web.comparison_page import ComparisonPage
+from server.web.episodes_page import EpisodesPage
 from server.web.epochs_page import EpochsPage
 from server.web.filters import read_choice
 from server.web.host import UNNAMED, Host
@@ -77,6 +78,7 @@ class Pages:
         self._comparison = ComparisonPage(board)
         self._paths = Paths(splits, journal)
         self._runs = RunPage(board, splits, self._paths, epochs)
+        self._episodes = EpisodesPage(board, self._paths)
         # One thread for pages, which are quick, and one for paths, which are slower, so that paths never delay pages.
         self._page_thread = ThreadPoolExecutor(1, "pages")
         self._path_thread = ThreadPoolExecutor(1, "paths")
@@ -93,7 +95,7 @@ class Pages:
             f"/{_LANGUAGE}/epochs": self._list_epochs,
             run: self._run,
             f"{run}/against": self._against,
-            f"{run}/episodes": self._find,
+            f"{run}/episodes": self._list_episodes,
             f"{run}/episodes/{{episode}}": self._episode,
             f"/runs/{_RUN}/receipt.json": self._receipt,
             f"/runs/{_RUN}/actions.json": self._actions,
@@ -170,16 +172,23 @@ class Pages:
 
         return await self._run_in(self._page_thread, make)
 
-    async def _find(self, request: web.Request) -> web.Response:
-        """Redirect from the episode form on a run's page, which works without scripts, to the episode's page."""
-        _texts(request)
-        episode = request.query.get("episode", "").strip()
-        return redirect(f"{request.path}/{quote(episode, safe='')}")
+    async def _list_episodes(self, request: web.Request) -> web.Response:
+        """Return the list or, for the form that names an episode and works without scripts, redirect to its page."""
+        texts = _texts(request)
+        if episode := request.query.get("episode", "").strip():
+            return redirect(f"{request.path}/{quote(episode, safe='')}")
+
+        def make() -> web.Response:
+            context = self._episodes.context(texts, request.match_info["run"], request.query)
+            return self._page(request, "episodes.html", texts, context)
+
+        return await self._run_in(self._page_thread, make)
 
     async def _episode(self, request: web.Request) -> web.Response:
         def make() -> web.Response:
             texts = _texts(request)
-            context = self._runs.episode_context(texts, request.match_info["run"], request.match_info["episode"])
+            run, episode = request.match_info["run"], request.match_info["episode"]
+            context = self._episodes.episode_context(texts, run, episode, request.query)
             return self._page(request, "episode.html", texts, context)
 
         return await self._run_in(self._path_thread, make)

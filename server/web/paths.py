@@ -19,7 +19,7 @@ from server.sim.rules import Ground, Limits
 from server.sim.scene import Scene
 from server.sim.section import Section
 from server.sim.variations import Difference, VariedGround
-from server.web import section_map
+from server.web import room_map, section_map
 
 EXAMPLES = 8
 """Episodes that a run's page links to."""
@@ -37,12 +37,16 @@ class PlayedEpisode:
         ending: how it ended.
         ground: map of its section.
         tracks: paths of both turns.
+        rooms: assemblies of both turns.
+        section: its section, with its own furniture.
     """
 
     episode: Episode
     ending: Ending
     ground: section_map.Ground
     tracks: tuple[section_map.Track, ...]
+    rooms: tuple[room_map.Room, ...]
+    section: Section
 
 
 class Paths:
@@ -103,24 +107,27 @@ class Paths:
         episode = split.episodes[episode_id]
         section, provenance = split.sections[episode.section], split.provenance.get(episode.section)
         origins = () if provenance is None else provenance.origins(section, episode)
-        ground = section_map.ground(furnished(section, episode.furniture), origins)
-        tracks = self._cached_tracks(entry.run, episode_id, ending.cause if ending.has_played else "")
-        return PlayedEpisode(episode, ending, ground, tracks)
+        furnished_section = furnished(section, episode.furniture)
+        ground = section_map.ground(furnished_section, origins)
+        tracks, rooms = self._cached_tracks(entry.run, episode_id, ending.cause if ending.has_played else "")
+        return PlayedEpisode(episode, ending, ground, tracks, rooms, furnished_section)
 
     def _read_endings(self, version: Version) -> list[Ending]:
         return self._journal.endings(version.run_id)
 
-    def _tracks(self, run: Run, episode_id: str, cause: str) -> tuple[section_map.Track, ...]:
-        """Return the tracks of an episode that ended by `cause`; empty paths if `cause` is empty: it was not played."""
+    def _tracks(
+        self, run: Run, episode_id: str, cause: str
+    ) -> tuple[tuple[section_map.Track, ...], tuple[room_map.Room, ...]]:
+        """Return the ways of an episode that ended by `cause`; empty ones if `cause` is empty: it was not played."""
         split = self._splits[run.split]
         episode = split.episodes[episode_id]
         section = split.sections[episode.section]
         session = Session(episode, self._ground(section, episode.furniture), Limits(run.steps_per_phase))
-        for _ in session.replay(self._journal.actions(run.run_id, episode_id) if cause else ()):
-            pass
+        watch = room_map.RoomWatch(session)
+        watch.replay(self._journal.actions(run.run_id, episode_id) if cause else ())
         if cause == causes.TIME_LIMIT and not session.state.finished:
             session.run_out()
-        return tuple(section_map.track(section, turn) for turn in session.record().turns)
+        return tuple(section_map.track(section, turn) for turn in session.record().turns), watch.rooms()
 
     def _ground(self, section: Section, furniture: OwnFurniture) -> Ground:
         """Return what an episode's rules ask; the latest section is cached, as readers tend to stay in one."""

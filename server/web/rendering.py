@@ -1,20 +1,30 @@
 """Rendering of pages from templates and texts, and the static files, named by a digest of their content."""
 
 import hashlib
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import jinja2
+import markupsafe
 
 from server import __version__
 from server.web.host import UNNAMED, Host, link_of
 from server.web.texts import Texts, all_texts
 
+_WORDS = re.compile(r"[^\W_]*[\W_]*", re.UNICODE)
+"""A word with the punctuation after it."""
+
 _HERE = Path(__file__).parent
 
 TYPES = {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 """Content types of static files, by suffix."""
+
+
+def breakable(name: str) -> markupsafe.Markup:
+    """Return a name that may break after its punctuation, so that a line of a narrow column ends with a word."""
+    return markupsafe.Markup("<wbr>").join(_WORDS.findall(name))  # joining escapes the parts
 
 
 class Renderer:
@@ -50,6 +60,7 @@ class Renderer:
             "version": __version__,
             "host": host,
             "link_of": link_of,
+            "breakable": breakable,
             "per_cent": lambda share: f"{100 * share:.1f}".removesuffix(".0"),
         }
 

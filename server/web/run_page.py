@@ -1,4 +1,4 @@
-"""Template variables of a run's page and of an episode's page. A run on a hidden split shows totals only."""
+"""Template variables of a run's page. A run on a hidden split shows totals only."""
 
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -18,6 +18,7 @@ from server.scoring.episode import GATES, PLACEMENT
 from server.visible_text import shown
 from server.web import curves
 from server.web.breakdown_part import Part, breakdown_part
+from server.web.corrections_part import closing_words, correction_words
 from server.web.filters import METRICS, TURNS, Choice
 from server.web.paths import Paths
 from server.web.standings_page import columns
@@ -41,7 +42,7 @@ _COLOURS = {
 
 
 class RunPage:
-    """Builds the variables of both pages.
+    """Builds the variables of the page.
 
     Args:
         board: the leaderboard, with the published runs.
@@ -85,19 +86,11 @@ class RunPage:
             "episodes": self._paths.examples(entry),
             "reproductions": self._board.reproductions(run_id),
             "original": self._original(entry),
+            "closes": closing_words(t, self._board.closing, run.split),
+            "corrections": [correction_words(t, correction) for correction in entry.corrections],
             "metrics": METRICS,
             "columns": columns(t),
         }
-
-    def episode_context(self, t: Texts, run_id: str, episode_id: str) -> dict[str, Any]:
-        """Return the variables of an episode's template.
-
-        Raises:
-            NotFound: if the run is not published, has no such episode, or its episodes may not be shown.
-        """
-        entry = self._board.entry(run_id)
-        played = self._paths.played(entry, episode_id)
-        return {"entry": entry, "played": played, "metrics": METRICS, "columns": columns(t)}
 
     def _original(self, entry: Entry) -> Entry | None:
         """Return the run that a reproduction repeats; None if there is none, or it is not on the leaderboard now."""
