@@ -6,13 +6,13 @@ from datetime import datetime
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
+from server.closing import NEVER, Closing
 from server.configuration.config import Config
 from server.episodes.episode import Episode
 from server.episodes.splits import Split
 from server.runs.accounts.callers import Caller
 from server.runs.accounts.quotas import Quota
 from server.runs.accounts.usage import Usage
-from server.runs.closing import NEVER, Closing
 from server.runs.play.clocks import Clocks
 from server.runs.results.breakdown import Breakdown
 from server.runs.results.receipts import Receipt

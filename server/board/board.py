@@ -29,10 +29,10 @@ from server.board.standings import (
     Standing,
     Version,
 )
+from server.closing import NEVER, Closing
 from server.episodes.splits import Split
 from server.errors import BadInput, Conflict, NotFound, quoted
 from server.runs.accounts.attempts import Attempts, Who, who
-from server.runs.closing import NEVER, Closing
 from server.runs.play.clocks import Clocks
 from server.runs.results.reports import coarse_progress
 from server.runs.storage import causes

@@ -6,10 +6,10 @@ from server.board.cost import Cost
 from server.board.entries import Entries, Published, Scores
 from server.board.episode_table import EpisodeTable
 from server.board.reproductions import check_reproduction
+from server.closing import NEVER, Closing
 from server.episodes.splits import Split
 from server.errors import BadInput, Conflict, Forbidden, NotFound, quoted
 from server.runs.accounts.callers import UNAUTHENTICATED, Caller, Role
-from server.runs.closing import NEVER, Closing
 from server.runs.results.receipts import Receipts
 from server.runs.results.reports import Report, report_of
 from server.runs.storage.causes import AGENT_FINISHED, FORFEITED, STEP_LIMIT, TIME_LIMIT

@@ -24,6 +24,7 @@ from server.board.board import Board
 from server.board.entries import Entries
 from server.board.epochs import EpochBoard
 from server.board.publishing import Publishing
+from server.closing import Closing
 from server.configuration.config import Config
 from server.episodes.splits import Split
 from server.errors import BadInput
@@ -33,7 +34,6 @@ from server.process.readiness import Readiness
 from server.process.tls import credentials_of
 from server.runs.accounts.accounts import Accounts
 from server.runs.accounts.quotas import DefaultQuotas, Quotas
-from server.runs.closing import Closing
 from server.runs.play.engine import Engine
 from server.runs.results.receipts import Receipts
 from server.runs.results.signing import KnownKeys, SigningKey

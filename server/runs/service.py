@@ -7,6 +7,7 @@ from dataclasses import replace
 from sqlalchemy.engine import Connection
 
 from server import __version__
+from server.closing import NEVER, Closing
 from server.episodes.splits import Split
 from server.errors import BadInput, Forbidden, NotFound, quoted
 from server.runs.accounts.accounts import ANONYMOUS_NAME, Accounts, check_name
@@ -14,7 +15,6 @@ from server.runs.accounts.administration import check_may_act
 from server.runs.accounts.callers import Caller, Role
 from server.runs.accounts.quotas import Quotas
 from server.runs.agent_arguments import normalize_arguments
-from server.runs.closing import NEVER, Closing
 from server.runs.code_reference import normalize_code
 from server.runs.play.clocks import Clocks
 from server.runs.play.engine import Engine

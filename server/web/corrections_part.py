@@ -1,6 +1,6 @@
 """What the pages say of a split's corrections, and of the time at which its leaderboard closes."""
 
-from server.runs.closing import Closing
+from server.closing import Closing
 from server.runs.storage.corrections import Correction
 from server.web.texts import Texts
 

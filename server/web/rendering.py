@@ -13,8 +13,8 @@ from server import __version__
 from server.web.host import UNNAMED, Host, link_of
 from server.web.texts import Texts, all_texts
 
-_WORDS = re.compile(r"[^\W_]*[\W_]*", re.UNICODE)
-"""A word with the punctuation after it."""
+_WORDS = re.compile(r"[^_.:@]*[_.:@]*")
+"""A word with the punctuation after it, at which browsers break no line."""
 
 _HERE = Path(__file__).parent
 
@@ -24,7 +24,7 @@ TYPES = {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 
 def breakable(name: str) -> markupsafe.Markup:
     """Return a name that may break after its punctuation, so that a line of a narrow column ends with a word."""
-    return markupsafe.Markup("<wbr>").join(_WORDS.findall(name))  # joining escapes the parts
+    return markupsafe.Markup("<wbr>").join(filter(None, _WORDS.findall(name)))  # joining escapes the parts
 
 
 class Renderer:

@@ -140,7 +140,8 @@ class RunPage:
             "data": run.data_hash,
             "identity": run.run_id,
         }
-        return [(t(f"run.{name}"), value) for name, value in told.items()]
+        left_out = ("steps_played", "thinking") if entry.frozen else ()
+        return [(t(f"run.{name}"), value) for name, value in told.items() if name not in left_out]
 
 
 def _causes(entry: Entry) -> list[tuple[str, int, int, float, float]]:

@@ -14,9 +14,9 @@ from server.board.board import Board
 from server.board.epochs import EpochBoard
 from server.board.exports import as_csv, as_json
 from server.board.publishing import Publishing
+from server.closing import Closing
 from server.errors import Conflict
 from server.runs.accounts.callers import HOST, READER, Caller, Role
-from server.runs.closing import Closing
 from server.runs.results.receipts import Receipts
 from server.runs.results.signing import SigningKey
 from server.split_times import SplitTimes

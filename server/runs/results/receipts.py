@@ -17,11 +17,11 @@ import sqlalchemy as sa
 
 from arramon.v1 import PROTOCOL
 from arramon.v1.chain import episode_ending, episode_head, run_digest
+from server.closing import NEVER, Closing
 from server.episodes.splits import Split
 from server.errors import Conflict, NotFound, TakenOver, quoted
 from server.runs.accounts.attempts import number_of
 from server.runs.accounts.callers import Caller
-from server.runs.closing import NEVER, Closing
 from server.runs.results.reports import Report, report_of
 from server.runs.results.signing import SigningKey
 from server.runs.storage import tables
