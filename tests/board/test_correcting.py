@@ -5,6 +5,7 @@ from contextlib import closing
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 import pytest
 import sqlalchemy as sa
@@ -47,7 +48,7 @@ class Host:
         self.splits = {"tiny": house.splits["tiny"]}
         self.before = house.splits["tiny"]
         for run_id in ("good", "twin", "poor"):
-            actions = dict.fromkeys(self.before.episodes, tiny.ACTIONS)
+            actions: dict[str, tuple[int, ...]] = dict.fromkeys(self.before.episodes, tiny.ACTIONS)
             if run_id == "poor":
                 actions["0"] = FAILING
             play(house.database, self.before, run_id, actions, ended={"0": "FORFEITED"})
@@ -91,8 +92,8 @@ class Host:
     def rescore(self, reason: str = "the cell was wrong") -> dict[str, Rescored]:
         return {one.run.run_id: one for one in self.correcting.rescore(self.before, reason)}
 
-    def content(self, run_id: str, number: int = 0) -> dict[str, object]:
-        found: dict[str, object] = json.loads(self.receipts.of(READER, run_id, number).payload)
+    def content(self, run_id: str, number: int = 0) -> dict[str, Any]:
+        found: dict[str, Any] = json.loads(self.receipts.of(READER, run_id, number).payload)
         return found
 
 
@@ -150,15 +151,15 @@ def test_receipts_of_void_episodes_are_superseded_and_kept(host: Host) -> None:
     assert host.correcting.revise("tiny") == 0
     content = host.content("poor")
     assert content["voided"] == ["0"]
-    assert content["scores"]["total"]["PTC"]["mean"] == 1.0  # type: ignore[index]
+    assert content["scores"]["total"]["PTC"]["mean"] == 1.0
     assert "|episodes:5|" in str(content["score_signature"])
-    revision, (correction,) = content["revision"], content["corrections"]  # type: ignore[misc]
-    assert (revision["number"], revision["supersedes"]) == (1, sha256(first.payload).hexdigest())  # type: ignore[index]
-    assert {name: correction[name] for name in ("kind", "reason", "episodes")} == {  # type: ignore[has-type]
+    revision, (correction,) = content["revision"], content["corrections"]
+    assert (revision["number"], revision["supersedes"]) == (1, sha256(first.payload).hexdigest())
+    assert {name: correction[name] for name in ("kind", "reason", "episodes")} == {
         "kind": "void", "reason": "its target is not there", "episodes": ["0"],
     }  # fmt: skip
     assert content["attempts"] == json.loads(first.payload)["attempts"]
-    assert "scores" not in content["episodes"][[e["episode_id"] for e in content["episodes"]].index("0")]  # type: ignore[index]
+    assert "scores" not in content["episodes"][[e["episode_id"] for e in content["episodes"]].index("0")]
     assert host.receipts.of(READER, "poor", 1) == first
     with pytest.raises(NotFound, match="no superseded receipt 2"):
         host.receipts.of(READER, "poor", 2)
@@ -236,11 +237,11 @@ def test_runs_are_scored_again_on_a_corrected_ground_truth_and_stay_ranked(host:
     content = host.content("poor")
     new = host.splits["tiny"].data_hash
     assert content["data_hash"] == new
-    assert content["scores"]["total"]["PTC"]["mean"] == pytest.approx(11 / 12)  # type: ignore[index]
-    (correction,) = content["corrections"]  # type: ignore[misc]
-    assert correction == {  # type: ignore[has-type]
+    assert content["scores"]["total"]["PTC"]["mean"] == pytest.approx(11 / 12)
+    (correction,) = content["corrections"]
+    assert correction == {
         "kind": "rescore", "reason": "the cell was wrong", "episodes": ["0"], "data_before": old, "data_after": new,
-        "made_at": correction["made_at"],  # type: ignore[has-type]
+        "made_at": correction["made_at"],
     }  # fmt: skip
     assert host.receipts.of(READER, "poor", 1) == first
     with closing(Rescorer(host.house.database, host.splits)) as rescorer:
@@ -261,7 +262,7 @@ def test_an_interrupted_rescoring_goes_on(host: Host) -> None:
     host.replace(e0=moved_cell(host.before.episodes["0"]))
     going = host.correcting.rescore(host.before, "the cell was wrong")
     next(going)
-    going.close()  # type: ignore[attr-defined]
+    going.close()  # type: ignore[attr-defined]  # a generator
     assert len([one for one in host.standings().values() if one.rank]) == 1
     assert len(host.rescore("another word")) == 2
     assert [one.reason for one in host.board().corrections("tiny")] == ["the cell was wrong"]
@@ -277,7 +278,7 @@ def test_a_changed_text_leaves_the_scores_and_is_named(host: Host) -> None:
     after = host.standings()
     assert {name: one.rows for name, one in after.items()} == before
     assert all(one.rank for one in after.values())
-    assert host.content("good")["corrections"][0]["episodes"] == ["0"]  # type: ignore[index]
+    assert host.content("good")["corrections"][0]["episodes"] == ["0"]
 
 
 def test_another_object_as_target_is_scored_again(host: Host) -> None:
@@ -328,7 +329,7 @@ def test_a_changed_world_is_refused_until_the_episode_is_void(host: Host, part: 
     assert ptc(after["poor"]) == pytest.approx(9 / 10)
     with closing(Rescorer(host.house.database, host.splits)) as rescorer:
         assert rescorer.rescore("poor").differences == ()
-    assert [one["kind"] for one in host.content("poor")["corrections"]] == ["void", "rescore"]  # type: ignore[attr-defined]
+    assert [one["kind"] for one in host.content("poor")["corrections"]] == ["void", "rescore"]
 
 
 def test_a_changed_section_is_refused(host: Host) -> None:
@@ -397,5 +398,5 @@ def test_a_receipt_that_is_signed_meanwhile_is_superseded_all_the_same(host: Hos
     list(going)
     for name in ("good", "twin", "poor"):
         content = host.content(name)
-        assert [one["kind"] for one in content["corrections"]] == ["rescore", "void"]  # type: ignore[attr-defined]
+        assert [one["kind"] for one in content["corrections"]] == ["rescore", "void"]
         assert content["data_hash"] == host.splits["tiny"].data_hash

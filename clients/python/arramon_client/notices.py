@@ -43,9 +43,8 @@ def correction_lines(corrections: Iterable[pb.Correction]) -> Iterator[str]:
 def signed_corrections(receipt: Mapping[str, Any]) -> Iterator[str]:
     """Yield the corrections that a receipt's scores follow, and what it supersedes."""
     for one in receipt.get("corrections", ()):
-        made = (str(one.get(name, "")) for name in ("kind", "made_at", "reason"))
-        data = (str(one.get(name, "")) for name in ("data_before", "data_after"))
-        yield _correction(*made, one.get("episodes", ()), *data)
+        data = [str(one.get(name, "")) for name in ("data_before", "data_after")]
+        yield _correction(one["kind"], one["made_at"], one["reason"], one["episodes"], *data)
     revision = receipt.get("revision")
     if revision:
         yield f"supersedes the receipt with the digest {revision.get('supersedes')} since {revision.get('made_at')}"
