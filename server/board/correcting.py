@@ -8,7 +8,6 @@ import sqlalchemy as sa
 
 from server.board.entries import Entries, Scores
 from server.board.episode_table import EpisodeTable
-from server.board.standings import is_control
 from server.episodes.changes import Changes, changes_between, named
 from server.episodes.splits import Split, check_split
 from server.errors import BadInput, Conflict, NotFound
@@ -23,6 +22,7 @@ from server.runs.storage.database import Database
 from server.runs.storage.epochs import Epochs
 from server.runs.storage.journal import Journal
 from server.runs.storage.records import RUNNING, Ending, Run
+from server.visible_text import invisible_part
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,6 +210,8 @@ class Correcting:
 
 def _checked(reason: str) -> str:
     reason = reason.strip()
-    if not reason or len(reason) > MAX_REASON or any(is_control(letter) for letter in reason):
+    if not reason or len(reason) > MAX_REASON:
         raise BadInput(f"the reason has {len(reason)} characters; expected one line of 1 to {MAX_REASON}")
+    if (found := invisible_part(reason)) is not None:
+        raise BadInput(f"the reason contains {found}; expected one line of visible characters")
     return reason
