@@ -193,9 +193,12 @@ class Entries:
         Raises:
             NotFound: if the run has no entry.
         """
+        return self.all_episodes(run_id).without(self.corrections.voided(self.split_of(run_id)))
+
+    def split_of(self, run_id: str) -> str:
+        """Return the name of an entry's split."""
         query = sa.select(tables.runs.c.split).where(tables.runs.c.run_id == run_id)
-        found = self.all_episodes(run_id)
-        return found.without(self.corrections.voided(self._database.read(query)[0].split))
+        return str(self._database.read(query)[0].split)
 
     def voided(self, run_id: str, voided: Set[str]) -> tuple[frozenset[str], bool]:
         """Return those of an entry's episodes that are among the void ones, and whether it has others."""
@@ -203,9 +206,9 @@ class Entries:
         return played & voided, not played <= voided
 
     def all_episodes(self, run_id: str) -> EpisodeTable:
-        """Return the scores of all episodes, also void ones. An entry from before they were kept gets them from the journal.
+        """Return the scores of all episodes, also void ones.
 
-        So does one of a hidden split from before its play was kept.
+        An entry from before they were kept, or on a hidden split before its play was, gets them from the journal.
 
         Raises:
             NotFound: if the run has no entry.

@@ -43,7 +43,7 @@ class EpisodeTable:
         if episode_ids.isdisjoint(self.ids):
             return self
         kept = [place for place, name in enumerate(self.ids) if name not in episode_ids]
-        name = name_without(self.play, episode_ids.intersection(self.ids))
+        name = name_without(self.play, episode_ids & frozenset(self.ids))
         return EpisodeTable(tuple(self.ids[place] for place in kept), self.scores[kept], name)
 
     def packed(self) -> bytes:

@@ -1,6 +1,5 @@
 """The server's settings, with their defaults and descriptions."""
 
-import unicodedata
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from server.sim.cameras import CAMERAS
 from server.sim.physics import problem_of_camera
 from server.sim.rules import STEPS_PER_PHASE, Limits
 from server.split_times import NO_TIMES, SplitTimes
+from server.visible_text import is_visible
 
 LONGEST_LINE = 500
 
@@ -26,7 +26,7 @@ DAY = 86_400.0
 
 def is_line(text: str) -> bool:
     """Return whether a text is one line of visible text."""
-    return len(text) <= LONGEST_LINE and all(unicodedata.category(letter)[0] != "C" for letter in text)
+    return len(text) <= LONGEST_LINE and is_visible(text)
 
 
 class Contradiction(BadInput):

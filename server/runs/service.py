@@ -249,8 +249,7 @@ class Runs:
         report = report_of(run, self._journal, self.splits)
         if self.splits[run.split].hidden:
             report = replace(report, progress=coarse_progress(report.progress))
-        counted = [one for one in self._journal.endings(run_id) if one.episode_id not in report.voided]
-        return report, self._breakdowns.of(run, counted)
+        return report, self._breakdowns.of(run, self._journal.endings(run_id), report.voided)
 
     def _check_participant(self, caller: Caller, participant: str) -> None:
         if participant in ("", caller.account or ANONYMOUS_NAME):

@@ -104,8 +104,10 @@ class RunPage:
         if Mark.OTHER_DATA in entry.marks or entry.frozen:
             return None
         voided = voided_by(self._board.corrections(entry.run.split))
-        counted = [ending for ending in self._paths.endings(entry) if ending.episode_id not in voided]
-        return breakdown_part(t, self._breakdowns.of(entry.run, counted)) if counted else None
+        endings = self._paths.endings(entry)
+        if voided.issuperset(ending.episode_id for ending in endings):
+            return None
+        return breakdown_part(t, self._breakdowns.of(entry.run, endings, voided))
 
     def _open(self, entry: Entry) -> dict[str, Any]:
         shares = curves.open_shares([ending.steps for ending in self._paths.endings(entry)])

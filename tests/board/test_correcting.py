@@ -1,6 +1,7 @@
 """Void episodes and corrected data: scores, ranks and receipts follow, for all runs alike."""
 
 import json
+import shutil
 from contextlib import closing
 from dataclasses import replace
 from hashlib import sha256
@@ -20,6 +21,7 @@ from server.errors import BadInput, Conflict, NotFound
 from server.runs.accounts.callers import HOST, READER
 from server.runs.play.clocks import Clocks
 from server.runs.results.receipts import Receipts, stored_receipt
+from server.runs.results.reports import report_of
 from server.runs.results.rescoring import Rescorer
 from server.runs.results.signing import SigningKey
 from server.runs.storage import tables
@@ -69,10 +71,10 @@ class Host:
         found = (board or self.board()).standings("tiny", "en")
         return {one.entries[0].run.run_id: one for one in found}
 
-    def replace(self, **changed: Episode) -> None:
+    def replace(self, *, hidden: bool = False, **changed: Episode) -> None:
         """Correct the data: write the split again with other episodes, given by `e` and id."""
         episodes = [changed.get(f"e{name}", one) for name, one in self.before.episodes.items()]
-        self.write(episodes)
+        self.write(episodes, hidden=hidden)
 
     def write(self, episodes: list[Episode], *, hidden: bool = False, section: Section = tiny.SECTION) -> None:
         old = self.folder / "old" / "tiny"
@@ -207,7 +209,7 @@ def test_a_run_that_did_not_play_a_void_episode_is_left_alone(host: Host) -> Non
     (["0", "2", "3", "4", "5"], False, "x", Conflict, "would be left"),
     (["2", "4", "5"], False, "x", Conflict, "no episode of split 'tiny' would be left in a language"),
     (["0"], False, " ", BadInput, "expected one line of 1 to 500"),
-    (["0"], False, "a\nb", BadInput, "expected one line of 1 to 500"),
+    (["0"], False, "a\nb", BadInput, "expected one line of visible characters"),
 ])  # fmt: skip
 def test_what_cannot_be_voided(
     host: Host, episodes: list[str], restore: bool, reason: str, error: type[Exception], message: str
@@ -256,6 +258,32 @@ def test_a_server_that_runs_shows_the_new_scores_once_it_has_the_new_data(host: 
     host.standings(board)
     host.rescore()
     assert ptc(host.standings(board)["poor"]) == pytest.approx(11 / 12)
+
+
+def test_runs_on_a_hidden_split_are_scored_again_with_fresh_thresholds(house: House, tmp_path: Path) -> None:
+    shutil.rmtree(tmp_path / "splits" / "tiny")
+    house.splits["tiny"] = tiny.write(tmp_path, count=24, hidden=True)
+    host = Host(tmp_path, house)
+    board, before = host.board(), host.standings()
+    old = host.content("poor")
+    host.correcting.void("tiny", ["1"], "a wall in the way")
+    host.content("poor")
+    host.replace(e0=moved_cell(host.before.episodes["0"]), hidden=True)
+    assert {name: one.problem for name, one in host.rescore().items()} == dict.fromkeys(("good", "twin", "poor"), "")
+    content = host.content("poor")
+    assert [one["version"] for one in (old, content)] == [2, 2]
+    assert content["data_hash"] == host.splits["tiny"].data_hash != old["data_hash"]
+    assert (content["voided"], content["revision"]["number"]) == (["1"], 2)
+    assert [one["kind"] for one in content["corrections"]] == ["void", "rescore"]
+    board._splits = host.splits
+    after = host.standings(board)
+    assert {one.is_ranked for one in after.values()} == {True}
+    for name in ("good", "poor"):
+        run = house.journal.run(name)
+        assert after[name].rows == report_of(run, house.journal, host.splits).table.rows
+    assert after["poor"].rows != before["poor"].rows
+    with closing(Rescorer(house.database, host.splits)) as rescorer:
+        assert rescorer.rescore("poor").differences == ()
 
 
 def test_an_interrupted_rescoring_goes_on(host: Host) -> None:

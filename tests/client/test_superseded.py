@@ -60,6 +60,7 @@ def verify(folder: Path, content: dict[str, Any], address: str) -> int:
 
 def test_a_superseded_receipt_is_told(world: World, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     old, new = signed(payload()), signed(payload(revision=REVISION, corrections=CORRECTIONS))
+    void = pb.Correction(kind=pb.CORRECTION_KIND_VOID, made_at="2030-01-01", reason="a wall", episodes=["e1"])
     entry = pb.Entry(
         receipt_digest=digest(new),
         superseded=[pb.SupersededReceipt(number=1, superseded_at="2030-01-02", digest=digest(old))],

@@ -101,10 +101,8 @@ def make_report(
     Raises:
         Conflict: if all its episodes are void.
     """
-    counted = [ending for ending in endings if ending.episode_id not in voided]
+    kept = counted(run, endings, voided)
     mine = frozenset(ending.episode_id for ending in endings) & voided
-    if not counted and mine:
-        raise Conflict(f"all {len(mine)} episodes of run {run.run_id!r} are void, so that it has no scores")
     signature = Signature(
         version=run.server_version,
         protocol=PROTOCOL,
@@ -122,10 +120,22 @@ def make_report(
     )
     if split.hidden and not exact:
         name = name_without(play, mine)
-        table = ScoreTable(masked_rows(score_array(counted), Noise(split.truth_hash), name), len(counted))
+        table = ScoreTable(masked_rows(score_array(kept), Noise(split.truth_hash), name), len(kept))
     else:
-        table = aggregate([_scores(ending, split) for ending in counted])
+        table = aggregate([_scores(ending, split) for ending in kept])
     return Report(run, progress, table, str(signature), () if split.hidden else tuple(endings), mine)
+
+
+def counted(run: Run, endings: Sequence[Ending], voided: Set[str]) -> list[Ending]:
+    """Return the endings of a run's episodes that are not void.
+
+    Raises:
+        Conflict: if all its episodes are void.
+    """
+    kept = [ending for ending in endings if ending.episode_id not in voided]
+    if endings and not kept:
+        raise Conflict(f"all {len(endings)} episodes of run {run.run_id!r} are void, so that it has no scores")
+    return kept
 
 
 def score_array(endings: Sequence[Ending]) -> Floats:
