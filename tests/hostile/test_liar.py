@@ -188,9 +188,8 @@ def test_verify_prints_nothing_harmful_of_what_superseded_a_receipt(victim: Vict
         patched.setitem(TRUE, "ServerInfo.public_key", bytes.fromhex(HOST_KEY))
         patched.setitem(TRUE, "SupersededReceipt.digest", digest)
         status, said = victim.run("verify", str(path))
-        assert (status, "SUPERSEDED at superseded_at" in said, "(corrected at made_at: " in said) == (4, True, True), (
-            said
-        )
+        assert (status, "SUPERSEDED at superseded_at" in said) == (4, True), said
+        assert "(corrected at made_at: " in said, said
         for lie in lies(MESSAGES[message]):
             victim.liar.lie, victim.liar.told = lie, 0
             victim.run("verify", str(path))
