@@ -29,6 +29,7 @@ FAMILIES = {
     "prune": ("prune",),
     "account": ("account",),
     "receipts": ("key", "rescore"),
+    "corrections": ("void",),
     "transfer": ("export", "import"),
     "backup": ("backup",),
 }

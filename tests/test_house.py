@@ -14,7 +14,7 @@ from tests import ROOT
 
 SHARED = {
     "server.errors", "server.private_files", "server.addresses", "server.parallel", "server.image_threads",
-    "server.per_split", "server.visible_text", "arramon.strict_json",
+    "server.per_split", "server.visible_text", "server.split_times", "server.closing", "arramon.strict_json",
 }  # fmt: skip
 """Modules of the server that any of its packages may import; they import nothing but each other, and the lifeline. The
 last one is of the contract's package, and imports nothing."""

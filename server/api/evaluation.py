@@ -16,6 +16,7 @@ from server.api.interceptor import Origin
 from server.api.messages import (
     account_message,
     breakdown_message,
+    host_message,
     limits_message,
     receipt_message,
     report_message,
@@ -63,7 +64,7 @@ class Servicer(EvaluationServicer):
         return pb.ServerInfo(
             version=__version__,
             protocol=PROTOCOL,
-            splits=map(split_message, self._runs.splits.values()),
+            splits=[split_message(split, self._runs.closing) for split in self._runs.splits.values()],
             encodings=offered_encodings(self._config.listen),
             image_sizes=self._config.image_sizes,
             limits=limits_message(self._runs.limits.steps_per_phase, self._runs.clocks),
@@ -72,6 +73,7 @@ class Servicer(EvaluationServicer):
             addresses=addresses,
             public_key=self._receipts.public_key,
             anonymous=anonymous_caller(self._config) is not None,
+            host=host_message(self._config),
         )
 
     async def CreateRun(self, request: pb.CreateRunRequest, context: _Context) -> pb.Run:
@@ -121,7 +123,9 @@ class Servicer(EvaluationServicer):
 
     async def GetReceipt(self, request: pb.GetReceiptRequest, context: _Context) -> pb.Receipt:
         caller = caller_of()
-        return await asyncio.to_thread(lambda: receipt_message(self._receipts.of(caller, request.run_id)))
+        return await asyncio.to_thread(
+            lambda: receipt_message(self._receipts.of(caller, request.run_id, request.number))
+        )
 
     async def GetBreakdown(self, request: pb.GetBreakdownRequest, context: _Context) -> pb.Breakdown:
         caller = caller_of()

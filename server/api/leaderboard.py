@@ -10,7 +10,7 @@ from arramon.v1 import evaluation_pb2
 from arramon.v1 import leaderboard_pb2 as pb
 from arramon.v1.leaderboard_pb2_grpc import LeaderboardServicer
 from server.api.authentication import caller_of
-from server.api.messages import row_message, run_message, score_message
+from server.api.messages import row_message, run_message, score_message, time_message
 from server.board.board import Against, Board
 from server.board.cost import Cost
 from server.board.epochs import Epoch, EpochBoard, EpochChanges
@@ -19,6 +19,7 @@ from server.board.publishing import Publishing
 from server.board.reproductions import Reproduction
 from server.board.standings import BOTH, HEADLINE, Entry, Mark, Reference, Standing
 from server.errors import BadInput
+from server.runs.storage.corrections import Correction
 from server.scoring.aggregate import Interval
 
 PAGE_SIZE, MAX_PAGE_SIZE = 100, 1000
@@ -115,6 +116,9 @@ class BoardServicer(LeaderboardServicer):
             sort=listing.sort,
             total=total,
             next_page_token=str(first + size) if first + size < total else "",
+            corrections=map(correction_message, listing.corrections if first == 0 else ()),
+            closes_at=time_message(self._board.closing.of(request.split)),
+            frozen=listing.frozen,
         )
 
 
@@ -136,6 +140,25 @@ def entry_message(entry: Entry, *, listed: bool = False) -> pb.Entry:
         reproduced_by=len(entry.reproducers),
         reproduces=entry.reproduces or "",
         cost=cost_message(entry.cost) if entry.cost else None,
+        voided=entry.voided,
+        corrections=map(correction_message, entry.corrections),
+        superseded=[
+            pb.SupersededReceipt(number=one.number, superseded_at=time_message(one.superseded_at), digest=one.digest)
+            for one in (seal.superseded if seal else ())
+        ],
+        frozen=entry.frozen,
+    )
+
+
+def correction_message(correction: Correction) -> pb.Correction:
+    """Return the message for a correction of a split by its host."""
+    return pb.Correction(
+        kind=pb.CorrectionKind.Value(f"CORRECTION_KIND_{correction.kind.name}"),
+        made_at=time_message(correction.made_at),
+        reason=correction.reason,
+        episodes=correction.episodes,
+        data_before=correction.data_before or "",
+        data_after=correction.data_after or "",
     )
 
 

@@ -2,9 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict
+from datetime import datetime
 
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import types_pb2
+from server.closing import NEVER, Closing
+from server.configuration.config import Config
 from server.episodes.episode import Episode
 from server.episodes.splits import Split
 from server.runs.accounts.callers import Caller
@@ -72,7 +75,19 @@ def limits_message(steps_per_phase: int, clocks: Clocks) -> types_pb2.Limits:
     )
 
 
-def split_message(split: Split) -> pb.Split:
+def host_message(config: Config) -> pb.Host | None:
+    """Return the message for who hosts the server; None if the settings do not say."""
+    if not (config.host_name or config.host_contact or config.host_rules):
+        return None
+    return pb.Host(name=config.host_name, contact=config.host_contact, rules=config.host_rules)
+
+
+def time_message(time: datetime | None) -> str:
+    """Return a time as in messages: RFC 3339; empty for None."""
+    return time.isoformat(timespec="seconds") if time is not None else ""
+
+
+def split_message(split: Split, closing: Closing = NEVER) -> pb.Split:
     """Return the message for a split, as in ServerInfo."""
     return pb.Split(
         name=split.name,
@@ -80,6 +95,8 @@ def split_message(split: Split) -> pb.Split:
         episodes=split.languages,
         sensors=split.sensors,
         data_hash=split.data_hash,
+        closes_at=time_message(closing.of(split.name)),
+        frozen=closing.is_frozen(split.name),
         texts={
             language: pb.Texts(alphabet=texts.alphabet, longest=texts.longest, longest_utf8=texts.longest_utf8)
             for language, texts in split.texts.items()

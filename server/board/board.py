@@ -12,23 +12,38 @@ import numpy as np
 from server.board.comparisons import Compared, Comparisons, Family, Key
 from server.board.entries import Entries, Published, Scores
 from server.board.episode_table import EpisodeTable, gap_of, join, mean_table
-from server.board.lines import by_language, run_ids, systems, with_seeds
+from server.board.lines import by_language, systems, versions, with_seeds
 from server.board.ranking import ranked
 from server.board.reference import read_references
 from server.board.reproductions import Reproduction, differences, masked_differences
-from server.board.standings import BOTH, COLUMNS, HEADLINE, PRIVILEGED, TOTAL, Entry, Mark, Reference, Rows, Standing
+from server.board.standings import (
+    BOTH,
+    COLUMNS,
+    HEADLINE,
+    PRIVILEGED,
+    TOTAL,
+    Entry,
+    Mark,
+    Reference,
+    Rows,
+    Standing,
+    Version,
+)
+from server.closing import NEVER, Closing
 from server.episodes.splits import Split
 from server.errors import BadInput, Conflict, NotFound, quoted
 from server.runs.accounts.attempts import Attempts, Who, who
 from server.runs.play.clocks import Clocks
 from server.runs.results.reports import coarse_progress
 from server.runs.storage import causes
-from server.runs.storage.records import Run
+from server.runs.storage.corrections import Correction, voided_by
+from server.runs.storage.records import Progress, Run
 from server.scoring.aggregate import MIN_SECTION, Interval, table_rows
 from server.scoring.episode import METRICS
 from server.scoring.languages import LanguageGap
 from server.scoring.masking import Noise, difference, masked_rows, masked_share, mean_of_rows, shown_deviation
 from server.scoring.seeds import SeedSpread, masked_spread, seed_spread
+from server.scoring.signature import without_episodes
 from server.visible_text import shown
 
 
@@ -43,6 +58,8 @@ class Listing:
         standings: standings in order of rank.
         references: results of the paper for comparison, measured on other data.
         family: paired tests of all ranked standings; its scores of single episodes never leave the server.
+        corrections: corrections of the split by its host, in order.
+        frozen: whether it is frozen, see `Board.listing`.
     """
 
     split: str
@@ -51,6 +68,8 @@ class Listing:
     standings: tuple[Standing, ...]
     references: tuple[Reference, ...]
     family: Family | None = None
+    corrections: tuple[Correction, ...] = ()
+    frozen: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +94,7 @@ class Board:
         entries: published runs.
         splits: served splits, by name.
         steps_per_phase, clocks: limits that this server gives to new runs; entries with other limits are marked.
+        closing: when the leaderboards of splits close, and whether they are frozen until then.
         local: whether only this machine reaches the server. Its runs were played under settings of their own, so that
             on each split those that most of its runs share count in place of the server's.
     """
@@ -87,22 +107,28 @@ class Board:
         steps_per_phase: int,
         clocks: Clocks,
         local: bool = False,
+        closing: Closing = NEVER,
     ) -> None:
         self._entries = entries
         self._splits = splits
         self._episodes = {name: split.languages for name, split in splits.items()}
         self._limits, self._local = (steps_per_phase, clocks), local
+        self.closing = closing
         self._shared = _Kept[str, tuple[int, Clocks]](entries.stamp, self._find_limits)
         self._attempts = _Kept[str, Mapping[tuple[Who, str], Attempts]](entries.stamp, entries.attempts)
         self._reproducers = _Kept[str, Mapping[str, frozenset[str]]](entries.stamp, entries.reproducers)
         self._references = read_references()
-        self._comparisons = Comparisons(entries.episodes, self._noise)
+        self._corrections = _Kept[str, tuple[Correction, ...]](entries.stamp, self._find_corrections)
+        self._comparisons = Comparisons(self._table, self._noise)
         self._masked = lru_cache(_KEPT)(self._mask)
         self._joined_rows = lru_cache(_KEPT)(self._join_rows)
         self._gaps = lru_cache(_KEPT)(self._find_gap)
         self._differences = lru_cache(_KEPT)(self._find_differences)
         self._spreads = lru_cache(_KEPT)(self._find_spread)
-        self._listings = _Kept[tuple[str, str, str], Listing](entries.stamp, lambda wanted: self._make(*wanted))
+        self._listings = _Kept[tuple[str, str, str], Listing](self._stamp, lambda wanted: self._make(*wanted))
+
+    def _stamp(self) -> object:
+        return self._entries.stamp(), tuple(map(self.closing.is_frozen, self.closing.closes.splits))
 
     def languages(self) -> dict[str, tuple[str, ...]]:
         """Return the languages of each split that can be listed, by name: of served splits, and of old entries.
@@ -125,6 +151,9 @@ class Board:
         standings of a system in one language, ranked ones take precedence over others, then the latest published.
         Scores are means over the languages, with intervals that keep the languages of an episode together; where the
         data has changed, so that sections are unknown, the ends are means of the languages' ends.
+
+        While the leaderboard is frozen, the standings have neither rows nor ranks, whatever the metric, and are in
+        order of their publication.
 
         Args:
             split: name of the split.
@@ -154,20 +183,28 @@ class Board:
         published = self._entries.find(run_id)
         if published is None or not published.is_listed:
             raise NotFound(f"there is no run {quoted(run_id)} on the leaderboard")
-        return replace(self._entry(published), seal=self._entries.seal(run_id))
+        corrections: tuple[Correction, ...] = ()
+        if self._corrections[published.run.split]:
+            corrections = tuple(self._entries.corrections_of(published.run))
+        return replace(self._entry(published), seal=self._entries.seal(run_id), corrections=corrections)
+
+    def corrections(self, split: str) -> tuple[Correction, ...]:
+        """Return the corrections of a split by its host, in order."""
+        return self._corrections[split]
 
     def reproductions(self, run_id: str) -> list[Reproduction]:
-        """Return the listed reproductions of a published run, the earliest published first."""
+        """Return the listed reproductions of a published run, the earliest published first; none while it is frozen."""
         found = self._entries.reproductions(run_id)
-        if not found:
+        published = self._entries.find(run_id) if found else None
+        if published is None or self.closing.is_frozen(published.run.split):
             return []
-        original = self.entry(run_id)
+        original, split = self._entry(published), published.run.split
         return [
             Reproduction(
                 again := self._entry(one),
                 masked_differences(original, again)
                 if self._is_masked(one.run)
-                else self._differences(one.run.split, run_id, one.run.run_id),
+                else self._differences(split, original.version, again.version),
             )
             for one in found
         ]
@@ -182,10 +219,12 @@ class Board:
 
         Raises:
             NotFound: if the run is not on the leaderboard, or not in that listing.
-            Conflict: if it is not ranked: it did not play the same episodes under the same conditions.
+            Conflict: if it is not ranked: it did not play the same episodes under the same conditions; or if the
+                leaderboard is frozen.
             BadInput: if there is no such metric.
         """
         run = self.entry(run_id).run
+        self.closing.check_shown(run.split)
         listing = self.listing(run.split, language or run.language, sort)
         for standing in listing.standings:
             if any(entry.run.run_id == run_id for entry in standing.entries):
@@ -221,13 +260,18 @@ class Board:
         lines = list(with_seeds(entries))
         if language == BOTH:
             lines = list(systems(lines, known[split]))
+        if self.closing.is_frozen(split):
+            ordered = sorted(lines, key=lambda line: (max(one.published_at for one in line), line[0].run.run_id))
+            unknown = tuple(Standing(line, {}) for line in ordered)
+            references = self.reference(split, language)
+            return Listing(split, language, sort, unknown, references, None, self.corrections(split), frozen=True)
         standings = [
             Standing(line, self._rows_of(line), self._gap_of(line, sort), self._spread_of(line, sort)) for line in lines
         ]
         able = [standing for standing in standings if standing.is_ranked]
         family = self._comparisons.family(able, sort, self._sections(split))
         order = tuple(ranked(standings, sort, family))
-        return Listing(split, language, sort, order, self.reference(split, language), family)
+        return Listing(split, language, sort, order, self.reference(split, language), family, self.corrections(split))
 
     def _limits_on(self, split: str) -> tuple[int, Clocks]:
         """Return the step limit and the clocks under which runs of a split are ranked."""
@@ -247,14 +291,14 @@ class Board:
             return mean_of_rows([entry.rows for entry in entries], _fewest(entries))
         if any(Mark.OTHER_DATA in entry.marks for entry in entries):
             return _mean(entries)
-        return self._joined_rows(entries[0].run.split, run_ids(entries))
+        return self._joined_rows(entries[0].run.split, versions(entries))
 
     def _gap_of(self, entries: tuple[Entry, ...], metric: str) -> LanguageGap | None:
         """Return the gap between a system's languages."""
         languages = tuple(dict.fromkeys(entry.run.language for entry in entries))
         if len(languages) < 2 or any(Mark.OTHER_DATA in entry.marks for entry in entries):
             return None
-        found = self._gaps(entries[0].run.split, run_ids(entries), languages, metric)
+        found = self._gaps(entries[0].run.split, versions(entries), languages, metric)
         if found is None or not self._is_masked(entries[0].run):
             return found
         return self._masked_gap(entries, found, metric)
@@ -274,7 +318,7 @@ class Board:
 
     def _spread_of(self, entries: tuple[Entry, ...], metric: str) -> SeedSpread | None:
         """Return the spread between seeds: those that the agent has in every language."""
-        spoken = [{entry.seed: entry.run.run_id for entry in same} for same in by_language(entries)]
+        spoken = [{entry.seed: entry.version for entry in same} for same in by_language(entries)]
         if len(spoken[0]) < 2 or any(set(one) != set(spoken[0]) for one in spoken):
             return None
         if self._is_masked(entries[0].run):
@@ -290,7 +334,7 @@ class Board:
 
     def _find_spread(self, split: str, ids: Key, metric: str) -> SeedSpread | None:
         sections, column = self._sections(split), METRICS.index(metric)
-        runs = [join([self._entries.episodes(run_id) for run_id in same], sections).values for same in ids]
+        runs = [join([self._table(version) for version in same], sections).values for same in ids]
         scores = np.stack([values[:, -1, column] for values in runs])
         return None if scores.shape[1] < 2 else seed_spread(scores)
 
@@ -300,12 +344,18 @@ class Board:
         few = found is not None and found.episodes < MIN_SECTION
         return None if few and self._splits[split].hidden else found  # a few episodes tell of single ones
 
-    def _find_differences(self, split: str, original: str, run_id: str) -> dict[str, Interval]:
-        return differences(self._entries.episodes(original), self._entries.episodes(run_id), self._sections(split))
+    def _find_differences(self, split: str, original: Version, version: Version) -> dict[str, Interval]:
+        return differences(self._table(original), self._table(version), self._sections(split))
+
+    def _find_corrections(self, split: str) -> tuple[Correction, ...]:
+        return tuple(self._entries.corrections.on(split))
+
+    def _table(self, version: Version) -> EpisodeTable:
+        return self._entries.episodes(version.run_id)
 
     def _tables(self, ids: Key) -> list[EpisodeTable]:
         """Return the scores in each language, as means over the seeds."""
-        return [mean_table([self._entries.episodes(run_id) for run_id in same]) for same in ids]
+        return [mean_table([self._table(version) for version in same]) for same in ids]
 
     def _join_rows(self, split: str, ids: Key) -> Rows:
         joined = join(self._tables(ids), self._sections(split))
@@ -328,28 +378,47 @@ class Board:
             return split.hidden
         return self._entries.was_hidden(run.run_id)
 
-    def _mask(self, split: str, run_id: str) -> Rows:
+    def _mask(self, split: str, version: Version, voided: frozenset[str]) -> Rows:
         """Return the shown rows of a run on a hidden split; the stored ones may be an earlier release's, and exact."""
         noise = self._noise(split)
         assert noise is not None
-        table = self._entries.episodes(run_id)
+        table = self._entries.all_episodes(version.run_id).without(voided)
         return masked_rows(table.scores, noise, table.play)
 
-    def _shown_scores(self, run: Run, scores: Scores, *, current: bool) -> Scores:
-        """Return the scores of a run as they are shown to others than its participant."""
-        if not self._is_masked(run):
-            return scores
-        progress = coarse_progress(scores.progress)
-        entries = self._entries
-        rows = self._masked(run.split, run.run_id) if current else entries.masked_rows_without_truth(run.run_id)
-        return replace(scores, progress=progress, rows=rows)
+    def _shown_scores(
+        self, run: Run, version: Version, scores: Scores, voided: frozenset[str], *, current: bool
+    ) -> Scores:
+        """Return the scores of a run as they are shown to others than its participant.
+
+        Args:
+            run: the run.
+            version: version of its scores.
+            scores: its stored scores, over all its episodes.
+            voided: those of its episodes that are not in the scores to show.
+            current: whether the data of its split is as it was.
+        """
+        rows, signature = scores.rows, scores.signature
+        if voided:
+            signature = without_episodes(signature, voided)
+        if self._is_masked(run):
+            progress = coarse_progress(scores.progress)
+            if current:
+                rows = self._masked(run.split, version, voided)
+            else:
+                rows = self._entries.masked_rows_without_truth(run.run_id, version.rescored)
+            return Scores(progress, rows, signature)
+        if voided:
+            rows = self._joined_rows(run.split, ((version,),))
+        return Scores(scores.progress, rows, signature)
 
     def _entry(self, published: Published) -> Entry:
-        run = published.run
-        scores = self._entries.scores(run.run_id)
+        run, scores = published.run, self._entries.scores(published.run.run_id, published.rescored)
         split = self._splits.get(run.split)
         current = split is not None and split.data_hash == run.data_hash
-        scores = self._shown_scores(run, scores, current=current)
+        corrections = self._corrections[run.split]
+        version = Version(run.run_id, len(corrections), published.rescored)
+        voided, counted_out = self._voided(run, voided_by(corrections) if current else frozenset())
+        scores = self._shown_scores(run, version, scores, counted_out, current=current)
         forfeited = scores.progress.causes.get(causes.FORFEITED, 0)
         all_ = self._episodes[run.split].get(run.language, 0) if current else 0
         coverage = scores.progress.episodes / all_ if all_ else None
@@ -365,6 +434,10 @@ class Board:
             Mark.SERVER_FAULT: scores.progress.causes.get(causes.SERVER_FAULT, 0) > 0,
         }
         marks = tuple(mark for mark in Mark if found[mark])
+        if frozen := self.closing.is_frozen(run.split):
+            episodes = scores.progress.episodes
+            progress = Progress(episodes, episodes, 0, {}, scores.progress.images, published=True)
+            scores = Scores(progress, {}, scores.signature)
         return Entry(
             run,
             scores.progress,
@@ -378,7 +451,21 @@ class Board:
             cost=published.cost,
             reproduces=published.reproduces,
             reproducers=self._reproducers[run.split].get(run.run_id, frozenset()),
+            split_corrections=len(corrections),
+            rescored=published.rescored,
+            voided=len(voided),
+            frozen=frozen,
         )
+
+    def _voided(self, run: Run, voided: frozenset[str]) -> tuple[frozenset[str], frozenset[str]]:
+        """Return which of a run's episodes are void, and which of them are not in its scores.
+
+        A run of void episodes alone, which is partial and has no rank, keeps the scores that it had.
+        """
+        if not voided:
+            return voided, voided
+        mine, has_others = self._entries.voided(run.run_id, voided)
+        return mine, mine if has_others else frozenset()
 
 
 K = TypeVar("K")

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from server.board.episode_table import EpisodeTable, join, mean_table
-from server.board.standings import HEADLINE, TOTAL, Standing
+from server.board.standings import HEADLINE, TOTAL, Standing, Version
 from server.scoring.aggregate import Interval
 from server.scoring.episode import METRICS
 from server.scoring.intervals import Floats
@@ -23,8 +23,8 @@ LEVEL = 0.05
 _KEPT = 12
 """Families that are kept: 2 MB each for 200 runs of 1205 episodes."""
 
-Key = tuple[tuple[str, ...], ...]
-"""Ids of the runs of a standing: of those in each language, one for each seed."""
+Key = tuple[tuple[Version, ...], ...]
+"""Versions of the scores of a standing's runs: of those in each language, one for each seed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +116,7 @@ class Comparisons:
         noise: returns the noise of a split if it is hidden; None if it is open.
     """
 
-    def __init__(self, read: Callable[[str], EpisodeTable], noise: Callable[[str], Noise | None]) -> None:
+    def __init__(self, read: Callable[[Version], EpisodeTable], noise: Callable[[str], Noise | None]) -> None:
         self._read, self._noise = read, noise
         self._kept: OrderedDict[object, Family] = OrderedDict()
         self._lock = Lock()
@@ -142,7 +142,7 @@ class Comparisons:
         column = METRICS.index(metric)
         scores, added, strata = [], [], np.zeros(0, np.intp)
         for key in keys:
-            tables = [[self._read(run_id) for run_id in runs] for runs in key]
+            tables = [[self._read(version) for version in runs] for runs in key]
             joined = join([mean_table(runs) for runs in tables], section_of)
             scores.append(joined.values[:, -1, column])
             strata = joined.strata
@@ -160,8 +160,8 @@ def _noise_of(tables: Sequence[Sequence[EpisodeTable]], noise: Noise, metric: st
 
 
 def key_of(standing: Standing) -> Key:
-    """Return the ids of a standing's runs."""
-    return tuple(tuple(entry.run.run_id for entry in entries) for entries in standing.by_language)
+    """Return the versions of the scores of a standing's runs."""
+    return tuple(tuple(entry.version for entry in entries) for entries in standing.by_language)
 
 
 def closed(better: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:

@@ -2,14 +2,14 @@
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from functools import lru_cache
 from typing import Any
 
 import sqlalchemy as sa
-from sqlalchemy.engine import Row
+from sqlalchemy.engine import Connection, Row
 
 from server.board.cost import NO_COST, Cost
 from server.board.episode_table import EpisodeTable
@@ -17,8 +17,9 @@ from server.board.standings import Rows, Seal
 from server.errors import NotFound, quoted
 from server.runs.accounts.administration import check_may_act
 from server.runs.accounts.attempts import Attempts, Who, attempts_on
-from server.runs.results.receipts import MASKED_VERSION
+from server.runs.results.receipts import MASKED_VERSION, first_payload, superseded_receipts
 from server.runs.storage import tables
+from server.runs.storage.corrections import Correction, Corrections
 from server.runs.storage.database import Database, utc
 from server.runs.storage.journal import Journal, run_of
 from server.runs.storage.records import Progress, Run
@@ -31,7 +32,7 @@ _KEPT = 2048
 
 @dataclass(frozen=True, slots=True)
 class Scores:
-    """Scores of an ended run as stored when it was published; they never change.
+    """Scores of an ended run as stored when it was published or scored again, with all its episodes.
 
     Attributes:
         progress: counts of its episodes and steps.
@@ -56,6 +57,7 @@ class Published:
         withdrawn_by_host: whether the host withdrew it.
         reproduces: id of the run that it reproduces; None if none.
         cost: what the run cost, as declared.
+        rescored: number of times that the run was scored again.
     """
 
     run: Run
@@ -65,6 +67,7 @@ class Published:
     withdrawn_by_host: bool
     reproduces: str | None = None
     cost: Cost = NO_COST
+    rescored: int = 0
 
     @property
     def is_listed(self) -> bool:
@@ -77,10 +80,14 @@ class Entries:
 
     Args:
         database: storage of the entries.
+
+    Attributes:
+        corrections: corrections of the splits.
     """
 
     def __init__(self, database: Database) -> None:
         self._database = database
+        self.corrections = Corrections(database)
         self._scores = lru_cache(_KEPT)(self._read_scores)
         self._receipt_header = lru_cache(_KEPT)(self._read_receipt_header)
 
@@ -96,8 +103,8 @@ class Entries:
             query = query.where(tables.runs.c.language == language)
         return [_published(row) for row in self._database.read(query)]
 
-    def stamp(self) -> tuple[int, int, int]:
-        """Return a version of the entries, which differs after every publication and withdrawal, and every new run.
+    def stamp(self) -> tuple[int, ...]:
+        """Return a version of the entries; it differs after every publication, withdrawal, correction and new run.
 
         Pruned runs are counted too, as a number that could fall would come back to one that stood for another state.
         """
@@ -111,7 +118,7 @@ class Entries:
             ),
         )
         row = self._database.read(query.select_from(table))[0]
-        return row.entries, int(row.revisions), row.runs + row.pruned_runs
+        return row.entries, int(row.revisions), row.runs + row.pruned_runs, *self.corrections.stamp()
 
     def attempts(self, split: str) -> dict[tuple[Who, str], Attempts]:
         """Return the attempts of every participant on a split, by participant and language."""
@@ -136,37 +143,72 @@ class Entries:
         query = sa.select(tables.runs.c.split, tables.runs.c.language).distinct().join_from(tables.entries, tables.runs)
         return {(row.split, row.language) for row in self._database.read(query.where(_LISTED))}
 
-    def scores(self, run_id: str) -> Scores:
-        """Return the scores of an entry.
+    def scores(self, run_id: str, rescored: int = 0) -> Scores:
+        """Return the scores of an entry over all its episodes, also void ones.
+
+        Args:
+            run_id: id of the run.
+            rescored: number of times that it was scored again.
 
         Raises:
             NotFound: if the run has no entry.
         """
-        return self._scores(run_id)
+        return self._scores(run_id, rescored)
 
     def was_hidden(self, run_id: str) -> bool:
         """Return whether a run was played on a split that was hidden then, as its receipt says."""
         return self._receipt_header(run_id)[0]
 
-    def masked_rows_without_truth(self, run_id: str) -> Rows:
+    def masked_rows_without_truth(self, run_id: str, rescored: int = 0) -> Rows:
         """Return the rows of a run on a hidden split whose data is gone: as stored, if that is what was shown.
 
         Exact rows that an earlier release stored are rounded; thresholds cannot be derived without the split's data.
+        Which release stored them follows from the first receipt: a correction replaces the receipt, but stores rows
+        only when the run is scored again.
+
+        Args:
+            run_id: id of the run.
+            rescored: number of times that it was scored again.
         """
-        scores = self.scores(run_id)
-        if self._receipt_header(run_id)[1] == MASKED_VERSION:
+        scores = self.scores(run_id, rescored)
+        if rescored or self._receipt_header(run_id)[1] == MASKED_VERSION:
             return scores.rows
         return rounded_rows(scores.rows, scores.progress.episodes)
 
     def seal(self, run_id: str) -> Seal | None:
         """Return the seal of a run's receipt; None if there is no receipt."""
         rows = self._database.read(sa.select(tables.receipts).where(tables.receipts.c.run_id == run_id))
-        return Seal(hashlib.sha256(rows[0].payload).digest(), rows[0].public_key) if rows else None
+        if not rows:
+            return None
+        digest = hashlib.sha256(rows[0].payload).digest()
+        return Seal(digest, rows[0].public_key, tuple(superseded_receipts(self._database, run_id)))
+
+    def corrections_of(self, run: Run) -> list[Correction]:
+        """Return the corrections of its split that change the scores of an entry, in order."""
+        return self.corrections.of_run(run.run_id, run.split, self.all_episodes(run.run_id).ids)
 
     def episodes(self, run_id: str) -> EpisodeTable:
-        """Return the scores of an entry's episodes. An entry from before they were kept gets them from the journal.
+        """Return the scores of those of an entry's episodes that are not void.
 
-        So does one of a hidden split from before its play was kept.
+        Raises:
+            NotFound: if the run has no entry.
+        """
+        return self.all_episodes(run_id).without(self.corrections.voided(self.split_of(run_id)))
+
+    def split_of(self, run_id: str) -> str:
+        """Return the name of an entry's split."""
+        query = sa.select(tables.runs.c.split).where(tables.runs.c.run_id == run_id)
+        return str(self._database.read(query)[0].split)
+
+    def voided(self, run_id: str, voided: Set[str]) -> tuple[frozenset[str], bool]:
+        """Return those of an entry's episodes that are among the void ones, and whether it has others."""
+        played = frozenset(self.all_episodes(run_id).ids)
+        return played & voided, not played <= voided
+
+    def all_episodes(self, run_id: str) -> EpisodeTable:
+        """Return the scores of all episodes, also void ones.
+
+        An entry from before they were kept, or on a hidden split before its play was, gets them from the journal.
 
         Raises:
             NotFound: if the run has no entry.
@@ -250,14 +292,20 @@ class Entries:
             connection.execute(table.update().where(table.c.run_id == run_id, may).values(values))
 
     def _read_receipt_header(self, run_id: str) -> tuple[bool, int]:
-        """Return whether a run's split was hidden, and the version of its receipt; neither, without a receipt."""
-        rows = self._database.read(sa.select(tables.receipts.c.payload).where(tables.receipts.c.run_id == run_id))
-        if not rows:
+        """Return whether a run's split was hidden, and the version of its first receipt; neither, without a receipt."""
+        payload = first_payload(self._database, run_id)
+        if payload is None:
             return False, 0
-        content = json.loads(rows[0].payload)
+        content = json.loads(payload)
         return bool(content["run"]["hidden"]), int(content["version"])
 
-    def _read_scores(self, run_id: str) -> Scores:
+    def rescore(self, connection: Connection, run_id: str, scores: Scores, episodes: EpisodeTable) -> None:
+        """Replace the scores of a run in a transaction; nothing is done if it was never published."""
+        table = tables.entries
+        values = {"scores": _written(scores), "episodes": episodes.packed(), "revision": table.c.revision + 1}
+        connection.execute(table.update().where(table.c.run_id == run_id).values(values))
+
+    def _read_scores(self, run_id: str, _rescored: int) -> Scores:
         query = sa.select(tables.entries.c.scores).where(tables.entries.c.run_id == run_id)
         rows = self._database.read(query)
         if not rows:
@@ -273,14 +321,27 @@ _ENTRIES = sa.select(
         tables.entries.c[name]
         for name in ("published_at", "note", "withdrawn_at", "withdrawn_by_host", "reproduces", "cost")
     ),
+    sa.select(sa.func.count())
+    .select_from(tables.rescored_runs)
+    .where(tables.rescored_runs.c.run_id == tables.runs.c.run_id)
+    .scalar_subquery()
+    .label("rescored"),
 ).join_from(tables.entries, tables.runs)
 
 
 def _published(row: Row[Any]) -> Published:
     published_at, withdrawn_at = utc(row.published_at), utc(row.withdrawn_at)
     assert published_at is not None
-    withdrawn = row.withdrawn_by_host
-    return Published(run_of(row), published_at, row.note, withdrawn_at, withdrawn, row.reproduces, Cost.of(row.cost))
+    return Published(
+        run_of(row),
+        published_at,
+        row.note,
+        withdrawn_at,
+        row.withdrawn_by_host,
+        row.reproduces,
+        Cost.of(row.cost),
+        row.rescored,
+    )
 
 
 def _written(scores: Scores) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """Scores of all episodes of a published run, kept for paired comparisons. They never leave the server."""
 
 import io
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +13,7 @@ from server.scoring.aggregate import with_total
 from server.scoring.episode import METRICS
 from server.scoring.intervals import Floats
 from server.scoring.languages import LanguageGap, language_gap
+from server.scoring.masking import name_without
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -22,7 +23,8 @@ class EpisodeTable:
     Attributes:
         ids: ids of the episodes, sorted.
         scores: scores of both turns, (episodes, 2, METRICS).
-        play: digest of how the run was played, see `play_digest`; empty if it is not known.
+        play: digest of how the run was played, see `play_digest`; empty if it is not known. Without void episodes it is
+            followed by these, see `name_without`.
     """
 
     ids: tuple[str, ...]
@@ -35,6 +37,14 @@ class EpisodeTable:
         ordered = sorted(endings, key=lambda ending: ending.episode_id)
         scores = np.array([[[turn[name] for name in METRICS] for turn in ending.scores] for ending in ordered])
         return cls(tuple(ending.episode_id for ending in ordered), scores, play)
+
+    def without(self, episode_ids: Set[str]) -> "EpisodeTable":
+        """Return the scores of the other episodes."""
+        if episode_ids.isdisjoint(self.ids):
+            return self
+        kept = [place for place, name in enumerate(self.ids) if name not in episode_ids]
+        name = name_without(self.play, episode_ids & frozenset(self.ids))
+        return EpisodeTable(tuple(self.ids[place] for place in kept), self.scores[kept], name)
 
     def packed(self) -> bytes:
         """Return the table as a compressed NumPy archive."""

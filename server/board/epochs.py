@@ -140,6 +140,7 @@ class EpochBoard:
 
         Raises:
             NotFound: if there is no such epoch or language.
+            Conflict: if the leaderboard of an epoch is frozen.
             BadInput: if both are not different epochs of one split, the older one first, or there is no such metric.
         """
         for name in (older, newer):
@@ -151,6 +152,8 @@ class EpochBoard:
             raise BadInput(f"expected two epochs of one split, the older one first, got {older!r} and {newer!r}")
         if language == BOTH:
             raise BadInput("epochs are compared in one language, expected its code")
+        for name in (older, newer):
+            self._board.closing.check_shown(name)
         if metric not in COLUMNS:
             raise BadInput(f"cannot compare {quoted(metric)}; expected one of {', '.join(COLUMNS)}")
         return self._compare(older, newer, language, metric)
@@ -160,9 +163,11 @@ class EpochBoard:
 
         Raises:
             NotFound: if the run is not on the leaderboard.
-            Conflict: if its split is hidden, unless it is an epoch whose secret is revealed.
+            Conflict: if its split is hidden, unless it is an epoch whose secret is revealed; or if its leaderboard is
+                frozen.
         """
         run = self._board.entry(run_id).run
+        self._board.closing.check_shown(run.split)
         if not self.shows_actions(run.split):
             raise Conflict(
                 f"the split {run.split!r} is hidden: its runs' actions are public only once the secret of its epoch is "
@@ -173,6 +178,8 @@ class EpochBoard:
 
     def shows_actions(self, split: str) -> bool:
         """Return whether the actions of published runs on a split are public."""
+        if self._board.closing.is_frozen(split):
+            return False
         found = self._splits.get(split)
         if found is not None and not found.hidden:
             return True
@@ -204,7 +211,9 @@ class EpochBoard:
         return EpochChanges(older, newer, tuple(lines), found.mean)
 
     def _agents(self, split: str, language: str) -> dict[object, Standing]:
-        """Return the ranked standing of each agent that was published last."""
+        """Return the ranked standing of each agent that was published last; none while the leaderboard is frozen."""
+        if self._board.closing.is_frozen(split):
+            return {}
         ranked = [line for line in self._board.standings(split, language) if line.is_ranked]
         ordered = sorted(ranked, key=lambda line: max((one.published_at, one.run.run_id) for one in line.entries))
         return {_agent_of(line.entries[0]): line for line in ordered}

@@ -10,6 +10,7 @@ from typing import Any
 
 from server.board.board import Listing
 from server.board.standings import COLUMNS, TOTAL, Entry, Reference, Rows, Standing
+from server.runs.storage.corrections import Correction
 from server.scoring.aggregate import ROWS
 
 FORMAT, VERSION = "arramon-standings", 1
@@ -56,6 +57,7 @@ CSV_COLUMNS = (
     "declared price",
     "reproduced by",
     "reproduces",
+    "void episodes",
 )
 """Columns of the CSV file, in order. New ones are added at the end."""
 
@@ -87,6 +89,8 @@ def as_json(listing: Listing) -> str:
         "sort": listing.sort,
         "standings": [_standing(standing) for standing in listing.standings],
         "references": [_reference(reference) for reference in listing.references],
+        "corrections": [_correction(correction) for correction in listing.corrections],
+        "frozen": listing.frozen,
     }
     return json.dumps(document, ensure_ascii=False) + "\n"
 
@@ -116,12 +120,13 @@ def _standing_cells(standing: Standing, listing: Listing) -> dict[str, object]:
         **{f"declared {name}": "" if value is None else value for name, value in asdict(standing.cost).items()},
         "reproduced by": standing.reproduced_by,
         "reproduces": " ".join(entry.reproduces for entry in standing.entries if entry.reproduces),
+        "void episodes": max(entry.voided for entry in standing.entries),
     }
     if standing.gap is not None:
         gap = standing.gap
         cells |= {"gap": gap.mean, "gap low": gap.low, "gap high": gap.high, "same outcome": gap.same}
         cells |= {"higher language": gap.higher, "lower language": gap.lower}
-    for metric in COLUMNS:
+    for metric in COLUMNS if standing.rows else ():
         total = standing.rows[TOTAL][metric]
         cells |= {metric: total.mean, f"{metric} low": total.low, f"{metric} high": total.high}
         cells |= {f"{metric} {turn}": standing.rows[turn][metric].mean for turn in _TURNS}
@@ -205,6 +210,18 @@ def _entry(entry: Entry) -> dict[str, Any]:
         "code": run.code.named(),
         "reproduces": entry.reproduces,
         "reproduced_by": len(entry.reproducers),
+        "void_episodes": entry.voided,
+    }
+
+
+def _correction(correction: Correction) -> dict[str, Any]:
+    return {
+        "kind": correction.kind.value,
+        "made_at": correction.made_at.isoformat(timespec="seconds"),
+        "reason": correction.reason,
+        "episodes": correction.episodes,
+        "data_before": correction.data_before,
+        "data_after": correction.data_after,
     }
 
 

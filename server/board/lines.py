@@ -50,6 +50,6 @@ def by_language(entries: Sequence[Entry]) -> list[list[Entry]]:
     return [list(same) for _, same in groupby(entries, lambda entry: entry.run.language)]
 
 
-def run_ids(entries: Sequence[Entry]) -> Key:
-    """Return the ids of a line's runs in each language."""
-    return tuple(tuple(entry.run.run_id for entry in same) for same in by_language(entries))
+def versions(entries: Sequence[Entry]) -> Key:
+    """Return the versions of the scores of a line's runs in each language."""
+    return tuple(tuple(entry.version for entry in same) for same in by_language(entries))

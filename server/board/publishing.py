@@ -6,6 +6,7 @@ from server.board.cost import Cost
 from server.board.entries import Entries, Published, Scores
 from server.board.episode_table import EpisodeTable
 from server.board.reproductions import check_reproduction
+from server.closing import NEVER, Closing
 from server.episodes.splits import Split
 from server.errors import BadInput, Conflict, Forbidden, NotFound, quoted
 from server.runs.accounts.callers import UNAUTHENTICATED, Caller, Role
@@ -31,18 +32,29 @@ class Publishing:
         splits: served splits, by name.
         entries: storage of the published runs.
         receipts: creates the receipt that every published run has.
+        closing: when the leaderboards of splits close.
     """
 
-    def __init__(self, journal: Journal, splits: Mapping[str, Split], entries: Entries, receipts: Receipts) -> None:
+    def __init__(
+        self,
+        journal: Journal,
+        splits: Mapping[str, Split],
+        entries: Entries,
+        receipts: Receipts,
+        closing: Closing = NEVER,
+    ) -> None:
         self._journal = journal
         self._splits = splits
         self._entries = entries
         self._receipts = receipts
+        self._closing = closing
 
     def publish(
         self, caller: Caller, run_id: str, note: str, cost: Cost | None = None, reproduces: str | None = None
     ) -> None:
         """Publish a run that has ended, and sign its receipt; if it is listed already, replace its note.
+
+        When the leaderboard of its split has closed, only a host publishes further runs.
 
         Args:
             caller: the run's participant, or a host.
@@ -55,7 +67,8 @@ class Publishing:
             NotFound: if there is no such run that the caller may see, or no published run that it could reproduce.
             Forbidden: if the caller is anonymous on a public server, where anyone who reads the run's id on the
                 leaderboard could pass for its participant; or if the host has withdrawn the run.
-            Conflict: if the run is still being played; if the data of its split has changed; if the split is for
+            Conflict: if the leaderboard is closed; if the run is still being played; if the data of its split has
+                changed; if the split is for
                 training alone; if it is hidden and the run lacks some of its episodes, as the mean over a few reveals
                 scores of single ones; if none of its episodes was played to its end; or if it is no reproduction of
                 the run that it names (see `check_reproduction`).
@@ -69,7 +82,10 @@ class Publishing:
         entry = self._entries.find(run_id)
         if entry is not None and entry.withdrawn_by_host and not by_host:
             raise _withdrawn_by_host(run_id)
-        report = report_of(run, self._journal, self._splits)
+        if not (by_host or _is_listed(entry)):
+            self._closing.check_open(run.split, "no runs on it are published")
+        # Stored with all episodes: the board leaves out those that are void at the time.
+        report = report_of(run, self._journal, self._splits, with_void=True)
         _check_ranked(report, self._splits[run.split])
         _check_whole(report, self._splits[run.split])
         _check_played(report)
@@ -104,7 +120,7 @@ class Publishing:
             report.run,
             report.signature,
             original,
-            self._entries.scores(reproduced).signature,
+            self._entries.scores(reproduced, original.rescored).signature,
             is_original=bool(self._entries.reproductions(report.run.run_id)),
         )
 

@@ -4,9 +4,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from enum import StrEnum
+from typing import NamedTuple
 
 from server.board.cost import NO_COST, Cost, mean_cost
 from server.runs.accounts.attempts import NONE, Attempts
+from server.runs.results.receipts import Superseded
+from server.runs.storage.corrections import Correction
 from server.runs.storage.records import Progress, Run
 from server.scoring.aggregate import Interval
 from server.scoring.languages import LanguageGap
@@ -68,6 +71,20 @@ UNRANKED = frozenset(Mark) - {Mark.SERVER_FAULT}
 """Marks of entries that are listed but not ranked, as they cannot be compared with the others."""
 
 
+class Version(NamedTuple):
+    """Scores of a run as they are after some corrections of its split; equal versions have equal scores.
+
+    Attributes:
+        run_id: id of the run.
+        corrections: number of corrections of the split.
+        rescored: number of times that the run was scored again.
+    """
+
+    run_id: str
+    corrections: int = 0
+    rescored: int = 0
+
+
 @dataclass(frozen=True, slots=True)
 class Seal:
     """Fingerprint of a run's receipt.
@@ -75,10 +92,12 @@ class Seal:
     Attributes:
         digest: SHA-256 of the receipt's payload, 32 bytes.
         public_key: Ed25519 key of the host that signed it, 32 bytes.
+        superseded: earlier receipts of the run, in order.
     """
 
     digest: bytes
     public_key: bytes
+    superseded: tuple[Superseded, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +119,12 @@ class Entry:
         cost: what it cost, as its publisher declared it.
         reproduces: id of the run that it reproduces; None if none.
         reproducers: accounts with a listed reproduction of it; their number alone is shown.
+        split_corrections: number of corrections of its split.
+        rescored: number of times that it was scored again.
+        voided: number of its episodes that the host has voided; they are in no score.
+        corrections: corrections of the split that change its scores, in order; left out in listings.
+        frozen: whether the leaderboard of its split is frozen: then `rows` is empty, and `progress` tells the number of
+            episodes alone.
     """
 
     run: Run
@@ -115,6 +140,16 @@ class Entry:
     cost: Cost = NO_COST
     reproduces: str | None = None
     reproducers: frozenset[str] = frozenset()
+    split_corrections: int = 0
+    rescored: int = 0
+    voided: int = 0
+    corrections: tuple[Correction, ...] = ()
+    frozen: bool = False
+
+    @property
+    def version(self) -> Version:
+        """Version of its scores."""
+        return Version(self.run.run_id, self.split_corrections, self.rescored)
 
     @property
     def participant(self) -> str:

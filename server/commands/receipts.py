@@ -5,11 +5,13 @@ import sys
 from contextlib import closing
 from pathlib import Path
 
+from server.board.correcting import Correcting
 from server.commands import Commands
+from server.commands.corrections import key_of
 from server.commands.journal import check_data_folder, open_journal
 from server.configuration.config import Config
 from server.configuration.sources import add_flag
-from server.episodes.splits import read_splits
+from server.episodes.splits import read_split, read_splits
 from server.errors import BadInput, Conflict
 from server.runs.results.receipt_file import rescore_file
 from server.runs.results.rescoring import Rescored, Rescorer
@@ -46,6 +48,14 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
     rescore.add_argument(
         "--actions", type=Path, metavar="FILE", help="with --receipt: the run's actions, or a client's results file"
     )
+    rescore.add_argument(
+        "--adopt",
+        metavar="SPLIT",
+        help="score all runs of a split again, whose data was corrected, and sign new receipts; needs --before",
+    )
+    rescore.add_argument("--before", type=Path, metavar="FOLDER", help="with --adopt: the split's folder as it was")
+    rescore.add_argument("--reason", metavar="TEXT", help="with --adopt: why, in one line, which the leaderboard shows")
+    add_flag(rescore, "signing_key")
     rescore.set_defaults(command=_rescore)
 
 
@@ -74,8 +84,13 @@ def _key(arguments: argparse.Namespace) -> None:
 
 def _rescore(arguments: argparse.Namespace) -> int:
     config: Config = arguments.settings
-    if bool(arguments.runs) + arguments.all + (arguments.receipt is not None) != 1:
-        raise BadInput("expected either ids of runs, or --all, or --receipt FILE")
+    adopts = arguments.adopt is not None
+    if bool(arguments.runs) + arguments.all + (arguments.receipt is not None) + adopts != 1:
+        raise BadInput("expected either ids of runs, or --all, or --receipt FILE, or --adopt SPLIT")
+    if any((one is None) is adopts for one in (arguments.before, arguments.reason)):
+        raise BadInput("--adopt SPLIT, --before FOLDER and --reason TEXT are used together")
+    if adopts:
+        return _adopt(arguments)
     if (arguments.receipt is None) != (arguments.actions is None):
         raise BadInput("--receipt FILE and --actions FILE are used together: a receipt holds no actions")
     if arguments.receipt is not None:
@@ -98,6 +113,29 @@ def _rescore(arguments: argparse.Namespace) -> int:
                 print(*_lines(rescored), sep="\n", flush=True)
                 different += bool(rescored.differences)
     return int(different > 0)
+
+
+def _adopt(arguments: argparse.Namespace) -> int:
+    config: Config = arguments.settings
+    before = read_split(arguments.before)
+    if before.name != arguments.adopt:
+        raise BadInput(f"{arguments.before} is the split {before.name!r}, expected {arguments.adopt!r} as it was")
+    done = failed = receipts = 0
+    with open_journal(config) as database:
+        correcting = Correcting(database, read_splits(config.data), key_of(config, KnownKeys(database)))
+        for found in correcting.rescore(before, arguments.reason):
+            if found.problem:
+                print(f"run {found.run.run_id}: NOT scored again: {found.problem}", flush=True)
+            else:
+                print(f"run {found.run.run_id}: scores changed in {found.changed} episodes", flush=True)
+            failed, done = failed + bool(found.problem), done + (not found.problem)
+            receipts += found.has_new_receipt
+        receipts += correcting.revise(before.name)  # those that an interrupted call left
+    print(f"scored again: {done} runs; new receipts: {receipts}")
+    if failed:
+        print(f"{failed} runs stay on the data before, without a rank", file=sys.stderr)
+    print("restart the servers to serve the corrected data", file=sys.stderr)
+    return int(failed > 0)
 
 
 def _over(journal: Journal) -> list[str]:

@@ -8,6 +8,7 @@ from server.configuration.config import SETTINGS
 from server.configuration.setting import Setting
 from server.configuration.sources import Configuration, add_serving_flags
 from server.per_split import PerSplit
+from server.split_times import SplitTimes
 
 
 def add(commands: Commands, common: argparse.ArgumentParser) -> None:
@@ -50,7 +51,7 @@ def _default(setting: Setting) -> str:
 
 
 def _toml(setting: Setting, value: object) -> str:
-    if isinstance(value, PerSplit):
+    if isinstance(value, PerSplit | SplitTimes):
         return value.as_toml()
     if isinstance(value, bool | int | float | tuple):
         return json.dumps(value)

@@ -11,11 +11,22 @@ from server.runs.play.clocks import Clocks
 from server.sim.cameras import CAMERAS
 from server.sim.physics import problem_of_camera
 from server.sim.rules import STEPS_PER_PHASE, Limits
+from server.split_times import NO_TIMES, SplitTimes
+from server.visible_text import is_visible
+
+LONGEST_LINE = 500
+
+LINE = f"one line of at most {LONGEST_LINE} characters"
 
 LISTEN = "127.0.0.1:50551"
 """Default address. It is on the loopback: other machines can connect only if the host sets another address."""
 
 DAY = 86_400.0
+
+
+def is_line(text: str) -> bool:
+    """Return whether a text is one line of visible text."""
+    return len(text) <= LONGEST_LINE and is_visible(text)
 
 
 class Contradiction(BadInput):
@@ -143,6 +154,19 @@ class Config:
         form=TCP_FORM,
         check=is_tcp_address,
     )
+    host_name: str = setting("", "who hosts the leaderboard, as its pages say", form=LINE, check=is_line)
+    host_contact: str = setting(
+        "", "how to reach the host: an address for mail or of a page, as the pages say", form=LINE, check=is_line
+    )
+    host_rules: str = setting(
+        "", "rules of the leaderboard, or the address of a page with them, as the pages say", form=LINE, check=is_line
+    )
+    closes: SplitTimes = setting(
+        NO_TIMES, "when the leaderboards of splits close: from then on no runs are created on them or published"
+    )
+    frozen: bool = setting(
+        False, "whether a leaderboard that closes shows no scores to others than a run's participant until then"
+    )
     drain_seconds: float = setting(
         10.0,
         "time in which open calls may end after the server has received a signal to stop",
@@ -170,6 +194,10 @@ class Config:
             address = getattr(self, name)
             if address and address == self.listen and not address.endswith(":0"):
                 raise Contradiction(f"{name} and listen are both {address}; expected different ones", name, "listen")
+        if self.frozen and not self.closes.named:
+            raise Contradiction(
+                "frozen is set but closes is not; expected the time at which scores are shown", "frozen"
+            )
 
     @property
     def is_for_own_machine(self) -> bool:

@@ -15,6 +15,7 @@ from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError
 from server.configuration.secrets import mask_url
 from server.errors import BadInput
 from server.per_split import PerSplit
+from server.split_times import SplitTimes
 
 T = TypeVar("T")
 
@@ -85,7 +86,7 @@ class Setting:
     @property
     def is_per_split(self) -> bool:
         """Whether each split may have a value of its own."""
-        return self.type is PerSplit
+        return self.type in (PerSplit, SplitTimes)
 
     @property
     def expected(self) -> str:
@@ -103,6 +104,8 @@ class Setting:
         least, most = self.description.least, self.description.most
         if least is not None:
             words += f" from {as_text(least)}" + ("" if most is None else f" to {as_text(most)}")
+        if self.type is SplitTimes:
+            return "SPLIT=TIME, such as test_unseen=2030-12-01T12:00Z, separated by commas"
         if self.is_per_split:
             return words + ", or SPLIT=NUMBER, separated by commas"
         return words + (", separated by commas" if self.type == tuple[int, ...] else "")
@@ -147,6 +150,8 @@ class Setting:
             return TypeAdapter(
                 Annotated[tuple[Annotated[int, number], ...], Field(min_length=1), BeforeValidator(_parts)]
             )
+        if self.type is SplitTimes:
+            return TypeAdapter(Annotated[SplitTimes, BeforeValidator(SplitTimes.parse)])
         if self.is_per_split:
             return TypeAdapter(Annotated[PerSplit, BeforeValidator(self._per_split)])
         if self.type in (int, float):

@@ -24,6 +24,7 @@ from server.board.board import Board
 from server.board.entries import Entries
 from server.board.epochs import EpochBoard
 from server.board.publishing import Publishing
+from server.closing import Closing
 from server.configuration.config import Config
 from server.episodes.splits import Split
 from server.errors import BadInput
@@ -96,16 +97,19 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
         meter=metrics,
     )
     quotas = Quotas(database, DefaultQuotas(config, [split.name for split in splits.values() if split.hidden]))
-    runs = Runs(splits, journal, engine, config.limits, config.clocks, accounts, quotas)
+    closing = Closing(config.closes, config.frozen)
+    runs = Runs(splits, journal, engine, config.limits, config.clocks, accounts, quotas, closing)
     key = SigningKey(config.signing_key_path)
     KnownKeys(database).check(key.public)
-    receipts = Receipts(database, splits, key)
+    receipts = Receipts(database, splits, key, closing)
     add_EvaluationServicer_to_server(Servicer(runs, engine, receipts, config, threads), server)
     entries = Entries(database)
     local = config.is_for_own_machine
     limits = config.limits
-    board = Board(entries, splits, steps_per_phase=limits.steps_per_phase, clocks=config.clocks, local=local)
-    publishing = Publishing(journal, splits, entries, receipts)
+    board = Board(
+        entries, splits, steps_per_phase=limits.steps_per_phase, clocks=config.clocks, local=local, closing=closing
+    )
+    publishing = Publishing(journal, splits, entries, receipts, closing)
     epochs = EpochBoard(board, entries, Epochs(database), journal, splits)
     add_LeaderboardServicer_to_server(BoardServicer(board, publishing, epochs), server)
     health_servicer = health.HealthServicer()
@@ -126,10 +130,11 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
         if not config.http:
             return nullcontext({})
         # Imported only here: they take half a second to load, which an embedded server without pages is spared.
+        from server.web.host import Host
         from server.web.pages import Pages
         from server.web.site import Site
 
-        pages = Pages(board, journal, receipts, splits, epochs)
+        pages = Pages(board, journal, receipts, splits, epochs, Host.of(config))
         return Site(config, lambda: readiness.problem, metrics.text, pages).open()
 
     return Parts(server, address, engine, readiness, open_site())

@@ -67,12 +67,12 @@ def warnings(config: Config, splits: Mapping[str, Split]) -> Iterator[str]:
 
 
 def check_limited_splits(config: Config, splits: Mapping[str, Split]) -> None:
-    """Check that limits name only splits that are served: a misspelt one would have no limit.
+    """Check that limits and times name only splits that are served: a misspelt one would have none.
 
     Raises:
         BadInput: if there is no split of that name; the message lists those that exist.
     """
-    for limit in LIMITS:
+    for limit in (*LIMITS, "closes"):
         for name in getattr(config, limit).splits:
             if name not in splits:
                 existing = ", ".join(splits) or "none"

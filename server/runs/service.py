@@ -7,6 +7,7 @@ from dataclasses import replace
 from sqlalchemy.engine import Connection
 
 from server import __version__
+from server.closing import NEVER, Closing
 from server.episodes.splits import Split
 from server.errors import BadInput, Forbidden, NotFound, quoted
 from server.runs.accounts.accounts import ANONYMOUS_NAME, Accounts, check_name
@@ -46,6 +47,7 @@ class Runs:
         clocks: clocks of new runs.
         accounts: participants, whose names are reserved for them.
         quotas: limits of each participant.
+        closing: when the leaderboards of splits close.
     """
 
     def __init__(
@@ -57,11 +59,13 @@ class Runs:
         clocks: Clocks,
         accounts: Accounts,
         quotas: Quotas,
+        closing: Closing = NEVER,
     ) -> None:
         self.splits = splits
         self.limits = limits
         self.clocks = clocks
         self.quotas = quotas
+        self.closing = closing
         self._journal = journal
         self._engine = engine
         self._accounts = accounts
@@ -102,11 +106,13 @@ class Runs:
 
         Raises:
             NotFound: if there is no such split, language or episode.
-            Conflict: if the split is an epoch that is closed, or its data is not what the host committed to.
+            Conflict: if the split is an epoch that is closed, or its data is not what the host committed to, or its
+                leaderboard is closed.
             OverQuota: if the caller's quota on the split is used up.
             BadInput: if any other argument is wrong.
         """
         chosen = self._split(split)
+        self.closing.check_open(split, "no runs are created on it")
         order = chosen.in_playing_order(language)
         if not order:
             raise NotFound(
@@ -231,16 +237,19 @@ class Runs:
 
         Raises:
             NotFound: if there is no such run that the caller may see.
-            Conflict: if the run is still being played, or the data of the split has changed since it was created.
+            Conflict: if the run is still being played, or the data of the split has changed since it was created; or
+                if its leaderboard is frozen, and the run is another participant's.
         """
         published = self._journal.is_published(run_id)
         run = self._journal.run(run_id)
         if not (published or caller.may_see(run)):
             raise run_not_found(run_id)
+        if not caller.may_see(run):
+            self.closing.check_shown(run.split)
         report = report_of(run, self._journal, self.splits)
         if self.splits[run.split].hidden:
             report = replace(report, progress=coarse_progress(report.progress))
-        return report, self._breakdowns.of(run, self._journal.endings(run_id))
+        return report, self._breakdowns.of(run, self._journal.endings(run_id), report.voided)
 
     def _check_participant(self, caller: Caller, participant: str) -> None:
         if participant in ("", caller.account or ANONYMOUS_NAME):

@@ -24,7 +24,7 @@ episodes of noise beside them; their p-values are shown as one of P_CLASSES.
 
 import hmac
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import NormalDist
 
@@ -262,6 +262,19 @@ def difference(one: float, other: float, episodes: int, deviation: float) -> Int
 def p_class(p: float) -> float:
     """Return the least of P_CLASSES that is at least p."""
     return next((bound for bound in P_CLASSES if p <= bound), P_CLASSES[-1])
+
+
+def name_without(play: str, voided: Collection[str]) -> str:
+    """Return what a run's thresholds without its void episodes follow from, in place of the digest of its play.
+
+    They are as independent of those with all episodes as another play's: with the same ones, the figures before and
+    after an episode is voided would differ by what it scored.
+
+    Args:
+        play: digest of how the run was played, with all its episodes.
+        voided: ids of those of its episodes that are void; with none it is `play` itself.
+    """
+    return "\n".join([play, "without", *sorted(voided)]) if voided and play else play
 
 
 def coarse(number: float) -> float:

@@ -1,7 +1,9 @@
 """Signature of a score: the settings that must be equal for scores to be comparable, in one line as in sacrebleu."""
 
+import hashlib
 import re
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, replace
 from urllib.parse import quote
 
 _NONE = "none"
@@ -26,6 +28,7 @@ class Signature:
         data_hash: hash of the split's files, in hexadecimal.
         arguments: arguments that the agent was created with, each as written by `argument`.
         chosen: "" if the episodes are the first ones of the split in playing order, otherwise a hash of their ids.
+        void: "" unless the host has voided episodes of the run, which then count in no score: a hash of their ids.
 
     Raises:
         ValueError: if a text is empty or contains a separator of the line.
@@ -43,11 +46,13 @@ class Signature:
     data_hash: str
     arguments: frozenset[str] = frozenset()
     chosen: str = ""
+    void: str = ""
 
     def __post_init__(self) -> None:
         """Reject values that could not be parsed again."""
         words = (self.version, self.split, self.language, self.clock, self.data_hash, *self.sensors, *self.images)
-        for text in (*words, *self.arguments, *([self.chosen] if self.chosen else [])):
+        hashes = [text for text in (self.chosen, self.void) if text]
+        for text in (*words, *self.arguments, *hashes):
             if not text or any(mark.isspace() or mark in "|+" for mark in text):
                 raise ValueError(f"{text!r} is not allowed in a signature: expected a word without '|', '+' or spaces")
         if _NONE in self.sensors | self.images | self.arguments:
@@ -68,6 +73,7 @@ class Signature:
             "data": self.data_hash,
             **({"args": _joined(self.arguments)} if self.arguments else {}),
             **({"chosen": self.chosen} if self.chosen else {}),
+            **({"void": self.void} if self.void else {}),
         }
         return "|".join(f"{key}:{value}" for key, value in fields.items())
 
@@ -94,6 +100,7 @@ class Signature:
                 data_hash=fields["data"],
                 arguments=_parted(fields.get("args", _NONE)),
                 chosen=fields.get("chosen", ""),
+                void=fields.get("void", ""),
             )
         except KeyError as missing:
             raise ValueError(f"the signature {line!r} has no field {missing}") from None
@@ -102,6 +109,22 @@ class Signature:
         if str(signature) != line.strip():
             raise ValueError(f"the signature {line!r} is not in canonical form: expected {str(signature)!r}")
         return signature
+
+
+def digest_of(episode_ids: Iterable[str]) -> str:
+    """Return what stands for a set of episodes in a signature: the first 12 digits of a hash of their ids."""
+    return hashlib.sha256("\n".join(sorted(episode_ids)).encode()).hexdigest()[:12]
+
+
+def without_episodes(line: str, voided: Collection[str]) -> str:
+    """Return the line of a signature for scores without the void episodes.
+
+    Args:
+        line: signature of the scores of all episodes.
+        voided: ids of those of its episodes that are void, at least one.
+    """
+    signature = Signature.parse(line)
+    return str(replace(signature, episodes=signature.episodes - len(voided), void=digest_of(voided)))
 
 
 def argument(name: str, value: str) -> str:

@@ -25,13 +25,13 @@ class Point:
     """A standing in the plot, in the picture's units.
 
     Attributes:
-        number: of its row in the table, from 1.
+        rank: its rank as in the standings, such as "2="; "–" if it has none.
         name: the agent's.
         x, y: its place.
         top, bottom: ends of the score's interval.
     """
 
-    number: int
+    rank: str
     name: str
     x: float
     y: float
@@ -47,14 +47,14 @@ class CostPart:
         chosen: one of COSTS, across the plot.
         across, up: ticks of the axes, with their words.
         points: standings whose cost is known.
-        rows: standing, and each of COSTS in words.
+        rows: standing, its rank as in the plot, and each of COSTS in words.
     """
 
     chosen: str
     across: Sequence[tuple[float, str]]
     up: Sequence[Tick]
     points: Sequence[Point]
-    rows: Sequence[tuple[Standing, Sequence[str]]]
+    rows: Sequence[tuple[Standing, str, Sequence[str]]]
 
 
 def cost_part(t: Texts, standings: Sequence[Standing], row: str, metric: str, chosen: str) -> CostPart | None:
@@ -72,17 +72,26 @@ def cost_part(t: Texts, standings: Sequence[Standing], row: str, metric: str, ch
     if not known:
         return None
     place = COSTS.index(chosen)
-    drawn = [(number, one, values[place]) for number, (one, values) in enumerate(known, start=1)]
-    scale = _Scale([value for _, _, value in drawn if value is not None])
+    drawn = [(one, values[place]) for one, values in known]
+    scale = _Scale([value for _, value in drawn if value is not None])
     points = [
-        Point(number, one.agent, scale.place(cost), *(_up(getattr(one.rows[row][metric], end)) for end in _ENDS))
-        for number, one, cost in drawn
+        Point(_rank(t, one), one.agent, scale.place(cost), *(_up(getattr(one.rows[row][metric], end)) for end in _ENDS))
+        for one, cost in drawn
         if cost is not None
     ]
     across = [(scale.place(value), t.amount(value)) for value in scale.ticks()]
     up = [Tick(_up(part / 5), part / 5) for part in range(6)]
-    rows = [(one, ["–" if value is None else t.amount(value) for value in values]) for one, values in known]
+    rows = [
+        (one, _rank(t, one), ["–" if value is None else t.amount(value) for value in values]) for one, values in known
+    ]
     return CostPart(chosen, across, up, points, rows)
+
+
+def _rank(t: Texts, standing: Standing) -> str:
+    """Return a rank as the standings show it."""
+    if not standing.rank:
+        return "–"
+    return t.whole(standing.rank) + ("=" if standing.tied else "")
 
 
 def _value(standing: Standing, cost: str) -> float | None:

@@ -107,7 +107,12 @@ class Choice:
             "privileged": bool(PRIVILEGED.intersection(standing.sensors)),
         }
         partial = Mark.PARTIAL in standing.marks
-        if self.least and self.sort == GAP and standing.rows[TOTAL][self.metric].mean < float(self.least):
+        if (
+            self.least
+            and self.sort == GAP
+            and standing.rows
+            and standing.rows[TOTAL][self.metric].mean < float(self.least)
+        ):
             return False
         return kinds[self.sensors] and self.coverage in (ALL, "partial" if partial else "whole")
 
@@ -121,6 +126,8 @@ class Choice:
         if self.sort == GAP:
             known = sorted((one for one in standings if one.gap), key=lambda one: one.gap.mean if one.gap else 0.0)
             return [*(known[::-1] if down else known), *(one for one in standings if not one.gap)]
+        if not all(one.rows for one in standings):  # frozen
+            return standings
         ordered = standings if down else standings[::-1]
         if TURNS[self.turns] != TOTAL:
             row = TURNS[self.turns]

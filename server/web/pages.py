@@ -18,8 +18,10 @@ from server.runs.accounts.callers import READER
 from server.runs.results.receipts import Receipts
 from server.runs.storage.journal import Journal
 from server.web.comparison_page import ComparisonPage
+from server.web.episodes_page import EpisodesPage
 from server.web.epochs_page import EpochsPage
 from server.web.filters import read_choice
+from server.web.host import UNNAMED, Host
 from server.web.paths import Paths
 from server.web.rendering import Renderer
 from server.web.responses import FOR_EVER, redirect, respond
@@ -55,20 +57,28 @@ class Pages:
         receipts: issues the runs' receipts.
         splits: the splits served, by name.
         epochs: the epochs of hidden splits.
+        host: who hosts the leaderboard.
     """
 
     def __init__(
-        self, board: Board, journal: Journal, receipts: Receipts, splits: Mapping[str, Split], epochs: EpochBoard
+        self,
+        board: Board,
+        journal: Journal,
+        receipts: Receipts,
+        splits: Mapping[str, Split],
+        epochs: EpochBoard,
+        host: Host = UNNAMED,
     ) -> None:
         self._board = board
         self._epochs = epochs
         self._receipts = receipts
-        self._renderer = Renderer()
+        self._renderer = Renderer(host)
         self._standings = StandingsPage(board, splits, epochs)
         self._epochs_page = EpochsPage(board, epochs)
         self._comparison = ComparisonPage(board)
         self._paths = Paths(splits, journal)
         self._runs = RunPage(board, splits, self._paths, epochs)
+        self._episodes = EpisodesPage(board, self._paths)
         # One thread for pages, which are quick, and one for paths, which are slower, so that paths never delay pages.
         self._page_thread = ThreadPoolExecutor(1, "pages")
         self._path_thread = ThreadPoolExecutor(1, "paths")
@@ -85,7 +95,7 @@ class Pages:
             f"/{_LANGUAGE}/epochs": self._list_epochs,
             run: self._run,
             f"{run}/against": self._against,
-            f"{run}/episodes": self._find,
+            f"{run}/episodes": self._list_episodes,
             f"{run}/episodes/{{episode}}": self._episode,
             f"/runs/{_RUN}/receipt.json": self._receipt,
             f"/runs/{_RUN}/actions.json": self._actions,
@@ -162,16 +172,23 @@ class Pages:
 
         return await self._run_in(self._page_thread, make)
 
-    async def _find(self, request: web.Request) -> web.Response:
-        """Redirect from the episode form on a run's page, which works without scripts, to the episode's page."""
-        _texts(request)
-        episode = request.query.get("episode", "").strip()
-        return redirect(f"{request.path}/{quote(episode, safe='')}")
+    async def _list_episodes(self, request: web.Request) -> web.Response:
+        """Return the list or, for the form that names an episode and works without scripts, redirect to its page."""
+        texts = _texts(request)
+        if episode := request.query.get("episode", "").strip():
+            return redirect(f"{request.path}/{quote(episode, safe='')}")
+
+        def make() -> web.Response:
+            context = self._episodes.context(texts, request.match_info["run"], request.query)
+            return self._page(request, "episodes.html", texts, context)
+
+        return await self._run_in(self._page_thread, make)
 
     async def _episode(self, request: web.Request) -> web.Response:
         def make() -> web.Response:
             texts = _texts(request)
-            context = self._runs.episode_context(texts, request.match_info["run"], request.match_info["episode"])
+            run, episode = request.match_info["run"], request.match_info["episode"]
+            context = self._episodes.episode_context(texts, run, episode, request.query)
             return self._page(request, "episode.html", texts, context)
 
         return await self._run_in(self._path_thread, make)
@@ -179,10 +196,12 @@ class Pages:
     async def _receipt(self, request: web.Request) -> web.Response:
         def make() -> web.Response:
             entry = self._board.entry(request.match_info["run"])
-            if entry.seal is None:
-                raise NotFound("this run has no receipt")
-            run_id = entry.run.run_id
-            receipt = self._receipts.of(READER, run_id)
+            if entry.seal is None or entry.frozen:
+                raise NotFound("this run has no receipt to show")
+            run_id, number = entry.run.run_id, request.query.get("number", "0")
+            if not (number.isascii() and number.isdecimal() and len(number) < 6):
+                raise NotFound("there is no receipt of that number")
+            receipt = self._receipts.of(READER, run_id, int(number))
             content = {
                 "format": RECEIPT_FORMAT,
                 "version": RECEIPT_VERSION,
@@ -190,7 +209,8 @@ class Pages:
                 "signature": receipt.signature.hex(),
                 "public_key": receipt.public_key.hex(),
             }
-            return _json(request, content, f"{run_id}.receipt.json")
+            name = f"{run_id}.receipt.json" if number == "0" else f"{run_id}.{number}.receipt.json"
+            return _json(request, content, name)
 
         return await self._run_in(self._page_thread, make)
 

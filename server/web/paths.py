@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
-from server.board.standings import Entry
+from server.board.standings import Entry, Version
 from server.episodes.episode import Episode
 from server.episodes.splits import Split
 from server.errors import NotFound, quoted
@@ -19,7 +19,7 @@ from server.sim.rules import Ground, Limits
 from server.sim.scene import Scene
 from server.sim.section import Section
 from server.sim.variations import Difference, VariedGround
-from server.web import section_map
+from server.web import room_map, section_map
 
 EXAMPLES = 8
 """Episodes that a run's page links to."""
@@ -37,12 +37,16 @@ class PlayedEpisode:
         ending: how it ended.
         ground: map of its section.
         tracks: paths of both turns.
+        rooms: assemblies of both turns.
+        section: its section, with its own furniture.
     """
 
     episode: Episode
     ending: Ending
     ground: section_map.Ground
     tracks: tuple[section_map.Track, ...]
+    rooms: tuple[room_map.Room, ...]
+    section: Section
 
 
 class Paths:
@@ -58,7 +62,7 @@ class Paths:
         self._journal = journal
         self._last: tuple[Section, Scene, Physics] | None = None
         self._cached_tracks = lru_cache(_CACHE_SIZE)(self._tracks)
-        self.endings = lru_cache(16)(self._endings)
+        self._cached_endings = lru_cache(16)(self._read_endings)
         self.play_of = journal.play
 
     def close(self) -> None:
@@ -68,17 +72,24 @@ class Paths:
             self._last = None
 
     def split(self, entry: Entry) -> Split | None:
-        """Return the split of a run; None if it is not served, hidden, or its data has changed since the run."""
+        """Return the split of a run whose episodes may be shown.
+
+        None if it is not served, hidden, or frozen, or its data has changed since the run.
+        """
         split = self._splits.get(entry.run.split)
-        if split is None or split.hidden or split.data_hash != entry.run.data_hash:
+        if entry.frozen or split is None or split.hidden or split.data_hash != entry.run.data_hash:
             return None
         return split
+
+    def endings(self, entry: Entry) -> list[Ending]:
+        """Return the endings of a run's episodes, in playing order."""
+        return self._cached_endings(entry.version)
 
     def examples(self, entry: Entry) -> list[tuple[str, float]]:
         """Return up to `EXAMPLES` episodes with their nDTW, evenly from the highest to the lowest; none if hidden."""
         if self.split(entry) is None:
             return []
-        ordered = sorted(((_similarity(one), one.episode_id) for one in self.endings(entry.run.run_id)), reverse=True)
+        ordered = sorted(((_similarity(one), one.episode_id) for one in self.endings(entry)), reverse=True)
         last = len(ordered) - 1
         places = range(last + 1) if last < EXAMPLES else [round(last * n / (EXAMPLES - 1)) for n in range(EXAMPLES)]
         return [(ordered[place][1], ordered[place][0]) for place in places]
@@ -90,30 +101,33 @@ class Paths:
             NotFound: if the run has no episode of that id, or the split's episodes may not be shown.
         """
         split = self.split(entry)
-        ending = {one.episode_id: one for one in self.endings(entry.run.run_id)}.get(episode_id) if split else None
+        ending = {one.episode_id: one for one in self.endings(entry)}.get(episode_id) if split else None
         if split is None or ending is None:
             raise NotFound(f"run {entry.run.run_id!r} has no episode {quoted(episode_id)} to show")
         episode = split.episodes[episode_id]
         section, provenance = split.sections[episode.section], split.provenance.get(episode.section)
         origins = () if provenance is None else provenance.origins(section, episode)
-        ground = section_map.ground(furnished(section, episode.furniture), origins)
-        tracks = self._cached_tracks(entry.run, episode_id, ending.cause if ending.has_played else "")
-        return PlayedEpisode(episode, ending, ground, tracks)
+        furnished_section = furnished(section, episode.furniture)
+        ground = section_map.ground(furnished_section, origins)
+        tracks, rooms = self._cached_tracks(entry.run, episode_id, ending.cause if ending.has_played else "")
+        return PlayedEpisode(episode, ending, ground, tracks, rooms, furnished_section)
 
-    def _endings(self, run_id: str) -> list[Ending]:
-        return self._journal.endings(run_id)
+    def _read_endings(self, version: Version) -> list[Ending]:
+        return self._journal.endings(version.run_id)
 
-    def _tracks(self, run: Run, episode_id: str, cause: str) -> tuple[section_map.Track, ...]:
-        """Return the tracks of an episode that ended by `cause`; empty paths if `cause` is empty: it was not played."""
+    def _tracks(
+        self, run: Run, episode_id: str, cause: str
+    ) -> tuple[tuple[section_map.Track, ...], tuple[room_map.Room, ...]]:
+        """Return the ways of an episode that ended by `cause`; empty ones if `cause` is empty: it was not played."""
         split = self._splits[run.split]
         episode = split.episodes[episode_id]
         section = split.sections[episode.section]
         session = Session(episode, self._ground(section, episode.furniture), Limits(run.steps_per_phase))
-        for _ in session.replay(self._journal.actions(run.run_id, episode_id) if cause else ()):
-            pass
+        watch = room_map.RoomWatch(session)
+        watch.replay(self._journal.actions(run.run_id, episode_id) if cause else ())
         if cause == causes.TIME_LIMIT and not session.state.finished:
             session.run_out()
-        return tuple(section_map.track(section, turn) for turn in session.record().turns)
+        return tuple(section_map.track(section, turn) for turn in session.record().turns), watch.rooms()
 
     def _ground(self, section: Section, furniture: OwnFurniture) -> Ground:
         """Return what an episode's rules ask; the latest section is cached, as readers tend to stay in one."""

@@ -1,14 +1,20 @@
 """Rendering of pages from templates and texts, and the static files, named by a digest of their content."""
 
 import hashlib
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import jinja2
+import markupsafe
 
 from server import __version__
+from server.web.host import UNNAMED, Host, link_of
 from server.web.texts import Texts, all_texts
+
+_WORDS = re.compile(r"[^_.:@]*[_.:@]*")
+"""A word with the punctuation after it, at which browsers break no line."""
 
 _HERE = Path(__file__).parent
 
@@ -16,14 +22,22 @@ TYPES = {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 """Content types of static files, by suffix."""
 
 
+def breakable(name: str) -> markupsafe.Markup:
+    """Return a name that may break after its punctuation, so that a line of a narrow column ends with a word."""
+    return markupsafe.Markup("<wbr>").join(filter(None, _WORDS.findall(name)))  # joining escapes the parts
+
+
 class Renderer:
     """Renders the templates. It reads all static files once.
+
+    Args:
+        host: who hosts the leaderboard, for the foot of every page.
 
     Attributes:
         files: name with digest, such as `style.0a1b2c3d4e.css` -> content and content type.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, host: Host = UNNAMED) -> None:
         self.files: dict[str, tuple[bytes, str]] = {}
         named = {}
         for path in sorted((_HERE / "static").iterdir()):
@@ -44,6 +58,9 @@ class Renderer:
             "static": named.__getitem__,
             "languages": list(all_texts().values()),
             "version": __version__,
+            "host": host,
+            "link_of": link_of,
+            "breakable": breakable,
             "per_cent": lambda share: f"{100 * share:.1f}".removesuffix(".0"),
         }
 

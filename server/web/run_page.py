@@ -1,4 +1,4 @@
-"""Template variables of a run's page and of an episode's page. A run on a hidden split shows totals only."""
+"""Template variables of a run's page. A run on a hidden split shows totals only."""
 
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -12,11 +12,13 @@ from server.episodes.splits import Split
 from server.errors import NotFound
 from server.runs.results.breakdown import Breakdowns
 from server.runs.storage import causes
+from server.runs.storage.corrections import voided_by
 from server.runs.storage.records import CANCELLED, Progress, Run
 from server.scoring.episode import GATES, PLACEMENT
 from server.visible_text import shown
 from server.web import curves
 from server.web.breakdown_part import Part, breakdown_part
+from server.web.corrections_part import closing_words, correction_words
 from server.web.filters import METRICS, TURNS, Choice
 from server.web.paths import Paths
 from server.web.standings_page import columns
@@ -40,7 +42,7 @@ _COLOURS = {
 
 
 class RunPage:
-    """Builds the variables of both pages.
+    """Builds the variables of the page.
 
     Args:
         board: the leaderboard, with the published runs.
@@ -73,8 +75,8 @@ class RunPage:
             "rows": [(t(f"turns.{name}"), TURNS[name]) for name in _ROW_ORDER],
             "gated": [(_gate(t, metric), metric) for metric in _placements()],
             "causes": _causes(entry),
-            "ctc": curves.ctc_chart(entry.rows),
-            "open": self._open(run_id) if is_open else None,
+            "ctc": curves.ctc_chart(entry.rows) if entry.rows else None,
+            "open": self._open(entry) if is_open else None,
             "frame": curves.FRAME,
             "report": self._report(t, entry),
             "facts": self._facts(t, entry),
@@ -84,19 +86,11 @@ class RunPage:
             "episodes": self._paths.examples(entry),
             "reproductions": self._board.reproductions(run_id),
             "original": self._original(entry),
+            "closes": closing_words(t, self._board.closing, run.split),
+            "corrections": [correction_words(t, correction) for correction in entry.corrections],
             "metrics": METRICS,
             "columns": columns(t),
         }
-
-    def episode_context(self, t: Texts, run_id: str, episode_id: str) -> dict[str, Any]:
-        """Return the variables of an episode's template.
-
-        Raises:
-            NotFound: if the run is not published, has no such episode, or its episodes may not be shown.
-        """
-        entry = self._board.entry(run_id)
-        played = self._paths.played(entry, episode_id)
-        return {"entry": entry, "played": played, "metrics": METRICS, "columns": columns(t)}
 
     def _original(self, entry: Entry) -> Entry | None:
         """Return the run that a reproduction repeats; None if there is none, or it is not on the leaderboard now."""
@@ -106,13 +100,17 @@ class RunPage:
             return None
 
     def _report(self, t: Texts, entry: Entry) -> Part | None:
-        """Return the scores by what turns ask for; None if the data has changed, so that it is not known."""
-        if Mark.OTHER_DATA in entry.marks:
+        """Return the scores by what turns ask for; None if the data has changed, so that it is not known, or frozen."""
+        if Mark.OTHER_DATA in entry.marks or entry.frozen:
             return None
-        return breakdown_part(t, self._breakdowns.of(entry.run, self._paths.endings(entry.run.run_id)))
+        voided = voided_by(self._board.corrections(entry.run.split))
+        endings = self._paths.endings(entry)
+        if voided.issuperset(ending.episode_id for ending in endings):
+            return None
+        return breakdown_part(t, self._breakdowns.of(entry.run, endings, voided))
 
-    def _open(self, run_id: str) -> dict[str, Any]:
-        shares = curves.open_shares([ending.steps for ending in self._paths.endings(run_id)])
+    def _open(self, entry: Entry) -> dict[str, Any]:
+        shares = curves.open_shares([ending.steps for ending in self._paths.endings(entry)])
         every = -(-len(shares) // _MAX_CURVE_ROWS)
         return {"chart": curves.open_chart(shares), "shares": [*shares[:-1:every], shares[-1]]}
 
@@ -144,7 +142,8 @@ class RunPage:
             "data": run.data_hash,
             "identity": run.run_id,
         }
-        return [(t(f"run.{name}"), value) for name, value in told.items()]
+        left_out = ("steps_played", "thinking") if entry.frozen else ()
+        return [(t(f"run.{name}"), value) for name, value in told.items() if name not in left_out]
 
 
 def _causes(entry: Entry) -> list[tuple[str, int, int, float, float]]:

@@ -51,6 +51,64 @@ class Track:
     end: tuple[float, float] | None
 
 
+@dataclass(frozen=True, slots=True)
+class Label:
+    """A name on the map.
+
+    Attributes:
+        x, y: where its text is anchored.
+        anchor: "start", "middle" or "end".
+        name: the text.
+        dot: the thing's position.
+    """
+
+    x: float
+    y: float
+    anchor: str
+    name: str
+    dot: tuple[float, float]
+
+
+LETTER, LINE = 1.5, 1.7
+"""Size of a label's letters, and height of its line, in units."""
+
+_WIDE = 0.58
+"""Width of a letter as a share of its size, on average."""
+
+
+def labels(section: Section, named: Sequence[tuple[str, Point2]]) -> tuple[Label, ...]:
+    """Return names on the map so that none covers another; those that find no room are left out.
+
+    Args:
+        section: the section.
+        named: names with positions (x, z), the most important first.
+    """
+    placed: list[Label] = []
+    taken: list[tuple[float, float, float, float]] = []
+    _, z0, _, z1 = section.bounds
+    width, height = section.bounds[2] - section.bounds[0] + 2 * MARGIN, z1 - z0 + 2 * MARGIN
+    for name, point in named:
+        x, y = _place(section, point)
+        across = _WIDE * LETTER * len(name)
+        for dx, dy, anchor, left in (
+            (1.2, 0.5, "start", 0.0),
+            (-1.2, 0.5, "end", -across),
+            (0.0, -1.3, "middle", -across / 2),
+            (0.0, 2.4, "middle", -across / 2),
+        ):
+            box = (x + dx + left, y + dy - LINE, x + dx + left + across, y + dy)
+            inside = box[0] >= 0 and box[1] >= 0 and box[2] <= width and box[3] <= height
+            if inside and not any(_overlap(box, other) for other in taken):
+                placed.append(Label(round(x + dx, 2), round(y + dy, 2), anchor, name, (x, y)))
+                taken.append(box)
+                break
+    return tuple(placed)
+
+
+def _overlap(one: tuple[float, float, float, float], other: tuple[float, float, float, float]) -> bool:
+    return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
+
+
 def ground(section: Section, origins: Sequence[Origin] = ()) -> Ground:
     """Return the map of a section.
 

@@ -13,6 +13,7 @@ from server.errors import NotFound
 from server.runs.storage.epochs import EpochState
 from server.runs.storage.records import CANCELLED
 from server.visible_text import shown
+from server.web.corrections_part import closing_words, correction_words
 from server.web.cost_part import COSTS, cost_part
 from server.web.curves import FRAME
 from server.web.epochs_page import state_of
@@ -75,7 +76,8 @@ class StandingsPage:
         Raises:
             NotFound: if the table has no page of that number.
         """
-        ranked = self._board.standings(choice.split, choice.language, choice.metric)
+        listing = self._board.listing(choice.split, choice.language, choice.metric)
+        ranked = list(listing.standings)
         fitting = choice.sorted([one for one in ranked if choice.fits(one)])
         first = (choice.page - 1) * PAGE_SIZE
         here = fitting[first : first + PAGE_SIZE]
@@ -89,15 +91,18 @@ class StandingsPage:
             "defaults": defaults,
             "row": row,
             "standings": here,
-            "cost": cost_part(t, here, row, choice.metric, choice.cost),
+            "cost": None if listing.frozen else cost_part(t, here, row, choice.metric, choice.cost),
             "frame": FRAME,
             "entry_name": lambda one, entry: _entry_name(t, one, entry),
             "pages": -(-len(fitting) // PAGE_SIZE),
-            "references": [line for line in references if row in line.rows],
+            "references": [line for line in references if row in line.rows and not listing.frozen],
             "shown": len(fitting),
             "all": len(ranked),
             "about": self._about(t, choice),
             "epoch": self._epoch(t, choice.split),
+            "closes": closing_words(t, self._board.closing, choice.split),
+            "frozen": listing.frozen,
+            "corrections": [correction_words(t, correction) for correction in listing.corrections],
             "commands": COMMANDS.format(split=choice.split, language=language),
             "everything": choice.link(sensors="all", coverage="all"),
             "files": choice.link(turns="total", sensors="all", coverage="all", order=first_order(choice.sort)),

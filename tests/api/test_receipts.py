@@ -140,8 +140,8 @@ def test_rescoring_works_while_the_server_runs_and_after_it_stopped(tmp_path: Pa
 
 
 @pytest.mark.parametrize(("arguments", "said"), [
-    (["rescore"], "expected either ids of runs, or --all, or --receipt FILE"),
-    (["rescore", "--all", "r"], "expected either ids of runs, or --all, or --receipt FILE"),
+    (["rescore"], "expected either ids of runs, or --all, or --receipt FILE, or --adopt SPLIT"),
+    (["rescore", "--all", "r"], "expected either ids of runs, or --all, or --receipt FILE, or --adopt SPLIT"),
     (["rescore", "r"], "there is no journal FOLDER/journal.db yet; `arramon-server serve` creates it"),
     (["export", "file"], "there is no journal FOLDER/journal.db yet; `arramon-server serve` creates it"),
     (["key", "--all"], "there is no journal FOLDER/journal.db yet; `arramon-server serve` creates it"),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from server.board.episode_table import EpisodeTable, gap_of, join
-from server.board.standings import BOTH, Mark
+from server.board.standings import BOTH, Mark, Version
 from server.errors import BadInput, Conflict, NotFound
 from server.runs.storage import tables
 from server.scoring.episode import METRICS
@@ -84,9 +84,9 @@ def test_runs_that_are_not_ranked_are_in_no_family(house: House) -> None:
 def test_a_family_is_computed_once(house: House, monkeypatch: pytest.MonkeyPatch) -> None:
     read: list[str] = []
 
-    def episodes(run_id: str) -> EpisodeTable:
-        read.append(run_id)
-        return house.entries.episodes(run_id)
+    def episodes(version: Version) -> EpisodeTable:
+        read.append(version.run_id)
+        return house.entries.episodes(version.run_id)
 
     monkeypatch.setattr(house.board._comparisons, "_read", episodes)
     house.publish(house.run("one", agent="one"))

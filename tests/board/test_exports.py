@@ -28,7 +28,7 @@ def test_csv_columns_are_stable() -> None:
     assert CSV_COLUMNS[31:34] == ("nDTW turn 1", "CTC-0 turn 1", "CTC-3 turn 1")
     assert CSV_COLUMNS[45:49] == ("published_at", "run_id", "signature", "note")
     assert CSV_COLUMNS[49:52] == ("last rank", "runs begun", "runs published")
-    assert CSV_COLUMNS[64:] == ("reproduced by", "reproduces")
+    assert CSV_COLUMNS[64:] == ("reproduced by", "reproduces", "void episodes")
     assert CSV_COLUMNS[58:64] == (
         "seeds", "seed deviation", "seconds a step", "declared parameters", "declared tokens", "declared price",
     )  # fmt: skip

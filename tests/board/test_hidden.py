@@ -10,14 +10,18 @@ import rfc8785
 import sqlalchemy as sa
 
 from server.board.board import Board
+from server.board.correcting import Correcting
 from server.board.entries import Entries
 from server.board.standings import Mark
+from server.runs.accounts.callers import HOST
 from server.runs.results.breakdown import Breakdowns
-from server.runs.results.receipts import MASKED_VERSION, VERSION, document
-from server.runs.results.reports import make_report, report_of
+from server.runs.results.receipts import MASKED_VERSION, VERSION, Receipts, document
+from server.runs.results.reports import make_report, report_of, score_array
+from server.runs.results.signing import SigningKey
 from server.runs.storage import tables
 from server.scoring.disclosure import step_of
 from server.scoring.episode import METRICS
+from server.scoring.masking import Noise, masked_rows, name_without
 from tests import tiny
 from tests.board.made import CLOCKS, STEPS, House
 
@@ -149,11 +153,50 @@ def test_what_an_earlier_release_stored_exactly_is_shown_masked(hidden: House, t
         connection.execute(tables.receipts.update().values(payload=payload))
     again = Board(Entries(hidden.database), hidden.splits, steps_per_phase=STEPS, clocks=CLOCKS)
     assert again.entry("old").rows == shown
-    # The same where the split's data has changed, so that its noise cannot be derived: rounded at least.
+    # The same where the split's data has changed, so that its noise cannot be derived: rounded at least. So it is when
+    # a receipt of this release has superseded the old one: the entry has the exact scores all the same.
+    key = SigningKey(tmp_path / "key.pem")
+    correcting = Correcting(hidden.database, hidden.splits, key)
+    correcting.void("guarded", ["0"], "a wall in the way")
+    assert correcting.revise("guarded") == 1
+    superseding = Receipts(hidden.database, hidden.splits, key).of(HOST, "old")
+    assert json.loads(superseding.payload)["version"] == MASKED_VERSION
     other = {**hidden.splits, "guarded": tiny.write(tmp_path / "other", "guarded", EPISODES - 1, hidden=True)}
     entry = Board(Entries(hidden.database), other, steps_per_phase=STEPS, clocks=CLOCKS).entry("old")
     assert Mark.OTHER_DATA in entry.marks
     assert {entry.rows[row][metric].mean for row in entry.rows for metric in METRICS} == {0.3}
+
+
+def test_void_episode_leaves_no_trace_in_fresh_figures(hidden: House, tmp_path: Path) -> None:
+    """Rows, groups, tests and receipts are those of the other episodes, with thresholds of their own, at every door."""
+    scores = [((7 * number) % 10) / 10 for number in range(EPISODES)]
+    order = [episode.episode_id for episode in hidden.splits["guarded"].in_playing_order("en")]
+    for run_id, change in (("a", 0.0), ("b", 0.3)):
+        hidden.publish(hidden.run(run_id, [scores[0] + change, *scores[1:]], split="guarded", agent=run_id))
+    board, split = hidden.board, hidden.splits["guarded"]
+    run, endings = hidden.journal.run("a"), hidden.journal.endings("a")
+    before = board.entry("a").rows
+    correcting = Correcting(hidden.database, hidden.splits, SigningKey(tmp_path / "key.pem"))
+    correcting.void("guarded", order[:1], "a wall in the way")
+    after = board.entry("a").rows  # the board of a server that runs
+    kept = [ending for ending in endings if ending.episode_id != order[0]]
+    play, noise = hidden.journal.play(run), Noise(split.truth_hash)
+    assert after == masked_rows(score_array(kept), noise, name_without(play, order[:1]))
+    assert after != masked_rows(score_array(kept), noise, play)
+    assert after == report_of(run, hidden.journal, hidden.splits).table.rows
+    receipts = Receipts(hidden.database, hidden.splits, SigningKey(tmp_path / "key.pem"))
+    content = json.loads(receipts.of(HOST, "a").payload)
+    assert (content["version"], content["voided"]) == (MASKED_VERSION, order[:1])
+    assert all(set(one) == {"episode_id", "head", "ending"} for one in content["episodes"])
+    assert content["scores"]["total"]["nDTW"]["mean"] == after["total"]["nDTW"].mean
+    (turn,) = (
+        line for line in Breakdowns(hidden.splits, hidden.journal.play).of(run, endings, {order[0]}).lines
+        if (line.group.aspect, line.group.name) == ("turn", "first")
+    )  # fmt: skip
+    assert turn.found.scores["nDTW"] == after["turn 1"]["nDTW"]
+    assert board.listing("guarded", "en").family is not None
+    correcting.void("guarded", order[:1], "it was right", restore=True)
+    assert board.entry("a").rows == before
 
 
 def test_run_whose_hidden_split_is_gone_shows_what_it_showed(hidden: House) -> None:

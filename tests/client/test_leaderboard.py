@@ -49,6 +49,7 @@ class Board(LeaderboardServicer):
     def __init__(self) -> None:
         self.asked: list[Any] = []
         self.lines = [BEST, OTHER, PART]
+        self.first = pb.ListResponse()
 
     def List(self, request: pb.ListRequest, context: Any) -> pb.ListResponse:
         self.asked.append(request)
@@ -58,6 +59,9 @@ class Board(LeaderboardServicer):
             references=[PAPER] if at == 0 else [],
             sort=request.sort,
             next_page_token=str(at + 1) if at + 1 < len(self.lines) else "",
+            closes_at=self.first.closes_at,
+            frozen=self.first.frozen,
+            corrections=self.first.corrections if at == 0 else [],
         )
 
     def Compare(self, request: pb.CompareRequest, context: Any) -> pb.CompareResponse:
@@ -246,3 +250,57 @@ def test_a_split_must_be_selected_if_there_are_several(
 def test_server_and_data_options_exclude_each_other(address: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["leaderboard", "--server", address, "--data", "here"]) == 2
     assert "--data applies to runs on this machine" in capsys.readouterr().err
+
+
+def test_the_host_what_it_corrected_and_when_it_closes_are_said(
+    board: Board, world: World, address: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    world.info.host.CopyFrom(evaluation_pb2.Host(name="[b]Lab[/b]", contact="mail@example.org"))
+    board.first = pb.ListResponse(
+        closes_at="2100-01-01T00:00:00+00:00",
+        corrections=[
+            pb.Correction(
+                kind=pb.CORRECTION_KIND_VOID, made_at="2030-01-01", reason="a wall", episodes=[str(n) for n in range(6)]
+            ),
+            pb.Correction(
+                kind=pb.CORRECTION_KIND_RESCORE, made_at="2030-01-02", reason="a cell", episodes=["7"],
+                data_before="a" * 64, data_after="b" * 64,
+            ),
+        ],
+    )  # fmt: skip
+    board.lines = [pb.Standing(agent="mine", participant="lab", entries=[pb.Entry(voided=2)], rows=rows(*[0.5] * 7))]
+    assert main(["leaderboard", "--server", address, "--lang", "en"]) == 0
+    lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
+    for said in (
+        "closes at 2100-01-01T00:00:00+00:00: from then on no runs are created or published",
+        "corrected at 2030-01-01: void: 6 episodes (0, 1, 2, 3, 4, ...): a wall",
+        "corrected at 2030-01-02: data corrected in 1 episodes (7), from aaaaaaaaaaaa to bbbbbbbbbbbb, "
+        "and all runs scored again: a cell",
+        "host: [b]Lab[/b]",
+        "contact: mail@example.org",
+        "without 2 void episodes",
+    ):
+        assert said in lines, said
+
+
+def test_a_frozen_leaderboard_is_listed_without_scores(
+    board: Board, address: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    board.first = pb.ListResponse(closes_at="2100-01-01T00:00:00+00:00", frozen=True)
+    board.lines = [pb.Standing(agent="mine", participant="lab")]
+    assert main(["leaderboard", "--server", address, "--lang", "en"]) == 0
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert ["-", "mine", *["-"] * 7] in lines
+    assert [
+        "frozen:",
+        "scores",
+        "and",
+        "ranks",
+        "are",
+        "shown",
+        "when",
+        "it",
+        "closes,",
+        "at",
+        "2100-01-01T00:00:00+00:00",
+    ] in lines

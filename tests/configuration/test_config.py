@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tomllib
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -23,9 +24,12 @@ from server.configuration.sources import Configuration, environment_of, load_con
 from server.errors import BadInput
 from server.per_split import PerSplit
 from server.sim.physics import has_pybullet, problem_of_camera
+from server.split_times import SplitTimes
 from tests import ROOT, tiny
 from tests.physics import ANY_CAMERA
 from tests.serving import Server
+
+CLOSES = SplitTimes((("a", datetime(2030, 12, 1, 12, tzinfo=UTC)), ("b", datetime(2031, 1, 1, tzinfo=UTC))))
 
 EVERYTHING: dict[str, tuple[str, Any]] = {
     "data": ("elsewhere", Path("elsewhere")),
@@ -53,6 +57,11 @@ EVERYTHING: dict[str, tuple[str, Any]] = {
     "signing_key": ("s.pem", Path("s.pem")),
     "web": ("127.0.0.1:8080", "127.0.0.1:8080"),
     "metrics": ("[::1]:9090", "[::1]:9090"),
+    "host_name": ("Lab of streets", "Lab of streets"),
+    "host_contact": ("mail@example.org", "mail@example.org"),
+    "host_rules": ("https://example.org/rules", "https://example.org/rules"),
+    "closes": ("a=2030-12-01T12:00:00Z,b=2031-01-01T00:00:00Z", CLOSES),
+    "frozen": ("true", True),
     "drain_seconds": ("2.5", 2.5),
     "log": ("debug", "debug"),
     "log_format": ("json", "json"),
@@ -103,8 +112,8 @@ def test_every_setting_round_trips_through_the_environment() -> None:
     assert without_settings({**variables, "ARRAMON_CONFIG": "f", "HOME": "/"}) == {"HOME": "/"}
 
 
-# The two of TLS are not alone; they go together in the test before this one.
-@pytest.mark.parametrize("name", [name for name in EVERYTHING if not name.startswith("tls_")])
+# Some are not alone; they go together with others in the test before this one.
+@pytest.mark.parametrize("name", [name for name in EVERYTHING if name not in ("tls_certificate", "tls_key", "frozen")])
 def test_each_setting_is_passed_unchanged_to_another_process(name: str) -> None:
     config = replace(Config(), **{name: EVERYTHING[name][1]})
     variables: dict[str, Any] = {**environment_of(config)}
@@ -203,6 +212,41 @@ def test_per_split_limits_are_read_from_flags_and_environment() -> None:
 def test_malformed_limits_are_refused(text: str) -> None:
     expected = "a whole number of runs from 0 to 1000000000, or SPLIT=NUMBER, separated by commas"
     assert refusal("--runs-per-day", text) == f"runs_per_day (--runs-per-day) is {text!r}, expected {expected}"
+
+
+@pytest.mark.parametrize("toml", [
+    '"a=2030-12-01 12:00,b=2031-01-01"',
+    "{a = 2030-12-01T17:30:00+05:30, b = 2031-01-01}",
+    '{a = "2030-12-01T12:00Z", b = 2031-01-01T00:00:00Z}',
+])  # fmt: skip
+def test_times_of_splits_are_read_from_and_written_to_a_file(tmp_path: Path, toml: str) -> None:
+    file = tmp_path / "a.toml"
+    file.write_text(f"closes = {toml}")
+    assert load(file=file).config.closes == CLOSES
+    file.write_text(as_toml(load(file=file)))
+    assert load(file=file).config.closes == CLOSES
+    assert load("--closes", "b=2031-01-01", "--closes", "a=2030-12-01T12:00Z").config.closes == CLOSES
+
+
+@pytest.mark.parametrize(
+    "text", ["2030-12-01", "a=", "a=tomorrow", "a=2030-13-01", "a=2030-12-01,a=2031-01-01", "=2030-01-01"]
+)
+def test_malformed_times_are_refused(text: str) -> None:
+    with pytest.raises(
+        BadInput, match=r"^closes \(--closes\) is .*, expected SPLIT=TIME, such as test_unseen=2030-12-01T12"
+    ):
+        load("--closes", text)
+
+
+def test_a_frozen_leaderboard_needs_a_time_at_which_it_closes() -> None:
+    with pytest.raises(BadInput, match=r"^frozen is set but closes is not; .* \(frozen: --frozen\)$"):
+        load("--frozen")
+
+
+@pytest.mark.parametrize("text", ["two\nlines", "e\x1b[31m", "a" * 501, "bidi\u202e"])
+def test_the_host_says_one_line_of_visible_text(text: str) -> None:
+    with pytest.raises(BadInput, match="expected one line of at most 500 characters"):
+        load("--host-name", text)
 
 
 def test_limits_on_unknown_splits_are_refused(tmp_path: Path) -> None:

@@ -173,6 +173,7 @@ TRUE: dict[str, Any] = {
     "reproduces": RUN,
     "episode_id": EPISODE,
     "episode_ids": EPISODE,
+    "Correction.episodes": EPISODE,
     "split": SPLIT,
     "ServerInfo.protocol": PROTOCOL,
     "ServerInfo.image_sizes": SIZE,

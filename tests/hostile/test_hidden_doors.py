@@ -20,17 +20,24 @@ from arramon.v1 import evaluation_pb2 as ev
 from arramon.v1 import leaderboard_pb2 as lb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon.v1.leaderboard_pb2_grpc import LeaderboardStub
+from server.board.correcting import Correcting
 from server.episodes.splits import read_splits
-from server.runs.results.reports import make_report
+from server.runs.results.reports import make_report, score_array
+from server.runs.results.signing import SigningKey
 from server.runs.storage.database import Database
 from server.runs.storage.journal import Journal
 from server.scoring.disclosure import step_of
+from server.scoring.masking import Noise, masked_rows
 from tests import tiny
 from tests.api.player import Player, create
 from tests.serving import METADATA, Server
 
-EPISODES, SPLIT = 47, "guarded"
-"""A prime number of episodes: no exact mean looks like a rounded one, but for 0 and 1."""
+EPISODES, PLAYED, SPLIT = 47, 48, "guarded"
+"""Numbers of episodes that count, and that are played: the host voids one after all runs were published. The first is a
+prime number, and so is that of the episodes in Hindi: no exact mean looks like a rounded one, but for 0 and 1."""
+
+VOID = "1"
+"""Id of the void episode."""
 
 DECIMALS = 4
 """Of every number between -1 and 1 that a door shows."""
@@ -48,20 +55,22 @@ class Doors:
         web: address of the pages.
         runs: ids of the published runs; the first two differ in their seed, the next is the same agent in Hindi, the
             last one forfeited most episodes.
-        exact: exact means as a reader would see them, with three and four decimals.
+        stale: means of each run without the void episode, by row and metric, with the thresholds from before.
+        exact: exact means as a reader would see them, with three and four decimals, before and after.
     """
 
     stub: EvaluationStub
     board: LeaderboardStub
     web: str
     runs: list[str]
+    stale: list[dict[str, dict[str, float]]]
     exact: frozenset[str]
 
 
 @pytest.fixture(scope="module")
 def doors(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Doors]:
     data = tmp_path_factory.mktemp("data")
-    tiny.write(data, SPLIT, EPISODES, hidden=True)
+    tiny.write(data, SPLIT, PLAYED, hidden=True)
     server = Server(data, "127.0.0.1:0", "--steps", "8", "--web", "127.0.0.1:0")
     (web,) = (line.split()[-1] for line in server.said if line.startswith("pages at "))
     with grpc.insecure_channel(server.address) as channel:
@@ -75,7 +84,8 @@ def doors(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Doors]:
         ]
         for run_id in runs:
             board.Publish(lb.PublishRequest(run_id=run_id), metadata=METADATA)
-        yield Doors(stub, board, web, runs, exact_means(data, runs))
+        void(data)
+        yield Doors(stub, board, web, runs, stale_means(data, runs), exact_means(data, runs))
     assert server.stop() == 0
 
 
@@ -86,7 +96,7 @@ def played(
     argument = ev.AgentArgument(name="seed", value=seed)
     run = create(stub, split=SPLIT, language=language, agent=agent, agent_arguments=[argument])
     order: dict[str, int] = {}
-    with Player(stub, run.run_id, EPISODES) as player:
+    with Player(stub, run.run_id, PLAYED) as player:
         while (event := player.next()).WhichOneof("event") != "run_ended":
             if event.WhichOneof("event") != "observation":
                 continue
@@ -100,6 +110,26 @@ def played(
     return run.run_id
 
 
+def void(data: Path) -> None:
+    """Void an episode, as `arramon-server void` does beside the server."""
+    with closing(Database(f"sqlite:///{data / 'journal.db'}")) as database:
+        correcting = Correcting(database, read_splits(data), SigningKey(data / "signing-key.pem"))
+        correcting.void(SPLIT, [VOID], "a wall in the way")
+
+
+def stale_means(data: Path, runs: list[str]) -> list[dict[str, dict[str, float]]]:
+    (split,) = read_splits(data).values()
+    found = []
+    with closing(Database(f"sqlite:///{data / 'journal.db'}")) as database:
+        journal = Journal(database)
+        for run_id in runs:
+            kept = [ending for ending in journal.endings(run_id) if ending.episode_id != VOID]
+            play = journal.play(journal.run(run_id))
+            rows = masked_rows(score_array(kept), Noise(split.truth_hash), play)
+            found.append({row: {metric: one.mean for metric, one in rows[row].items()} for row in rows})
+    return found
+
+
 def exact_means(data: Path, runs: list[str]) -> frozenset[str]:
     (split,) = read_splits(data).values()
     found = set()
@@ -107,10 +137,12 @@ def exact_means(data: Path, runs: list[str]) -> frozenset[str]:
         journal = Journal(database)
         for run_id in runs:
             endings = journal.endings(run_id)
-            report = make_report(journal.run(run_id), journal.progress(run_id), endings, split, "", exact=True)
-            found |= {value.mean for metrics in report.table.rows.values() for value in metrics.values()}
-    parts = 4 / step_of(EPISODES)
-    told = {mean for mean in found if abs(mean * parts - round(mean * parts)) > 1e-9}
+            for voided in (frozenset[str](), frozenset([VOID])):
+                run, progress = journal.run(run_id), journal.progress(run_id)
+                report = make_report(run, progress, endings, split, "", voided, exact=True)
+                found |= {value.mean for metrics in report.table.rows.values() for value in metrics.values()}
+    grids = [parts / step_of(EPISODES) for parts in (4, 6)]  # of the means over two turns and up to three runs
+    told = {mean for mean in found if f"{mean:.3f}" not in {f"{round(mean * grid) / grid:.3f}" for grid in grids}}
     assert len(told) > 5
     return frozenset(f"{mean:.{digits}f}" for mean in told for digits in (3, DECIMALS))
 
@@ -162,7 +194,7 @@ def requests(doors: Doors) -> dict[str, list[Any]]:
     ]
     return {
         "GetReport": [ev.GetReportRequest(run_id=run_id) for run_id in runs],
-        "GetReceipt": [ev.GetReceiptRequest(run_id=run_id) for run_id in runs],
+        "GetReceipt": [ev.GetReceiptRequest(run_id=run_id, number=number) for run_id in runs for number in (0, 1)],
         "GetBreakdown": [ev.GetBreakdownRequest(run_id=run_id) for run_id in runs],
         "GetRun": [ev.GetRunRequest(run_id=run_id) for run_id in runs],
         "ListRuns": [ev.ListRunsRequest()],
@@ -248,6 +280,17 @@ def test_all_doors_show_the_same_figures(doors: Doors) -> None:
             for score in turns[name].scores:
                 found = shown[row][score.metric]
                 assert (score.mean, score.low, score.high) == (found["mean"], found["low"], found["high"])
+
+
+def test_void_episode_is_in_no_figure_and_its_thresholds_are_fresh(doors: Doors) -> None:
+    for run_id, stale in zip(doors.runs, doors.stale, strict=True):
+        entry = doors.board.GetEntry(lb.GetEntryRequest(run_id=run_id), metadata=METADATA)
+        assert (entry.voided, [list(one.episodes) for one in entry.corrections]) == (1, [[VOID]])
+        assert len(entry.superseded) == 1
+        receipt = json.loads(doors.stub.GetReceipt(ev.GetReceiptRequest(run_id=run_id), metadata=METADATA).payload)
+        assert (receipt["version"], receipt["voided"], receipt["revision"]["number"]) == (2, [VOID], 1)
+        assert all(set(one) == {"episode_id", "head", "ending"} for one in receipt["episodes"])
+        assert {row.name: {one.metric: one.mean for one in row.scores} for row in entry.rows} != stale
 
 
 def test_others_see_steps_and_times_to_two_digits(doors: Doors) -> None:

@@ -210,7 +210,7 @@ def test_episode_is_opened_by_the_search_on_its_run_page(reader: Reader) -> None
     page.get_by_label("Another episode").fill("quokka-2")
     page.keyboard.press("Enter")
     expect(page.locator("h1")).to_have_text("Episode quokka-2: truth")
-    expect(page.get_by_role("img")).to_have_count(2)
+    expect(page.get_by_role("img")).to_have_count(4)  # two maps and two rooms
 
 
 def test_the_first_tab_skips_to_the_content(reader: Reader) -> None:

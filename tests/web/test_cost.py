@@ -41,8 +41,12 @@ def test_plot_has_the_standings_whose_cost_is_known(costly: WebHouse, language: 
     assert len(Page(text).all("caption")) == len(Page(text).all("table")) == 2
     for title in re.findall(r"<title>([^<]*)</title>", part):
         assert title in ("many", "free")
-    rows = re.findall(r'<th scope="row" class="pin name">\d\. <bdi>([^<]*)</bdi>', part)
-    assert sorted(rows) == ["free", "many"]
+    rows = re.findall(r'<td class="number">([^<]*)</td><th scope="row" class="pin name"><bdi>([^<]*)</bdi>', part)
+    ranks = {one.agent: f"{one.rank}{'=' if one.tied else ''}" for one in costly.board.standings("tiny", "en")}
+    assert sorted(rows) == sorted((ranks[agent], agent) for agent in ("free", "many"))
+    drawn = re.findall(r'<title>([^<]*)</title>.*?<text class="number"[^>]*>([^<]*)</text>', part)
+    assert len(drawn) == points
+    assert all(ranks[agent] == rank for agent, rank in drawn)
     assert "7×10⁹" in part
     assert "12.5" in part
 

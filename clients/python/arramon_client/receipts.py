@@ -14,6 +14,7 @@ from arramon.v1 import evaluation_pb2
 from arramon.v1.chain import episode_head, run_digest, steps_to
 from arramon_client.errors import ReceiptError
 from arramon_client.files import write_whole
+from arramon_client.notices import digest_of
 from arramon_client.printable import to_json
 from arramon_client.transport.incoming import check_run_id
 
@@ -56,6 +57,13 @@ MORE = {
 }
 """Fields and types besides, by version."""
 
+FURTHER = {
+    "corrections": [{"kind": str, "made_at": str, "reason": str, "episodes": [str]}],
+    "revision": {"number": int, "made_at": str, "supersedes": str},
+    "voided": [str],
+}
+"""Fields and types that it may have."""
+
 
 @dataclass(frozen=True)
 class Receipt:
@@ -64,10 +72,12 @@ class Receipt:
     Attributes:
         public_key: 32 bytes; trust it only if it is the host's key.
         content: the signed content as plain data, described in `docs/receipts.md`.
+        digest: SHA-256 of the signed content, 32 bytes.
     """
 
     public_key: bytes
     content: Mapping[str, Any]
+    digest: bytes = b""
 
     @property
     def run(self) -> Mapping[str, Any]:
@@ -244,9 +254,10 @@ def _checked(path: Path, payload: str, signature: bytes, key: bytes) -> Receipt:
     except NotJsonError:
         content = None
     _check_format(path, content, FORMAT, *MORE)
-    if not (_fits(SHAPE, content) and _fits(MORE[content["version"]], content)):
+    further = {name: shape for name, shape in FURTHER.items() if name in content}
+    if not (_fits({**SHAPE, **further}, content) and _fits(MORE[content["version"]], content)):
         raise ReceiptError(f"{path} is signed, but its content does not have the fields of a receipt")
-    receipt = Receipt(key, content)
+    receipt = Receipt(key, content, digest_of(payload))
     heads = [(episode["episode_id"], _bytes(path, episode, "head", 32)) for episode in receipt.episodes]
     if run_digest(receipt.run["run_id"], heads).hex() != content["digest"]:
         raise ReceiptError(f"{path} is inconsistent: its digest does not match its episodes")

@@ -98,6 +98,7 @@ class ServerInfo(_message.Message):
     ADDRESSES_FIELD_NUMBER: _builtins.int
     PUBLIC_KEY_FIELD_NUMBER: _builtins.int
     ANONYMOUS_FIELD_NUMBER: _builtins.int
+    HOST_FIELD_NUMBER: _builtins.int
     version: _builtins.str
     """The server's release, such as "0.1.0"."""
     protocol: _builtins.int
@@ -129,6 +130,10 @@ class ServerInfo(_message.Message):
     def addresses(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
         """Addresses of the server's single processes, for a client on the same machine that"""
 
+    @_builtins.property
+    def host(self) -> Global___Host:
+        """Who runs the server; absent if the host does not say."""
+
     def __init__(
         self,
         *,
@@ -143,14 +148,44 @@ class ServerInfo(_message.Message):
         addresses: _abc.Iterable[_builtins.str] | None = ...,
         public_key: _builtins.bytes = ...,
         anonymous: _builtins.bool = ...,
+        host: Global___Host | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["limits", b"limits"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["host", b"host", "limits", b"limits"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["addresses", b"addresses", "anonymous", b"anonymous", "encodings", b"encodings", "image_sizes", b"image_sizes", "limits", b"limits", "max_episodes_per_stream", b"max_episodes_per_stream", "max_message_bytes", b"max_message_bytes", "protocol", b"protocol", "public_key", b"public_key", "splits", b"splits", "version", b"version"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["addresses", b"addresses", "anonymous", b"anonymous", "encodings", b"encodings", "host", b"host", "image_sizes", b"image_sizes", "limits", b"limits", "max_episodes_per_stream", b"max_episodes_per_stream", "max_message_bytes", b"max_message_bytes", "protocol", b"protocol", "public_key", b"public_key", "splits", b"splits", "version", b"version"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
 Global___ServerInfo: _TypeAlias = ServerInfo  # noqa: Y015
+
+@_typing.final
+class Host(_message.Message):
+    """Who runs a server, in the host's own words. Any field may be empty."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    NAME_FIELD_NUMBER: _builtins.int
+    CONTACT_FIELD_NUMBER: _builtins.int
+    RULES_FIELD_NUMBER: _builtins.int
+    name: _builtins.str
+    contact: _builtins.str
+    """Such as an address for mail, or of a page."""
+    rules: _builtins.str
+    """Rules of the leaderboard, or the address of a page with them."""
+    def __init__(
+        self,
+        *,
+        name: _builtins.str = ...,
+        contact: _builtins.str = ...,
+        rules: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["contact", b"contact", "name", b"name", "rules", b"rules"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Host: _TypeAlias = Host  # noqa: Y015
 
 @_typing.final
 class Split(_message.Message):
@@ -203,12 +238,18 @@ class Split(_message.Message):
     SENSORS_FIELD_NUMBER: _builtins.int
     DATA_HASH_FIELD_NUMBER: _builtins.int
     TEXTS_FIELD_NUMBER: _builtins.int
+    CLOSES_AT_FIELD_NUMBER: _builtins.int
+    FROZEN_FIELD_NUMBER: _builtins.int
     name: _builtins.str
     """"val_seen"."""
     hidden: _builtins.bool
     """Targets, goals and paths never leave the server."""
     data_hash: _builtins.str
     """SHA-256 of the split's files, in hexadecimal."""
+    closes_at: _builtins.str
+    """RFC 3339, UTC: from then on no runs are created or published; empty: it stays open."""
+    frozen: _builtins.bool
+    """Whether the leaderboard shows no scores until it closes; false from then on."""
     @_builtins.property
     def episodes(self) -> _containers.ScalarMap[_builtins.str, _builtins.int]:
         """Number of episodes with instructions in each language ("en", "hi")."""
@@ -230,10 +271,12 @@ class Split(_message.Message):
         sensors: _abc.Iterable[_builtins.str] | None = ...,
         data_hash: _builtins.str = ...,
         texts: _abc.Mapping[_builtins.str, Global___Texts] | None = ...,
+        closes_at: _builtins.str = ...,
+        frozen: _builtins.bool = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["data_hash", b"data_hash", "episodes", b"episodes", "hidden", b"hidden", "name", b"name", "sensors", b"sensors", "texts", b"texts"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["closes_at", b"closes_at", "data_hash", b"data_hash", "episodes", b"episodes", "frozen", b"frozen", "hidden", b"hidden", "name", b"name", "sensors", b"sensors", "texts", b"texts"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -640,15 +683,19 @@ class GetReceiptRequest(_message.Message):
     DESCRIPTOR: _descriptor.Descriptor
 
     RUN_ID_FIELD_NUMBER: _builtins.int
+    NUMBER_FIELD_NUMBER: _builtins.int
     run_id: _builtins.str
+    number: _builtins.int
+    """0: the present receipt; otherwise a superseded one, by its place among those of the run, from 1."""
     def __init__(
         self,
         *,
         run_id: _builtins.str = ...,
+        number: _builtins.int = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["run_id", b"run_id"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["number", b"number", "run_id", b"run_id"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 

@@ -132,7 +132,8 @@ class EvaluationServicer:
         raise NotImplementedError('Method not implemented!')
 
     def GetReceipt(self, request, context):
-        """Returns the signed receipt of a run that is over; FAILED_PRECONDITION before.
+        """Returns the signed receipt of a run that is over; FAILED_PRECONDITION before. If the host corrects the split, another
+        receipt supersedes it, and it stays available by its number.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')

@@ -44,7 +44,9 @@ class EvaluationStub:
     GetReport: _grpc.UnaryUnaryMultiCallable[_evaluation_pb2.GetReportRequest, _evaluation_pb2.Report]
     """Returns the scores of a run that is over; FAILED_PRECONDITION before."""
     GetReceipt: _grpc.UnaryUnaryMultiCallable[_evaluation_pb2.GetReceiptRequest, _evaluation_pb2.Receipt]
-    """Returns the signed receipt of a run that is over; FAILED_PRECONDITION before."""
+    """Returns the signed receipt of a run that is over; FAILED_PRECONDITION before. If the host corrects the split, another
+    receipt supersedes it, and it stays available by its number.
+    """
     GetBreakdown: _grpc.UnaryUnaryMultiCallable[_evaluation_pb2.GetBreakdownRequest, _evaluation_pb2.Breakdown]
     """Returns the scores of a run that is over by what the turns ask for; FAILED_PRECONDITION before. Those of published
     runs are open to everyone, without a token.
@@ -76,7 +78,9 @@ class EvaluationAsyncStub(EvaluationStub):
     GetReport: _aio.UnaryUnaryMultiCallable[_evaluation_pb2.GetReportRequest, _evaluation_pb2.Report]  # type: ignore[assignment]
     """Returns the scores of a run that is over; FAILED_PRECONDITION before."""
     GetReceipt: _aio.UnaryUnaryMultiCallable[_evaluation_pb2.GetReceiptRequest, _evaluation_pb2.Receipt]  # type: ignore[assignment]
-    """Returns the signed receipt of a run that is over; FAILED_PRECONDITION before."""
+    """Returns the signed receipt of a run that is over; FAILED_PRECONDITION before. If the host corrects the split, another
+    receipt supersedes it, and it stays available by its number.
+    """
     GetBreakdown: _aio.UnaryUnaryMultiCallable[_evaluation_pb2.GetBreakdownRequest, _evaluation_pb2.Breakdown]  # type: ignore[assignment]
     """Returns the scores of a run that is over by what the turns ask for; FAILED_PRECONDITION before. Those of published
     runs are open to everyone, without a token.
@@ -147,7 +151,9 @@ class EvaluationServicer(metaclass=_abc_1.ABCMeta):
         request: _evaluation_pb2.GetReceiptRequest,
         context: _ServicerContext,
     ) -> _typing.Union[_evaluation_pb2.Receipt, _abc.Awaitable[_evaluation_pb2.Receipt]]:
-        """Returns the signed receipt of a run that is over; FAILED_PRECONDITION before."""
+        """Returns the signed receipt of a run that is over; FAILED_PRECONDITION before. If the host corrects the split, another
+        receipt supersedes it, and it stays available by its number.
+        """
 
     @_abc_1.abstractmethod
     def GetBreakdown(

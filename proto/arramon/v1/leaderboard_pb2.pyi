@@ -20,6 +20,31 @@ else:
 
 DESCRIPTOR: _descriptor.FileDescriptor
 
+class _CorrectionKind:
+    ValueType = _typing.NewType("ValueType", _builtins.int)
+    V: _TypeAlias = ValueType  # noqa: Y015
+
+class _CorrectionKindEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_CorrectionKind.ValueType], _builtins.type):
+    DESCRIPTOR: _descriptor.EnumDescriptor
+    CORRECTION_KIND_UNSPECIFIED: _CorrectionKind.ValueType  # 0
+    CORRECTION_KIND_VOID: _CorrectionKind.ValueType  # 1
+    """From then on its episodes count in no run's scores."""
+    CORRECTION_KIND_RESTORE: _CorrectionKind.ValueType  # 2
+    """Its episodes, which were void, count again."""
+    CORRECTION_KIND_RESCORE: _CorrectionKind.ValueType  # 3
+    """The data of its episodes was corrected, and all runs on the data before it were scored again."""
+
+class CorrectionKind(_CorrectionKind, metaclass=_CorrectionKindEnumTypeWrapper): ...
+
+CORRECTION_KIND_UNSPECIFIED: CorrectionKind.ValueType  # 0
+CORRECTION_KIND_VOID: CorrectionKind.ValueType  # 1
+"""From then on its episodes count in no run's scores."""
+CORRECTION_KIND_RESTORE: CorrectionKind.ValueType  # 2
+"""Its episodes, which were void, count again."""
+CORRECTION_KIND_RESCORE: CorrectionKind.ValueType  # 3
+"""The data of its episodes was corrected, and all runs on the data before it were scored again."""
+Global___CorrectionKind: _TypeAlias = CorrectionKind  # noqa: Y015
+
 class _Mark:
     ValueType = _typing.NewType("ValueType", _builtins.int)
     V: _TypeAlias = ValueType  # noqa: Y015
@@ -249,11 +274,18 @@ Global___ListRequest: _TypeAlias = ListRequest  # noqa: Y015
 class ListResponse(_message.Message):
     DESCRIPTOR: _descriptor.Descriptor
 
+    CORRECTIONS_FIELD_NUMBER: _builtins.int
+    CLOSES_AT_FIELD_NUMBER: _builtins.int
+    FROZEN_FIELD_NUMBER: _builtins.int
     STANDINGS_FIELD_NUMBER: _builtins.int
     REFERENCES_FIELD_NUMBER: _builtins.int
     SORT_FIELD_NUMBER: _builtins.int
     TOTAL_FIELD_NUMBER: _builtins.int
     NEXT_PAGE_TOKEN_FIELD_NUMBER: _builtins.int
+    closes_at: _builtins.str
+    """As in Split."""
+    frozen: _builtins.bool
+    """As in Split. The standings are then in order of their publication, with neither"""
     sort: _builtins.str
     """The metric that sorts the list."""
     total: _builtins.int
@@ -261,7 +293,13 @@ class ListResponse(_message.Message):
     next_page_token: _builtins.str
     """Empty on the last page."""
     @_builtins.property
-    def standings(self) -> _containers.RepeatedCompositeFieldContainer[Global___Standing]: ...
+    def corrections(self) -> _containers.RepeatedCompositeFieldContainer[Global___Correction]:
+        """Corrections of the split by its host, in order; on the first page only."""
+
+    @_builtins.property
+    def standings(self) -> _containers.RepeatedCompositeFieldContainer[Global___Standing]:
+        """ranks nor rows."""
+
     @_builtins.property
     def references(self) -> _containers.RepeatedCompositeFieldContainer[Global___Reference]:
         """The paper's results, on the first page only."""
@@ -269,6 +307,9 @@ class ListResponse(_message.Message):
     def __init__(
         self,
         *,
+        corrections: _abc.Iterable[Global___Correction] | None = ...,
+        closes_at: _builtins.str = ...,
+        frozen: _builtins.bool = ...,
         standings: _abc.Iterable[Global___Standing] | None = ...,
         references: _abc.Iterable[Global___Reference] | None = ...,
         sort: _builtins.str = ...,
@@ -277,11 +318,84 @@ class ListResponse(_message.Message):
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["next_page_token", b"next_page_token", "references", b"references", "sort", b"sort", "standings", b"standings", "total", b"total"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["closes_at", b"closes_at", "corrections", b"corrections", "frozen", b"frozen", "next_page_token", b"next_page_token", "references", b"references", "sort", b"sort", "standings", b"standings", "total", b"total"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
 Global___ListResponse: _TypeAlias = ListResponse  # noqa: Y015
+
+@_typing.final
+class Correction(_message.Message):
+    """A correction of a split by its host."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    KIND_FIELD_NUMBER: _builtins.int
+    MADE_AT_FIELD_NUMBER: _builtins.int
+    REASON_FIELD_NUMBER: _builtins.int
+    EPISODES_FIELD_NUMBER: _builtins.int
+    DATA_BEFORE_FIELD_NUMBER: _builtins.int
+    DATA_AFTER_FIELD_NUMBER: _builtins.int
+    kind: Global___CorrectionKind.ValueType
+    made_at: _builtins.str
+    """RFC 3339, UTC."""
+    reason: _builtins.str
+    """The host's own words, one line of at most 500 characters."""
+    data_before: _builtins.str
+    """SHA-256 of the split's data before and after it, in hexadecimal; empty unless the data was"""
+    data_after: _builtins.str
+    """corrected."""
+    @_builtins.property
+    def episodes(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """Ids of the episodes that it is about."""
+
+    def __init__(
+        self,
+        *,
+        kind: Global___CorrectionKind.ValueType = ...,
+        made_at: _builtins.str = ...,
+        reason: _builtins.str = ...,
+        episodes: _abc.Iterable[_builtins.str] | None = ...,
+        data_before: _builtins.str = ...,
+        data_after: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["data_after", b"data_after", "data_before", b"data_before", "episodes", b"episodes", "kind", b"kind", "made_at", b"made_at", "reason", b"reason"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Correction: _TypeAlias = Correction  # noqa: Y015
+
+@_typing.final
+class SupersededReceipt(_message.Message):
+    """A receipt that another one has superseded, after a correction."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    NUMBER_FIELD_NUMBER: _builtins.int
+    SUPERSEDED_AT_FIELD_NUMBER: _builtins.int
+    DIGEST_FIELD_NUMBER: _builtins.int
+    number: _builtins.int
+    """For GetReceipt."""
+    superseded_at: _builtins.str
+    """RFC 3339, UTC."""
+    digest: _builtins.bytes
+    """SHA-256 of its payload, 32 bytes."""
+    def __init__(
+        self,
+        *,
+        number: _builtins.int = ...,
+        superseded_at: _builtins.str = ...,
+        digest: _builtins.bytes = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["digest", b"digest", "number", b"number", "superseded_at", b"superseded_at"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___SupersededReceipt: _TypeAlias = SupersededReceipt  # noqa: Y015
 
 @_typing.final
 class GetEntryRequest(_message.Message):
@@ -480,7 +594,7 @@ Global___ExportResponse: _TypeAlias = ExportResponse  # noqa: Y015
 
 @_typing.final
 class Standing(_message.Message):
-    """A line of the leaderboard."""
+    """A line of the leaderboard. While the leaderboard of a split is frozen, it has no rows."""
 
     DESCRIPTOR: _descriptor.Descriptor
 
@@ -680,6 +794,10 @@ class Entry(_message.Message):
     REPRODUCES_FIELD_NUMBER: _builtins.int
     REPRODUCTIONS_FIELD_NUMBER: _builtins.int
     COST_FIELD_NUMBER: _builtins.int
+    VOIDED_FIELD_NUMBER: _builtins.int
+    CORRECTIONS_FIELD_NUMBER: _builtins.int
+    SUPERSEDED_FIELD_NUMBER: _builtins.int
+    FROZEN_FIELD_NUMBER: _builtins.int
     signature: _builtins.str
     """As in Report."""
     published_at: _builtins.str
@@ -699,6 +817,10 @@ class Entry(_message.Message):
     """Other accounts that published a reproduction of it."""
     reproduces: _builtins.str
     """Id of the run that it reproduces; empty if none."""
+    voided: _builtins.int
+    """Number of its episodes that the host has voided: they are in none of its scores."""
+    frozen: _builtins.bool
+    """Whether its scores are not shown until the leaderboard of its split closes."""
     @_builtins.property
     def run(self) -> _evaluation_pb2.Run:
         """Without `bank_seconds_left`, which only its participant receives."""
@@ -719,6 +841,14 @@ class Entry(_message.Message):
     def cost(self) -> Global___Cost:
         """What it cost, as declared; absent if nothing is."""
 
+    @_builtins.property
+    def corrections(self) -> _containers.RepeatedCompositeFieldContainer[Global___Correction]:
+        """Corrections of the split that change its scores; omitted in lists."""
+
+    @_builtins.property
+    def superseded(self) -> _containers.RepeatedCompositeFieldContainer[Global___SupersededReceipt]:
+        """Earlier receipts, the first one first; omitted in lists."""
+
     def __init__(
         self,
         *,
@@ -737,10 +867,14 @@ class Entry(_message.Message):
         reproduces: _builtins.str = ...,
         reproductions: _abc.Iterable[Global___Reproduction] | None = ...,
         cost: Global___Cost | None = ...,
+        voided: _builtins.int = ...,
+        corrections: _abc.Iterable[Global___Correction] | None = ...,
+        superseded: _abc.Iterable[Global___SupersededReceipt] | None = ...,
+        frozen: _builtins.bool = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "cost", b"cost", "coverage", b"coverage", "run", b"run"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "cost", b"cost", "coverage", b"coverage", "marks", b"marks", "note", b"note", "public_key", b"public_key", "published_at", b"published_at", "receipt_digest", b"receipt_digest", "reproduced_by", b"reproduced_by", "reproduces", b"reproduces", "reproductions", b"reproductions", "rows", b"rows", "run", b"run", "runs_begun", b"runs_begun", "runs_published", b"runs_published", "signature", b"signature"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_coverage", b"_coverage", "corrections", b"corrections", "cost", b"cost", "coverage", b"coverage", "frozen", b"frozen", "marks", b"marks", "note", b"note", "public_key", b"public_key", "published_at", b"published_at", "receipt_digest", b"receipt_digest", "reproduced_by", b"reproduced_by", "reproduces", b"reproduces", "reproductions", b"reproductions", "rows", b"rows", "run", b"run", "runs_begun", b"runs_begun", "runs_published", b"runs_published", "signature", b"signature", "superseded", b"superseded", "voided", b"voided"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__coverage: _TypeAlias = _typing.Literal["coverage"]  # noqa: Y015
     _WhichOneofArgType__coverage: _TypeAlias = _typing.Literal["_coverage", b"_coverage"]  # noqa: Y015

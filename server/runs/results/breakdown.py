@@ -1,6 +1,6 @@
 """Breakdown of a run's scores by what the turns ask for."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -8,10 +8,10 @@ import numpy as np
 
 from server.episodes.splits import Split
 from server.runs.results.groups import TRAIN, Group, Grouping, grouping
-from server.runs.results.reports import score_array, split_of
+from server.runs.results.reports import counted, score_array, split_of
 from server.runs.storage.records import Ending, Run
 from server.scoring.breakdown import GroupScores, group_scores, masked_group_scores
-from server.scoring.masking import Noise, masked_rows
+from server.scoring.masking import Noise, masked_rows, name_without
 
 _KEPT = 32
 """Groupings of a split in a language that are cached, about 200 KB each."""
@@ -55,27 +55,29 @@ class Breakdowns:
         self._play_of = play_of
         self._grouping = lru_cache(_KEPT)(self._make_grouping)
 
-    def of(self, run: Run, endings: Sequence[Ending]) -> Breakdown:
+    def of(self, run: Run, endings: Sequence[Ending], voided: Set[str] = frozenset()) -> Breakdown:
         """Return the breakdown of a run that has ended.
 
         Args:
             run: the run.
             endings: endings of all its episodes.
+            voided: ids of the split's episodes that are void.
 
         Raises:
-            Conflict: if the data of its split has changed since it was created.
+            Conflict: if the data of its split has changed since it was created, or all its episodes are void.
         """
         split = split_of(run, self._splits)
         groups = self._grouping(run.split, run.language)
-        ordered = sorted(endings, key=lambda ending: ending.episode_id)
+        ordered = sorted(counted(run, endings, voided), key=lambda ending: ending.episode_id)
         rows = np.searchsorted(groups.ids, [ending.episode_id for ending in ordered])
         scores = score_array(ordered)
         found = [(group, group.turns[rows]) for group in groups.groups if group.turns[rows].any()]
         if split.hidden:
-            noise, play = Noise(split.truth_hash), self._play_of(run)
-            table = masked_rows(scores, noise, play)
+            noise = Noise(split.truth_hash)
+            name = name_without(self._play_of(run), voided & {ending.episode_id for ending in endings})
+            table = masked_rows(scores, noise, name)
             lines = [
-                Line(group, masked_group_scores(scores, turns, table, noise, (play, *group.names)))
+                Line(group, masked_group_scores(scores, turns, table, noise, (name, *group.names)))
                 for group, turns in found
             ]
         else:

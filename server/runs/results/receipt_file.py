@@ -18,7 +18,7 @@ from server.episodes.files import read_object
 from server.episodes.splits import Split
 from server.errors import BadFile, quoted
 from server.runs.play.worlds import Worlds
-from server.runs.results.receipts import FORMAT, LIMITS, MASKED_VERSION, VERSION, document
+from server.runs.results.receipts import FORMAT, LIMITS, MASKED_VERSION, VERSION, VOIDED, document
 from server.runs.results.reports import make_report, split_of
 from server.runs.results.rescoring import Rescored, differences_of_receipt, first, replayed
 from server.runs.storage.causes import AGENT_FINISHED, FORFEITED, SERVER_FAULT, STEP_LIMIT, TIME_LIMIT
@@ -58,6 +58,7 @@ def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) ->
     content, key = _read_receipt(path)
     try:
         run = _run_of(content)
+        voided = frozenset(map(str, content.get(VOIDED, ())))
         actions = _read_actions(actions_path, run.run_id)
         recorded = _endings_of(content, run, actions)
         progress = _progress_of(content, recorded)
@@ -78,6 +79,9 @@ def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) ->
     found += [f"episode {one.episode_id}: its head was not that of these actions" for one in recorded if not one.cause]
     with closing(Worlds({split.name: split})) as worlds:
         for ending in () if found else recorded:
+            if ending.episode_id in voided:  # no score depends on it
+                played.append(ending)
+                continue
             try:
                 played.append(replayed(run, split, ending, worlds, actions_of))
             except (KeyError, ValueError) as error:
@@ -86,7 +90,7 @@ def rescore_file(path: Path, actions_path: Path, splits: Mapping[str, Split]) ->
         try:
             masked = content["version"] == MASKED_VERSION
             play = play_digest(run, played, actions_of)
-            report = make_report(run, progress, played, split, play, exact=not masked)
+            report = make_report(run, progress, played, split, play, voided, exact=not masked)
             made = document(actions_of, report, played, hidden=split.hidden, masked=masked)
             found = [*first(differences_of_receipt(content, made))]
         except ValueError as error:  # such as a number that is no limit, or no episodes at all

@@ -1,8 +1,15 @@
-"""Receipts: signed and stored statements of the host about the results of ended runs, see `docs/receipts.md`."""
+"""Receipts: signed and stored statements of the host about the results of ended runs, see `docs/receipts.md`.
 
+A receipt never changes. When the host corrects a split, a new one supersedes it and says what changed; the old one is
+kept.
+"""
+
+import hashlib
+import json
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from typing import Any, TypeAlias
 
 import rfc8785
@@ -10,14 +17,16 @@ import sqlalchemy as sa
 
 from arramon.v1 import PROTOCOL
 from arramon.v1.chain import episode_ending, episode_head, run_digest
+from server.closing import NEVER, Closing
 from server.episodes.splits import Split
-from server.errors import TakenOver
+from server.errors import Conflict, NotFound, TakenOver, quoted
 from server.runs.accounts.attempts import number_of
 from server.runs.accounts.callers import Caller
 from server.runs.results.reports import Report, report_of
 from server.runs.results.signing import SigningKey
 from server.runs.storage import tables
-from server.runs.storage.database import Database
+from server.runs.storage.corrections import Correction, Corrections
+from server.runs.storage.database import Database, utc
 from server.runs.storage.epochs import Epochs
 from server.runs.storage.journal import Journal, run_not_found
 from server.runs.storage.records import Ending, Progress, Run
@@ -33,6 +42,12 @@ ATTEMPTS = "attempts"
 
 EPOCH = "epoch"
 """Field with the commitment of the epoch that the split is, in hexadecimal."""
+
+CORRECTIONS, REVISION, VOIDED = "corrections", "revision", "voided"
+"""Fields with the corrections that the scores follow, with what a receipt supersedes, and with the void episodes."""
+
+UNDERIVED = frozenset((ATTEMPTS, EPOCH, CORRECTIONS, REVISION))
+"""Fields that do not follow from a run's actions and its split."""
 
 ActionsOf: TypeAlias = Callable[[str, str], Sequence[int]]
 """Returns the recorded actions of a run's episode, given the ids of both."""
@@ -56,32 +71,62 @@ class Receipt:
     public_key: bytes
 
 
+@dataclass(frozen=True, slots=True)
+class Superseded:
+    """A receipt that another one has superseded.
+
+    Attributes:
+        number: its place among the receipts of its run, from 1.
+        superseded_at: in UTC.
+        digest: SHA-256 of its payload, 32 bytes.
+    """
+
+    number: int
+    superseded_at: datetime
+    digest: bytes
+
+
 class Receipts:
-    """Receipts of all runs. Safe for several threads and processes: the first receipt stored for a run is final.
+    """Receipts of all runs. Safe for several threads and processes.
+
+    The first receipt stored for a run is final until the host corrects its split.
 
     Args:
         database: storage of the receipts.
         splits: served splits, by name.
         key: key that signs new receipts.
+        closing: when the leaderboards of splits close.
     """
 
-    def __init__(self, database: Database, splits: Mapping[str, Split], key: SigningKey) -> None:
+    def __init__(
+        self, database: Database, splits: Mapping[str, Split], key: SigningKey, closing: Closing = NEVER
+    ) -> None:
         self._database = database
         self._journal = Journal(database)
         self._splits = splits
         self._key = key
+        self._corrections = Corrections(database)
+        self._closing = closing
 
     @property
     def public_key(self) -> bytes:
         """Present public key of the host, 32 bytes."""
         return self._key.public
 
-    def of(self, caller: Caller, run_id: str) -> Receipt:
+    def of(self, caller: Caller, run_id: str, number: int = 0) -> Receipt:
         """Return the receipt of a run, and create it if there is none. Those of published runs are open to all callers.
 
+        If the host has corrected the split since it was signed, it is superseded first.
+
+        Args:
+            caller: who asks.
+            run_id: id of the run.
+            number: place of a superseded receipt among those of the run, from 1; 0 for the present one.
+
         Raises:
-            NotFound: if there is no such run that the caller may see.
-            Conflict: if the run is still being played, or it has no receipt and the data of the split has changed.
+            NotFound: if there is no such run that the caller may see, or no superseded receipt of that number.
+            Conflict: if the run is still being played, or it has no receipt and the data of the split has changed; or
+                if its leaderboard is frozen, and the run is another participant's.
         """
         published = self._journal.is_published(
             run_id
@@ -89,9 +134,70 @@ class Receipts:
         run = self._journal.run(run_id)
         if not (published or caller.may_see(run)):
             raise run_not_found(run_id)
+        if not caller.may_see(run):
+            self._closing.check_shown(run.split)
+        if number:
+            return self._superseded(run_id, number)
+        self.revise(run)
         return stored_receipt(self._database, run_id) or self._make(run)
 
+    def revise(self, run: Run) -> bool:
+        """Supersede the receipt of a run if the host has corrected its split since; return whether that was done.
+
+        A run without a receipt is left as it is, and so is one that has no scores now: if the data of its split is not
+        there, or all its episodes are void.
+        """
+        table = tables.receipts
+        rows = self._database.read(sa.select(table.c.payload, table.c.corrections).where(table.c.run_id == run.run_id))
+        corrections = self._corrections.on(run.split)
+        if not rows or len(corrections) <= rows[0].corrections:
+            return False
+        old = rows[0]
+        changes = self._changes(run)
+        if not any(change.number > old.corrections for change in changes):
+            return False
+        number = 1 + self._database.read(_count_superseded(run.run_id))[0][0]
+        now = datetime.now(UTC)
+        revision = {
+            "number": number,
+            "made_at": now.isoformat(timespec="seconds"),
+            "supersedes": hashlib.sha256(old.payload).hexdigest(),
+        }
+        try:
+            made = self._sign(run, changes, {ATTEMPTS: json.loads(old.payload).get(ATTEMPTS), REVISION: revision})
+        except Conflict:
+            return False
+        mine = sa.and_(table.c.run_id == run.run_id, table.c.corrections == old.corrections)
+        at = sa.literal(now, _SUPERSEDED.c.superseded_at.type)
+        kept = sa.select(table.c.run_id, sa.literal(number), at, *(table.c[name] for name in Receipt.__slots__))
+        # If another process is first, it has written the same scores.
+        with suppress(TakenOver), self._database.write() as connection:
+            connection.execute(_SUPERSEDED.insert().from_select(_SUPERSEDED.c.keys(), kept.where(mine)))
+            connection.execute(table.update().where(mine).values(corrections=len(corrections), **_columns(made)))
+        return True
+
+    def _superseded(self, run_id: str, number: int) -> Receipt:
+        c = _SUPERSEDED.c
+        query = sa.select(c.payload, c.signature, c.public_key).where(c.run_id == run_id, c.number == number)
+        rows = self._database.read(query)
+        if not rows:
+            raise NotFound(f"run {quoted(run_id)} has no superseded receipt {number}")
+        return Receipt(**rows[0]._mapping)
+
     def _make(self, run: Run) -> Receipt:
+        corrections = len(self._corrections.on(run.split))  # first: what is corrected from here on supersedes it
+        number, begun = number_of(self._database.read, run)
+        made = self._sign(run, self._changes(run), {ATTEMPTS: {"number": number, "begun": begun}})
+        with (
+            suppress(TakenOver),
+            self._database.write() as connection,
+        ):  # another process was first: its receipt is final
+            row = {"run_id": run.run_id, "corrections": corrections, **_columns(made)}
+            connection.execute(tables.receipts.insert(), [row])
+        return stored_receipt(self._database, run.run_id) or made
+
+    def _sign(self, run: Run, changes: Sequence[Correction], further: Mapping[str, Any]) -> Receipt:
+        """Return a receipt over the present scores of a run; it is not stored."""
         report = report_of(run, self._journal, self._splits)
         endings = self._journal.endings(run.run_id)
         hidden = self._splits[run.split].hidden
@@ -99,16 +205,14 @@ class Receipts:
         epoch = Epochs(self._database).find(run.split)
         if epoch is not None:
             content[EPOCH] = epoch.commitment.hex()
-        number, begun = number_of(self._database.read, run)
-        payload = rfc8785.dumps({**content, ATTEMPTS: {"number": number, "begun": begun}})
-        made = Receipt(payload, self._key.sign(payload), self._key.public)
-        with (
-            suppress(TakenOver),
-            self._database.write() as connection,
-        ):  # another process was first: its receipt is final
-            row = {"run_id": run.run_id, **{name: getattr(made, name) for name in Receipt.__slots__}}
-            connection.execute(tables.receipts.insert(), [row])
-        return stored_receipt(self._database, run.run_id) or made
+        if changes:
+            content[CORRECTIONS] = [_correction(change) for change in changes]
+        payload = rfc8785.dumps({**content, **{name: value for name, value in further.items() if value is not None}})
+        return Receipt(payload, self._key.sign(payload), self._key.public)
+
+    def _changes(self, run: Run) -> list[Correction]:
+        played = [ending.episode_id for ending in self._journal.endings(run.run_id)]
+        return self._corrections.of_run(run.run_id, run.split, played)
 
 
 def stored_receipt(database: Database, run_id: str) -> Receipt | None:
@@ -118,6 +222,36 @@ def stored_receipt(database: Database, run_id: str) -> Receipt | None:
         sa.select(table.c.payload, table.c.signature, table.c.public_key).where(table.c.run_id == run_id)
     )
     return Receipt(**rows[0]._mapping) if rows else None
+
+
+_SUPERSEDED = tables.superseded_receipts
+
+
+def _count_superseded(run_id: str) -> sa.Select[Any]:
+    return sa.select(sa.func.count()).select_from(_SUPERSEDED).where(_SUPERSEDED.c.run_id == run_id)
+
+
+def _columns(receipt: Receipt) -> dict[str, bytes]:
+    return {name: getattr(receipt, name) for name in Receipt.__slots__}
+
+
+def superseded_receipts(database: Database, run_id: str) -> list[Superseded]:
+    """Return what the superseded receipts of a run are, in order."""
+    query = sa.select(_SUPERSEDED).where(_SUPERSEDED.c.run_id == run_id).order_by(_SUPERSEDED.c.number)
+    return [
+        Superseded(row.number, utc(row.superseded_at) or row.superseded_at, hashlib.sha256(row.payload).digest())
+        for row in database.read(query)
+    ]
+
+
+def first_payload(database: Database, run_id: str) -> bytes | None:
+    """Return the payload of a run's first receipt, superseded or not; None if there is no receipt."""
+    mine = _SUPERSEDED.c.run_id == run_id
+    rows = database.read(sa.select(_SUPERSEDED.c.payload).where(mine).order_by(_SUPERSEDED.c.number).limit(1))
+    if rows:
+        return bytes(rows[0].payload)
+    present = stored_receipt(database, run_id)
+    return present.payload if present is not None else None
 
 
 def document(
@@ -152,9 +286,12 @@ def document(
             for name, intervals in report.table.rows.items()
         },
         "episodes": [
-            _masked_episode(ending, chain) if masked else _episode(ending, chain, hidden)
+            _masked_episode(ending, chain)
+            if masked
+            else _episode(ending, chain, hidden or ending.episode_id in report.voided)
             for ending, chain in zip(endings, chains, strict=True)
         ],
+        **({VOIDED: sorted(report.voided)} if report.voided else {}),
         "digest": run_digest(run.run_id, ((chain.episode_id, chain.head) for chain in chains)).hex(),
     }
 
@@ -194,12 +331,23 @@ def _run(run: Run, progress: Progress, hidden: bool) -> dict[str, Any]:
     }
 
 
+def _correction(correction: Correction) -> dict[str, Any]:
+    data = {name: getattr(correction, name) for name in ("data_before", "data_after")}
+    return {
+        "kind": correction.kind.value,
+        "made_at": correction.made_at.isoformat(timespec="seconds"),
+        "reason": correction.reason,
+        "episodes": list(correction.episodes),
+        **{name: value for name, value in data.items() if value is not None},
+    }
+
+
 def _masked_episode(ending: Ending, chain: _Chain) -> dict[str, Any]:
     return {"episode_id": ending.episode_id, "head": chain.head.hex(), "ending": chain.ending.hex()}
 
 
-def _episode(ending: Ending, chain: _Chain, hidden: bool) -> dict[str, Any]:
+def _episode(ending: Ending, chain: _Chain, without_scores: bool) -> dict[str, Any]:
     told = {"episode_id": ending.episode_id, "cause": ending.cause, "steps": chain.steps, "head": chain.head.hex()}
-    if hidden:
+    if without_scores:
         return told
     return {**told, "scores": {f"turn {number}": turn for number, turn in enumerate(ending.scores, start=1)}}

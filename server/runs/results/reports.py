@@ -1,7 +1,6 @@
 """Reports of ended runs: scores, and the signature of the settings under which they were reached."""
 
-import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,8 +14,8 @@ from server.runs.storage.records import RUNNING, Ending, Progress, Run
 from server.scoring.aggregate import ScoreTable, aggregate
 from server.scoring.episode import METRICS, EpisodeScores
 from server.scoring.intervals import Floats
-from server.scoring.masking import Noise, coarse, masked_rows
-from server.scoring.signature import Signature, argument
+from server.scoring.masking import Noise, coarse, masked_rows, name_without
+from server.scoring.signature import Signature, argument, digest_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +28,7 @@ class Report:
         table: means and confidence intervals.
         signature: settings under which the scores were reached, in one line.
         endings: scores and cause of each episode; empty on a hidden split.
+        voided: ids of its episodes that the host has voided: they are in no mean.
     """
 
     run: Run
@@ -36,6 +36,7 @@ class Report:
     table: ScoreTable
     signature: str
     endings: tuple[Ending, ...]
+    voided: frozenset[str] = frozenset()
 
 
 def split_of(run: Run, splits: Mapping[str, Split]) -> Split:
@@ -53,23 +54,38 @@ def split_of(run: Run, splits: Mapping[str, Split]) -> Split:
     return split
 
 
-def report_of(run: Run, journal: Journal, splits: Mapping[str, Split]) -> Report:
+def report_of(run: Run, journal: Journal, splits: Mapping[str, Split], *, with_void: bool = False) -> Report:
     """Return the report of a run, from the endings in the journal.
 
+    Args:
+        run: the run.
+        journal: its journal.
+        splits: splits by name.
+        with_void: whether episodes that the host has voided count.
+
     Raises:
-        Conflict: if the run is still being played, or the data of its split has changed since it was created.
+        Conflict: if the run is still being played, the data of its split has changed since it was created, or all its
+            episodes are void.
     """
     split = split_of(run, splits)
     progress = journal.progress(run.run_id)
     if run.state == RUNNING:
         done = f"{progress.ended} of {progress.episodes} episodes have ended"
         raise Conflict(f"run {run.run_id!r} is still being played: {done}")
+    voided = frozenset[str]() if with_void else journal.voided(run.split)
     play = journal.play(run) if split.hidden else ""
-    return make_report(run, progress, journal.endings(run.run_id), split, play)
+    return make_report(run, progress, journal.endings(run.run_id), split, play, voided)
 
 
 def make_report(
-    run: Run, progress: Progress, endings: Sequence[Ending], split: Split, play: str, *, exact: bool = False
+    run: Run,
+    progress: Progress,
+    endings: Sequence[Ending],
+    split: Split,
+    play: str,
+    voided: Set[str] = frozenset(),
+    *,
+    exact: bool = False,
 ) -> Report:
     """Return the report of a run with given endings. On a hidden split its scores are those of `masked_rows`.
 
@@ -79,14 +95,20 @@ def make_report(
         endings: endings of all its episodes.
         split: split that it was played on.
         play: digest of how it was played, see `play_digest`; used on a hidden split alone.
+        voided: ids of the split's episodes that are void.
         exact: whether the scores are exact on a hidden split too: for comparison with what an earlier release signed.
+
+    Raises:
+        Conflict: if all its episodes are void.
     """
+    kept = counted(run, endings, voided)
+    mine = frozenset(ending.episode_id for ending in endings) & voided
     signature = Signature(
         version=run.server_version,
         protocol=PROTOCOL,
         split=run.split,
         language=run.language,
-        episodes=progress.episodes,
+        episodes=progress.episodes - len(mine),
         steps_per_phase=run.steps_per_phase,
         clock=str(Clocks.of(run)),
         sensors=frozenset(run.sensors),
@@ -94,12 +116,26 @@ def make_report(
         data_hash=run.data_hash,
         arguments=frozenset(argument(name, value) for name, value in run.agent_arguments),
         chosen=_chosen(run, endings, split),
+        void=digest_of(mine) if mine else "",
     )
     if split.hidden and not exact:
-        table = ScoreTable(masked_rows(score_array(endings), Noise(split.truth_hash), play), len(endings))
+        name = name_without(play, mine)
+        table = ScoreTable(masked_rows(score_array(kept), Noise(split.truth_hash), name), len(kept))
     else:
-        table = aggregate([_scores(ending, split) for ending in endings])
-    return Report(run, progress, table, str(signature), () if split.hidden else tuple(endings))
+        table = aggregate([_scores(ending, split) for ending in kept])
+    return Report(run, progress, table, str(signature), () if split.hidden else tuple(endings), mine)
+
+
+def counted(run: Run, endings: Sequence[Ending], voided: Set[str]) -> list[Ending]:
+    """Return the endings of a run's episodes that are not void.
+
+    Raises:
+        Conflict: if all its episodes are void.
+    """
+    kept = [ending for ending in endings if ending.episode_id not in voided]
+    if endings and not kept:
+        raise Conflict(f"all {len(endings)} episodes of run {run.run_id!r} are void, so that it has no scores")
+    return kept
 
 
 def score_array(endings: Sequence[Ending]) -> Floats:
@@ -128,7 +164,7 @@ def _chosen(run: Run, endings: Sequence[Ending], split: Split) -> str:
     played = {ending.episode_id for ending in endings}
     if played == {episode.episode_id for episode in split.in_playing_order(run.language)[: len(endings)]}:
         return ""
-    return hashlib.sha256("\n".join(sorted(played)).encode()).hexdigest()[:12]
+    return digest_of(played)
 
 
 def _scores(ending: Ending, split: Split) -> EpisodeScores:

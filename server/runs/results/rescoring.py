@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from itertools import islice
 from typing import Any
@@ -16,7 +16,7 @@ from server.errors import Conflict
 from server.runs.accounts.administration import earlier_names
 from server.runs.play.session import Session
 from server.runs.play.worlds import Worlds
-from server.runs.results.receipts import ATTEMPTS, EPOCH, MASKED_VERSION, Receipt, document, stored_receipt
+from server.runs.results.receipts import MASKED_VERSION, UNDERIVED, Receipt, document, stored_receipt
 from server.runs.results.reports import make_report, split_of
 from server.runs.storage import causes
 from server.runs.storage.database import Database
@@ -82,22 +82,30 @@ class Rescorer:
         if run.state == RUNNING:
             raise Conflict(f"run {run_id!r} is still being played")
         split = split_of(run, self._splits)
-        endings = self._journal.endings(run_id)
+        endings, voided = self._journal.endings(run_id), self._journal.voided(run.split)
         receipt = stored_receipt(self._database, run_id)
         played: list[Ending] = []
-        found = [*self._in_episodes(run, split, endings, played)]
+        found = [*self._in_episodes(run, split, endings, voided, played)]
         of_receipt: list[str] = []
         if receipt is not None and len(played) == len(endings):
-            of_receipt = [*self._in_receipt(run, split, played, receipt)]
+            of_receipt = [*self._in_receipt(run, split, played, voided, receipt)]
         steps = sum(ending.steps for ending in endings)
         return Rescored(run_id, len(endings), steps, receipt is not None, (*first(found), *first(of_receipt)))
 
-    def _in_episodes(self, run: Run, split: Split, endings: Sequence[Ending], played: list[Ending]) -> Iterator[str]:
-        """Replay all episodes, or up to one that cannot be; append endings to `played`, and yield the differences."""
+    def _in_episodes(
+        self, run: Run, split: Split, endings: Sequence[Ending], voided: Set[str], played: list[Ending]
+    ) -> Iterator[str]:
+        """Replay all episodes, or up to one that cannot be; append endings to `played`, and yield the differences.
+
+        Void episodes are not replayed: no score depends on them, and their world may have been corrected since.
+        """
         unended = self._journal.count_unended(run.run_id)
         if unended:
             yield f"{unended} of {unended + len(endings)} episodes have not ended"
         for ending in endings:
+            if ending.episode_id in voided:
+                played.append(ending)
+                continue
             try:
                 again = replayed(run, split, ending, self._worlds, self._journal.actions)
             except (KeyError, ValueError) as error:
@@ -106,7 +114,9 @@ class Rescorer:
             yield from _compare(f"episode {ending.episode_id}", _as_data(ending), _as_data(again))
             played.append(again)
 
-    def _in_receipt(self, run: Run, split: Split, played: Sequence[Ending], receipt: Receipt) -> Iterator[str]:
+    def _in_receipt(
+        self, run: Run, split: Split, played: Sequence[Ending], voided: Set[str], receipt: Receipt
+    ) -> Iterator[str]:
         try:
             Ed25519PublicKey.from_public_bytes(receipt.public_key).verify(receipt.signature, receipt.payload)
         except (InvalidSignature, ValueError):
@@ -116,7 +126,8 @@ class Rescorer:
             run = replace(run, participant=name)  # it was signed before the account was renamed
         masked = written.get("version") == MASKED_VERSION
         play = play_digest(run, played, self._journal.actions)
-        report = make_report(run, self._journal.progress(run.run_id), played, split, play, exact=not masked)
+        progress = self._journal.progress(run.run_id)
+        report = make_report(run, progress, played, split, play, voided, exact=not masked)
         made = document(self._journal.actions, report, played, hidden=split.hidden, masked=masked)
         yield from differences_of_receipt(written, made)
 
@@ -149,6 +160,37 @@ def replayed(
     return replace(ending, cause=cause, steps=len(actions), scores=scores)
 
 
+def check_same_way(
+    run: Run,
+    before: Split,
+    after: Split,
+    ending: Ending,
+    worlds: Worlds,
+    actions_of: Callable[[str, str], Sequence[int]],
+) -> None:
+    """Check that an episode's recorded actions lead through the same states on two states of its split's data.
+
+    They do if the world is the same, but for objects that are equally near: of these the target is picked up first.
+
+    Args:
+        run: run of the episode.
+        before, after: the split, with the same world in this episode.
+        ending: recorded ending.
+        worlds: worlds of the split.
+        actions_of: returns the actions of a run's episode, given the ids of both.
+
+    Raises:
+        ValueError: if they do not.
+    """
+    name = ending.episode_id
+    ground = worlds.ground(after.name, after.episodes[name])
+    actions = actions_of(run.run_id, name) if ending.has_played else ()
+    ways = [Session(split.episodes[name], ground, Limits(run.steps_per_phase)) for split in (before, after)]
+    states = [[*(state for state, _ in session.replay(actions)), session.state] for session in ways]
+    if states[0] != states[1]:
+        raise ValueError(f"episode {name}: the agent would have picked up another object")
+
+
 def differences_of_receipt(written: dict[str, Any], made: Mapping[str, Any]) -> Iterator[str]:
     """Yield descriptions of the differences between a receipt's content and that made from a replay.
 
@@ -156,7 +198,7 @@ def differences_of_receipt(written: dict[str, Any], made: Mapping[str, Any]) -> 
         written: content of the receipt.
         made: content as `document` returns it.
     """
-    written = {name: value for name, value in written.items() if name not in (ATTEMPTS, EPOCH)}
+    written = {name: value for name, value in written.items() if name not in UNDERIVED}
     again = json.loads(rfc8785.dumps(dict(made)))
     if written.get("intervals") != again["intervals"]:
         # Another release computed them by another method: the means must agree, the ends need not.

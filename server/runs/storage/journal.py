@@ -16,6 +16,7 @@ from sqlalchemy.engine import Connection, Row
 from server.errors import NotFound, TakenOver, quoted
 from server.runs.storage import tables
 from server.runs.storage.claims import Claims
+from server.runs.storage.corrections import Corrections
 from server.runs.storage.database import Database, utc
 from server.runs.storage.plays import play_digest
 from server.runs.storage.records import ENDED, OPEN, PENDING, RUNNING, Code, Progress, Run
@@ -125,6 +126,10 @@ class Journal(WorkerRegistry, Claims, Steps):
         values = {"state": state, "ended_at": ended_at}
         with self._database.write() as connection:
             connection.execute(table.update().where(table.c.run_id == run_id, table.c.state == RUNNING).values(values))
+
+    def voided(self, split: str) -> frozenset[str]:
+        """Return the ids of the episodes of a split that its host has voided."""
+        return Corrections(self._database).voided(split)
 
     def ended_runs(self, run_ids: Collection[str]) -> list[Run]:
         """Return those of the given runs that have ended."""

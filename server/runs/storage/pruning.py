@@ -20,7 +20,15 @@ MIN_DAYS, MAX_DAYS = 1, 36_500
 PRUNABLE_STATES = (COMPLETE, CANCELLED)
 """States of the runs that can be pruned. A running one can be cancelled first."""
 
-_DETAILS = (tables.steps, tables.episodes, tables.images, tables.streams, tables.receipts)
+_DETAILS = (
+    tables.steps,
+    tables.episodes,
+    tables.images,
+    tables.streams,
+    tables.receipts,
+    tables.superseded_receipts,
+    tables.rescored_runs,
+)
 """Tables with rows of a run, each before those that it refers to."""
 
 

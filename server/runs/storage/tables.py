@@ -188,6 +188,40 @@ receipts = Table(
     Column("payload", LargeBinary, nullable=False),
     Column("signature", LargeBinary, nullable=False),
     Column("public_key", LargeBinary, nullable=False),
+    Column("corrections", Integer, nullable=False, server_default="0"),
+)
+
+superseded_receipts = Table(
+    "superseded_receipts",
+    metadata,
+    Column("run_id", String(32), ForeignKey("runs.run_id"), primary_key=True),
+    Column("number", Integer, primary_key=True),
+    Column("superseded_at", DateTime(timezone=True), nullable=False),
+    Column("payload", LargeBinary, nullable=False),
+    Column("signature", LargeBinary, nullable=False),
+    Column("public_key", LargeBinary, nullable=False),
+)
+
+corrections = Table(
+    "corrections",
+    metadata,
+    Column("correction_id", String(32), primary_key=True),
+    Column("split", String(100), nullable=False),
+    Column("number", Integer, nullable=False),
+    Column("kind", String(20), nullable=False),
+    Column("made_at", DateTime(timezone=True), nullable=False),
+    Column("reason", String(500), nullable=False),
+    Column("episodes", JSON, nullable=False),
+    Column("data_before", String(64)),
+    Column("data_after", String(64)),
+)
+Index("corrections_by_split", corrections.c.split, corrections.c.number, unique=True)
+
+rescored_runs = Table(
+    "rescored_runs",
+    metadata,
+    Column("run_id", String(32), ForeignKey("runs.run_id"), primary_key=True),
+    Column("correction_id", String(32), ForeignKey("corrections.correction_id"), primary_key=True),
 )
 
 entries = Table(

@@ -38,6 +38,9 @@ EXPORTED_TABLES = (
     tables.receipts,
     tables.entries,
     tables.epochs,
+    tables.corrections,
+    tables.rescored_runs,
+    tables.superseded_receipts,
 )
 """Exported tables, each after those that it refers to. Workers, streams and the service clock belong to one host."""
 

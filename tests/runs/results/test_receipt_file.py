@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from server.board.correcting import Correcting
 from server.episodes.splits import Split
 from server.errors import BadFile, Conflict, NotFound
 from server.runs.accounts.callers import HOST
@@ -74,6 +75,19 @@ def files(tmp_path: Path, request: pytest.FixtureRequest) -> Files:
 
 def test_an_unchanged_receipt_is_rescored_identically(files: Files) -> None:
     assert files.rescore() == Rescored("r", 6, 13 + 4 * STEPS + 3 + 2, True, (), files.key.public.hex())
+
+
+def test_a_receipt_with_void_episodes_is_rescored_identically(files: Files, tmp_path: Path) -> None:
+    splits = {"tiny": files.split}
+    with closing(Database(f"sqlite:///{tmp_path / 'journal.db'}")) as database:
+        Correcting(database, splits, files.key).void("tiny", ["0"], "a wall in the way")
+        payload = Receipts(database, splits, files.key).of(HOST, "r").payload
+    before, after = json.loads(files.payload), json.loads(payload)
+    assert (after["version"], after["voided"]) == (before["version"], ["0"])
+    files.write(payload, files.taken())
+    assert files.rescore().differences == ()
+    files.write(json.dumps({**after, "voided": ["1"]}).encode(), files.taken())
+    assert any(line.startswith("receipt: scores: ") for line in files.rescore().differences)
 
 
 def test_actions_that_came_after_an_episodes_end_do_not_count(files: Files) -> None:

@@ -193,7 +193,7 @@ def test_database_of_a_newer_server_is_refused(database_url: str, engine: sa.Eng
     with engine.begin() as connection:
         connection.execute(sa.text("UPDATE alembic_version SET version_num = '9999'"))
     with pytest.raises(
-        StorageError, match=r"written by another version of this server:.*9999.*supports version 0012 of the tables"
+        StorageError, match=r"written by another version of this server:.*9999.*supports version 0013 of the tables"
     ):
         Database(database_url)
 

@@ -9,11 +9,14 @@ from pathlib import Path
 import pytest
 import sqlalchemy as sa
 
+from server.board.correcting import Correcting
 from server.errors import BadInput, NotFound
 from server.runs.accounts.attempts import attempts_on, number_of
 from server.runs.accounts.callers import HOST
 from server.runs.accounts.usage import usage_of
+from server.runs.results.signing import SigningKey
 from server.runs.storage import tables
+from server.runs.storage.corrections import Corrections
 from server.runs.storage.pruning import Prunable, Pruner
 from server.runs.storage.records import CANCELLED, RUNNING, Batch
 from tests.board.made import House
@@ -87,6 +90,20 @@ def test_runs_that_are_or_were_published_and_unfinished_ones_are_kept(house: Hou
 def test_runs_with_receipts_are_pruned_only_on_request(house: House) -> None:
     run_id = age(house, house.run("1"), 400)
     house.publishing._receipts.of(HOST, run_id)
+    assert pruned(house) == []
+    assert pruned(house, with_receipts=True) == [run_id]
+    assert rows_of(house, run_id) == {"pruned_runs": 1}
+
+
+def test_superseded_receipts_are_pruned_with_their_runs(house: House, tmp_path: Path) -> None:
+    run_id = age(house, house.run("1"), 400)
+    house.publishing._receipts.of(HOST, run_id)
+    correcting = Correcting(house.database, house.splits, SigningKey(tmp_path / "key.pem"))
+    correction = correcting.void("tiny", ["0"], "a wall in the way")
+    assert correcting.revise("tiny") == 1
+    with house.database.write() as connection:
+        Corrections(house.database).note_rescored(connection, run_id, correction)
+    assert {"receipts", "superseded_receipts", "rescored_runs"} <= set(rows_of(house, run_id))
     assert pruned(house) == []
     assert pruned(house, with_receipts=True) == [run_id]
     assert rows_of(house, run_id) == {"pruned_runs": 1}

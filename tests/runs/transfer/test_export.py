@@ -64,6 +64,18 @@ def fill(database: Database, split: Split, key: SigningKey) -> str:
         connection.execute(tables.earlier_names.insert(), [{"name": "Lav", "participant": "lab", "until": NOW}])
         pruned = {"run_id": "gone", "account": "lab", "participant": "lab", "split": "tiny", "language": "hi"}
         connection.execute(tables.pruned_runs.insert(), [{**pruned, "created_at": NOW, "had_fault": True}])
+        correction = {"correction_id": "c" * 32, "split": "tiny_e1", "number": 1, "kind": "void", "made_at": NOW}
+        connection.execute(tables.corrections.insert(), [correction | {"reason": "कारण", "episodes": ["0"]}])
+        connection.execute(tables.rescored_runs.insert(), [{"run_id": "cut", "correction_id": "c" * 32}])
+        old = {
+            "run_id": "cut",
+            "number": 1,
+            "superseded_at": NOW,
+            "payload": b"{}",
+            "signature": b"",
+            "public_key": b"",
+        }
+        connection.execute(tables.superseded_receipts.insert(), [old])
     return token
 
 

@@ -15,6 +15,7 @@ from arramon.v1 import leaderboard_pb2 as pb
 from arramon_client.commands.base import run
 from arramon_client.commands.server_options import add_server, server_of
 from arramon_client.errors import ProtocolError, UsageError
+from arramon_client.notices import closing_line, correction_lines, host_lines
 from arramon_client.output import console, print_json
 from arramon_client.results import COLUMNS, score_cell
 from arramon_client.transport.connection import Server, call
@@ -45,11 +46,13 @@ class Listing:
         sort: the metric by which the runs are sorted and ranked.
         standings: the published runs.
         references: the paper's results.
+        notices: when it closes, and what the host corrected.
     """
 
     sort: str = ""
     standings: list[pb.Standing] = field(default_factory=list)
     references: list[pb.Reference] = field(default_factory=list)
+    notices: list[str] = field(default_factory=list)
 
 
 def number(name: str, most: float) -> Callable[[str], float]:
@@ -154,12 +157,15 @@ def _show(options: argparse.Namespace) -> None:
             return
         request = pb.ListRequest(split=split, language=options.lang, sort=SORTS[options.sort])
         listing = _collect(stub, request, server.address)
+        notices = [*listing.notices, *host_lines(server.info)]
     if options.smallest_gap is not None:
         if options.lang != BOTH:
             raise UsageError(f"--smallest-gap needs all languages together, but --lang is {options.lang!r}")
         listing.standings = by_gap(listing, options.smallest_gap)
     shown = console(WIDTH)
     shown.print(table(listing, split, options.lang))
+    for notice in notices:
+        shown.print(notice, soft_wrap=True)
     if not listing.standings:
         hint = "; each language has a separate list, see --lang" if options.lang == BOTH else ""
         shown.print(f"no published runs yet{hint}", soft_wrap=True)
@@ -298,6 +304,9 @@ def _collect(stub: leaderboard_pb2_grpc.LeaderboardStub, request: pb.ListRequest
         listing.sort = page.sort
         listing.standings += page.standings
         listing.references += page.references
+        if not request.page_token:
+            closing = closing_line(page.closes_at, frozen=page.frozen)
+            listing.notices = [*([closing] if closing else []), *correction_lines(page.corrections)]
         if not page.next_page_token:
             return listing
         is_repeated = page.next_page_token == request.page_token
@@ -342,6 +351,8 @@ def _system(standing: pb.Standing) -> Text:
         lines.append(f"{standing.runs_published} of {standing.runs_begun} runs published")
     if standing.reproduced_by:
         lines.append(f"reproduced by {standing.reproduced_by}")
+    if voided := max((entry.voided for entry in standing.entries), default=0):
+        lines.append(f"without {voided} void episodes")
     return Text("\n".join([*lines, marks] if marks else lines))
 
 

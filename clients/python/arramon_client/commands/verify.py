@@ -3,25 +3,30 @@
 import argparse
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import grpc
 from rich.console import Console
 
-from arramon.v1 import evaluation_pb2
+from arramon.v1 import evaluation_pb2, leaderboard_pb2, leaderboard_pb2_grpc
 from arramon_client import receipts
 from arramon_client.commands.base import ERROR, SUCCESS, run
-from arramon_client.errors import ReceiptError, UsageError
+from arramon_client.errors import NotArramonError, ReceiptError, RefusedError, UsageError
+from arramon_client.notices import signed_corrections, superseded_line
 from arramon_client.output import console, print_json
 from arramon_client.printable import many_lines, one_line
 from arramon_client.receipts import Receipt
 from arramon_client.results import TABLE_WIDTH, score_table
 from arramon_client.transport.access import access_of, add_access
-from arramon_client.transport.connection import connect
+from arramon_client.transport.connection import call, connect
 
 KEY_NOT_CHECKED = 3
 """Exit status: the receipt is intact, but its key was not compared with the host's."""
+
+SUPERSEDED = 4
+"""Exit status: the receipt is valid, but the host has signed another one since."""
 
 
 def main(argv: Sequence[str]) -> int:
@@ -31,7 +36,8 @@ def main(argv: Sequence[str]) -> int:
         allow_abbrev=False,
         description="Check receipts: their signatures, the host's key and the actions that this client sent.",
         epilog="exit status: 0 all receipts are valid; 1 one of them is not, for the reasons printed; 2 wrong usage; "
-        "3 the receipts are intact, but no host's key was given to compare their keys with",
+        "3 the receipts are intact, but no host's key was given to compare their keys with; 4 all are valid, but the "
+        "host has corrected a split since and signed another receipt (checked with --server, for published runs)",
     )
     parser.add_argument("receipts", type=Path, nargs="+", metavar="RECEIPT", help="a file RUN.receipt.json; repeatable")
     key = parser.add_mutually_exclusive_group()
@@ -58,12 +64,14 @@ class _Checked:
         error: why it is not valid; empty if it is.
         receipt: its content; None if it cannot be read.
         results: what the comparison with the results file found; empty if there was none.
+        superseded: that the host has signed another receipt since; empty if it has not, or was not asked.
     """
 
     path: Path
     error: str = ""
     receipt: Receipt | None = None
     results: str = ""
+    superseded: str = ""
 
     def as_json(self, key_checked: bool) -> dict[str, Any]:
         return {
@@ -73,6 +81,7 @@ class _Checked:
             "key": self.receipt.public_key.hex() if self.receipt is not None else None,
             "key_checked": key_checked,
             "results": self.results or None,
+            "superseded": self.superseded or None,
             "receipt": self.receipt.content if self.receipt is not None else None,
         }
 
@@ -84,6 +93,8 @@ def _verify(options: argparse.Namespace) -> int:
     checked = []
     for path in options.receipts:
         one = _check(path, options.results, key, whose)
+        if one.receipt is not None and key is not None:
+            one = replace(one, superseded=_superseded(options, one.receipt))
         checked.append(one)
         if not options.json:
             _show_one(one, key, whose, named=len(options.receipts) > 1)
@@ -95,6 +106,8 @@ def _verify(options: argparse.Namespace) -> int:
                 sys.stderr.write(f"error: {many_lines(one.error)}\n")
     if any(one.error for one in checked):
         return ERROR
+    if any(one.superseded for one in checked):
+        return SUPERSEDED
     return SUCCESS if key is not None else KEY_NOT_CHECKED
 
 
@@ -126,11 +139,33 @@ def _show_one(one: _Checked, key: bytes | None, whose: str, *, named: bool) -> N
         say(one.results)
     if key is not None:
         say(f"signed with {whose}, {key.hex()}")
+        if one.superseded:
+            say(one.superseded)
         return
     say(
         f"signed with the key {one.receipt.public_key.hex()}. It was NOT checked that this is the host's key: anyone "
         "can sign with a key of their own. Give the host's key with --key, or get it from its server with --server"
     )
+
+
+def _superseded(options: argparse.Namespace, receipt: Receipt) -> str:
+    """Ask the server, if one is given, whether the host has superseded a receipt; empty if it has not.
+
+    Of runs that are not published, the server tells nobody but their participants.
+    """
+    if options.server is None:
+        return ""
+    request = leaderboard_pb2.GetEntryRequest(run_id=receipt.run["run_id"])
+    with connect(options.server, access_of(options)) as server:
+        try:
+            entry = call(leaderboard_pb2_grpc.LeaderboardStub(server.channel).GetEntry, request, server.address)
+        except NotArramonError:  # it has no leaderboard
+            return ""
+        except RefusedError as error:
+            if error.code is not grpc.StatusCode.NOT_FOUND:
+                raise
+            return ""
+    return superseded_line(receipt.digest, entry)
 
 
 def _host_key(options: argparse.Namespace) -> tuple[bytes | None, str]:
@@ -170,7 +205,8 @@ def _check_results(receipt: Receipt, results: Mapping[str, Any]) -> str:
     actions = {episode_id: _digits(path, sent) for episode_id, sent in results.get("actions", {}).items()}
     compared = receipts.compare_actions(receipt, actions)
     differences = list(compared.differences)
-    if results["metrics"] != receipt.content["scores"]:
+    corrected = bool(receipt.content.get("revision"))
+    if results["metrics"] != receipt.content["scores"] and not corrected:
         differences.insert(0, f"{path} has different scores than the receipt")
     episodes = len(receipt.episodes)
     same = f"in {compared.same} of {episodes} episodes the actions match those that this client sent"
@@ -181,7 +217,8 @@ def _check_results(receipt: Receipt, results: Mapping[str, Any]) -> str:
         differences.append(f"{path}: {same}")
     if differences:
         raise ReceiptError("\n".join(differences))
-    return f"{path}: the scores match; {same}"
+    scores = "the scores are those before the host's corrections" if corrected else "the scores match"
+    return f"{path}: {scores}; {same}"
 
 
 def _digits(path: Path, sent: object) -> list[int]:
@@ -223,5 +260,6 @@ def _show(receipt: Receipt, shown: Console, say: Callable[[str], None]) -> None:
         lines.append(f"code: {', '.join(map(str, run['code'].values()))}")
     if content.get("epoch"):
         lines.append(f"epoch with the commitment {content['epoch']}")
+    lines += signed_corrections(content)
     for line in lines:
         say(one_line(line, 5000))

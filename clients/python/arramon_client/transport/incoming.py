@@ -131,6 +131,7 @@ TEXTS: Mapping[str, Callable[[str, str], str]] = {
     "reproduces": _run_id,
     "episode_id": _id,
     "episode_ids": _id,
+    "episodes": _id,
     "next_page_token": _page_token,
     "instruction": lambda text, _: _instruction(text),
     "content": _lines(64 * 1024 * 1024),

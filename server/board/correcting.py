@@ -1,0 +1,217 @@
+"""Corrections by the host: void episodes, and runs that are scored again on corrected data, with new receipts."""
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+
+import sqlalchemy as sa
+
+from server.board.entries import Entries, Scores
+from server.board.episode_table import EpisodeTable
+from server.episodes.changes import Changes, changes_between, named
+from server.episodes.splits import Split, check_split
+from server.errors import BadInput, Conflict, NotFound
+from server.runs.play.worlds import Worlds
+from server.runs.results.receipts import Receipts
+from server.runs.results.reports import make_report
+from server.runs.results.rescoring import check_same_way, replayed
+from server.runs.results.signing import SigningKey
+from server.runs.storage import tables
+from server.runs.storage.corrections import MAX_REASON, Correction, CorrectionKind, Corrections
+from server.runs.storage.database import Database
+from server.runs.storage.epochs import Epochs
+from server.runs.storage.journal import Journal
+from server.runs.storage.records import RUNNING, Ending, Run
+from server.visible_text import invisible_part
+
+
+@dataclass(frozen=True, slots=True)
+class Rescored:
+    """What became of a run when its split's data was corrected.
+
+    Attributes:
+        run: the run, as it was before.
+        problem: why it was not scored again; empty if it was.
+        changed: number of its episodes whose scores changed.
+        has_new_receipt: whether a new receipt supersedes one that it had.
+    """
+
+    run: Run
+    problem: str = ""
+    changed: int = 0
+    has_new_receipt: bool = False
+
+
+class Correcting:
+    """Corrects splits; possible while servers are running, for one process at a time.
+
+    Args:
+        database: storage of the runs.
+        splits: splits as they are now, by name.
+        key: key that signs the new receipts.
+    """
+
+    def __init__(self, database: Database, splits: Mapping[str, Split], key: SigningKey) -> None:
+        self._database = database
+        self._splits = splits
+        self._journal = Journal(database)
+        self._entries = Entries(database)
+        self._corrections = Corrections(database)
+        self._receipts = Receipts(database, splits, key)
+
+    def void(self, split: str, episode_ids: Collection[str], reason: str, *, restore: bool = False) -> Correction:
+        """Void episodes of a split for all its runs, past and future, or let them count again.
+
+        Receipts are left to `revise`.
+
+        Args:
+            split: name of the split.
+            episode_ids: ids of the episodes, at least one.
+            reason: why, in one line, for readers of the leaderboard.
+            restore: whether they shall count again.
+
+        Raises:
+            NotFound: if there is no such split or episode.
+            Conflict: if an episode is void already, or is not and shall be restored, or no episode would be left.
+            BadInput: if the reason is empty or too long.
+        """
+        reason = _checked(reason)
+        check_split(self._splits, split)
+        found = self._splits[split]
+        asked = frozenset(episode_ids)
+        if unknown := sorted(asked - found.episodes.keys()):
+            raise NotFound(f"split {split!r} has no episode {unknown[0]!r}")
+        void = self._corrections.voided(split)
+        wrong = asked - void if restore else asked & void
+        if wrong:
+            raise Conflict(f"{named(wrong)} of split {split!r} {'not void' if restore else 'void already'}")
+        left = found.episodes.keys() - asked - void
+        if not restore and any(
+            not any(language in found.episodes[name].instructions for name in left) for language in found.languages
+        ):
+            raise Conflict(f"no episode of split {split!r} would be left in a language; expected at least one")
+        return self._corrections.add(split, CorrectionKind.RESTORE if restore else CorrectionKind.VOID, reason, asked)
+
+    def revise(self, split: str) -> int:
+        """Supersede the receipts of a split that its corrections have made outdated; return their number."""
+        return sum(self._receipts.revise(run) for run in self._runs_on(split))
+
+    def rescore(self, before: Split, reason: str) -> Iterator[Rescored]:
+        """Score all runs on the data that a split had before on what it has now, and yield what became of each.
+
+        Only ground truths and texts may have changed: a run cannot be scored in a world that it was not played in.
+        Episodes whose world changed must be void. If it is interrupted, the next call goes on with the runs that are
+        left.
+
+        Args:
+            before: the split as it was.
+            reason: why, in one line, for readers of the leaderboard.
+
+        Raises:
+            NotFound: if there is no split of that name now.
+            Conflict: if nothing changed; if the world of an episode changed that is not void; if the episodes are not
+                the same; or if the split is an epoch, to whose data the host has committed.
+            BadInput: if the reason is empty or too long.
+        """
+        reason, name = _checked(reason), before.name
+        check_split(self._splits, name)
+        after = self._splits[name]
+        if before.data_hash == after.data_hash:
+            raise Conflict(f"the data of split {name!r} has not changed: both are {after.data_hash[:12]}")
+        if Epochs(self._database).find(name) is not None:
+            raise Conflict(
+                f"split {name!r} is an epoch: the host has committed to its data, which cannot be corrected; void the "
+                f"episodes that are wrong (`arramon-server void {name} EPISODE`)"
+            )
+        changes = changes_between(before, after)
+        if shown := changes.world - self._corrections.voided(name):
+            raise Conflict(
+                f"the world of {named(shown)} of split {name!r} is another than that in which the runs were played, so "
+                "that their actions cannot be scored in it; void these episodes first (`arramon-server void`), or "
+                "leave the runs without a rank"
+            )
+        return self._rescore(before, after, changes, reason)
+
+    def _rescore(self, before: Split, after: Split, changes: Changes, reason: str) -> Iterator[Rescored]:
+        correction = self._correction(before, after, changes, reason)
+        with closing(Worlds({after.name: after})) as worlds:
+            for run in self._runs_on(after.name):
+                if run.data_hash != before.data_hash:
+                    continue
+                if run.state == RUNNING:
+                    yield Rescored(run, "it is still being played")
+                    continue
+                endings = self._journal.endings(run.run_id)
+                try:
+                    scored = [self._scored(run, before, after, changes, one, worlds) for one in endings]
+                except (KeyError, ValueError) as error:
+                    yield Rescored(run, f"it cannot be replayed: {error}")
+                    continue
+                self._write(run, after, correction, scored)
+                changed = sum(one.scores != other.scores for one, other in zip(endings, scored, strict=True))
+                has_new_receipt = self._receipts.revise(replace(run, data_hash=after.data_hash))
+                yield Rescored(run, "", changed, has_new_receipt)
+
+    def _correction(self, before: Split, after: Split, changes: Changes, reason: str) -> Correction:
+        """Return the correction from one state of the data to the other; an earlier call may have written it."""
+        data = (before.data_hash, after.data_hash)
+        for one in self._corrections.on(after.name):
+            if (one.data_before, one.data_after) == data:
+                return one
+        return self._corrections.add(after.name, CorrectionKind.RESCORE, reason, changes.all, data)
+
+    def _scored(
+        self, run: Run, before: Split, after: Split, changes: Changes, ending: Ending, worlds: Worlds
+    ) -> Ending:
+        """Return the ending of an episode on the data as it is now.
+
+        Raises:
+            ValueError: if the recorded actions do not give what was recorded.
+        """
+        name = ending.episode_id
+        if name not in changes.truth or name in changes.world:
+            return ending
+        again = replayed(run, after, ending, worlds, self._journal.actions)
+        if (again.cause, again.steps) != (ending.cause, ending.steps):
+            raise ValueError(
+                f"episode {name} ended by {ending.cause} after {ending.steps} steps, and would by {again.cause} after "
+                f"{again.steps}"
+            )
+        check_same_way(run, before, after, ending, worlds, self._journal.actions)
+        return again
+
+    def _write(self, run: Run, after: Split, correction: Correction, endings: Sequence[Ending]) -> None:
+        """Write the new scores of a run in one transaction."""
+        now = replace(run, data_hash=after.data_hash)
+        play = self._journal.play(run)
+        report = make_report(now, self._journal.progress(run.run_id), endings, after, play)
+        scores = Scores(report.progress, report.table.rows, report.signature)
+        runs, episodes, receipts = tables.runs, tables.episodes, tables.receipts
+        with self._database.write() as connection:
+            mine = sa.and_(runs.c.run_id == run.run_id, runs.c.data_hash == run.data_hash)
+            if not connection.execute(runs.update().where(mine).values(data_hash=after.data_hash)).rowcount:
+                raise Conflict(f"another process is scoring run {run.run_id!r} again")
+            for ending in endings:
+                place = sa.and_(episodes.c.run_id == run.run_id, episodes.c.episode_id == ending.episode_id)
+                connection.execute(episodes.update().where(place).values(scores=ending.scores))
+            self._corrections.note_rescored(connection, run.run_id, correction)
+            self._entries.rescore(connection, run.run_id, scores, EpisodeTable.of(endings, play))
+            outdated = sa.and_(receipts.c.run_id == run.run_id, receipts.c.corrections >= correction.number)
+            connection.execute(receipts.update().where(outdated).values(corrections=correction.number - 1))
+
+    def _runs_on(self, split: str) -> list[Run]:
+        """Return the runs of a split, the latest first."""
+        found, last = [], None
+        while page := self._journal.runs(1000, last):
+            found += [run for run in page if run.split == split]
+            last = page[-1]
+        return found
+
+
+def _checked(reason: str) -> str:
+    reason = reason.strip()
+    if not reason or len(reason) > MAX_REASON:
+        raise BadInput(f"the reason has {len(reason)} characters; expected one line of 1 to {MAX_REASON}")
+    if (found := invisible_part(reason)) is not None:
+        raise BadInput(f"the reason contains {found}; expected one line of visible characters")
+    return reason

@@ -1,0 +1,74 @@
+"""When the leaderboards of splits close, and whether they show scores before."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+from server.errors import Conflict
+from server.split_times import NO_TIMES, SplitTimes
+
+
+def _now() -> datetime:
+    return datetime.now(UTC)
+
+
+@dataclass(frozen=True, slots=True)
+class Closing:
+    """When the leaderboards of splits close.
+
+    Attributes:
+        closes: when, by split.
+        frozen: whether those that close show no scores to others than a run's participant until then.
+        now: returns the present time, in UTC.
+    """
+
+    closes: SplitTimes = NO_TIMES
+    frozen: bool = False
+    now: Callable[[], datetime] = _now
+
+    def of(self, split: str) -> datetime | None:
+        """Return when the leaderboard of a split closes, in UTC; None if it stays open."""
+        return self.closes.of(split)
+
+    def is_closed(self, split: str) -> bool:
+        """Return whether the leaderboard of a split is closed."""
+        time = self.closes.of(split)
+        return time is not None and self.now() >= time
+
+    def is_frozen(self, split: str) -> bool:
+        """Return whether the scores of a split are shown to nobody but a run's participant yet."""
+        return self.frozen and self.closes.of(split) is not None and not self.is_closed(split)
+
+    def check_open(self, split: str, what: str) -> None:
+        """Check that the leaderboard of a split is not closed.
+
+        Args:
+            split: name of the split.
+            what: what is refused otherwise, for the error, such as "no runs are created on it".
+
+        Raises:
+            Conflict: if it is closed.
+        """
+        if self.is_closed(split):
+            raise Conflict(f"the leaderboard of split {split!r} closed on {shown(self.closes.of(split))}: {what}")
+
+    def check_shown(self, split: str) -> None:
+        """Check that the scores of a split are shown.
+
+        Raises:
+            Conflict: if its leaderboard is frozen.
+        """
+        if self.is_frozen(split):
+            raise Conflict(
+                f"the leaderboard of split {split!r} is frozen: scores are shown when it closes, on "
+                f"{shown(self.closes.of(split))}"
+            )
+
+
+NEVER = Closing()
+"""All leaderboards stay open."""
+
+
+def shown(time: datetime | None) -> str:
+    """Return a time for an error message."""
+    return f"{time:%Y-%m-%d at %H:%M} UTC" if time is not None else "no date"

@@ -1,0 +1,77 @@
+"""The command `void`: episodes that count in no run's scores, and the list of a split's corrections."""
+
+import argparse
+import sys
+
+from server.board.correcting import Correcting
+from server.commands import Commands
+from server.commands.journal import open_journal
+from server.configuration.config import Config
+from server.configuration.sources import add_flag
+from server.episodes.changes import named
+from server.episodes.splits import read_splits
+from server.errors import BadInput
+from server.runs.results.signing import KnownKeys, SigningKey
+from server.runs.storage.corrections import Corrections, voided_by
+
+
+def add(commands: Commands, common: argparse.ArgumentParser) -> None:
+    """Add the command."""
+    void = commands.add_parser(
+        "void",
+        parents=[common],
+        help="void episodes of a split, whose scores count in no run from then on, or list the corrections of a split; "
+        "possible while servers are running",
+    )
+    void.add_argument("split", metavar="SPLIT", help="the split's name")
+    void.add_argument("episodes", nargs="*", metavar="EPISODE", help="ids of the episodes; none: list the corrections")
+    void.add_argument("--reason", metavar="TEXT", help="why, in one line, which the leaderboard shows")
+    void.add_argument("--restore", action="store_true", help="let void episodes count again")
+    add_flag(void, "signing_key")
+    void.set_defaults(command=_void)
+
+
+def _void(arguments: argparse.Namespace) -> None:
+    if not arguments.episodes:
+        if arguments.reason is not None or arguments.restore:
+            raise BadInput("expected ids of episodes: arramon-server void SPLIT EPISODE... --reason TEXT")
+        _list(arguments)
+        return
+    if arguments.reason is None:
+        raise BadInput("expected a reason, which the leaderboard shows: --reason TEXT")
+    config: Config = arguments.settings
+    splits = read_splits(config.data)
+    with open_journal(config) as database:
+        correcting = Correcting(database, splits, key_of(config, KnownKeys(database)))
+        made = correcting.void(arguments.split, arguments.episodes, arguments.reason, restore=arguments.restore)
+        print(
+            f"{'restored' if arguments.restore else 'void'}: {named(made.episodes)} of split {made.split}", flush=True
+        )
+        print(f"new receipts: {correcting.revise(made.split)}")
+    if splits[made.split].hidden:
+        print(
+            "the split is hidden: the difference between the scores before and after is about these episodes alone, as "
+            "far as the rounding of the scores tells it",
+            file=sys.stderr,
+        )
+
+
+def _list(arguments: argparse.Namespace) -> None:
+    with open_journal(arguments.settings, read_only=True) as database:
+        found = Corrections(database).on(arguments.split)
+    for one in found:
+        data = f", data {one.data_before[:12]} to {one.data_after[:12]}" if one.data_before and one.data_after else ""
+        print(f"{one.made_at:%Y-%m-%dT%H:%MZ}  {one.kind}  {named(one.episodes)}{data}: {one.reason}")
+    void = voided_by(found)
+    print(f"void now: {', '.join(sorted(void)) or 'none'}")
+
+
+def key_of(config: Config, known: KnownKeys) -> SigningKey:
+    """Return the key that signs the journal's receipts.
+
+    Raises:
+        Conflict: if the host's key is not the present one of the journal.
+    """
+    key = SigningKey(config.signing_key_path)
+    known.check(key.public)
+    return key

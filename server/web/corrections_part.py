@@ -1,0 +1,31 @@
+"""What the pages say of a split's corrections, and of the time at which its leaderboard closes."""
+
+from server.closing import Closing
+from server.runs.storage.corrections import Correction
+from server.web.texts import Texts
+
+_NAMED = 5
+"""Episodes of a correction that are named."""
+
+
+def correction_words(t: Texts, correction: Correction) -> str:
+    """Return what a correction changed, when and why, in a sentence."""
+    episodes = ", ".join(correction.episodes[:_NAMED]) + (", …" if len(correction.episodes) > _NAMED else "")
+    what = t(
+        f"corrections.{correction.kind.value}",
+        number=t.whole(len(correction.episodes)),
+        episodes=episodes,
+        before=(correction.data_before or "")[:12],
+        after=(correction.data_after or "")[:12],
+    )
+    return t("corrections.one", date=t.date(correction.made_at), what=what, reason=correction.reason)
+
+
+def closing_words(t: Texts, closing: Closing, split: str) -> str:
+    """Return when the leaderboard of a split closes or closed; empty if it stays open."""
+    time = closing.of(split)
+    if time is None:
+        return ""
+    if closing.is_closed(split):
+        return t("closing.closed", time=t.moment(time))
+    return t("closing.frozen" if closing.is_frozen(split) else "closing.open", time=t.moment(time))

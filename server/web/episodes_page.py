@@ -1,0 +1,211 @@
+"""Template variables of the page that lists a run's episodes, and of the page of one episode; of open splits alone."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+from urllib.parse import quote, urlencode
+
+from server.board.board import Board
+from server.board.standings import Entry
+from server.errors import NotFound, quoted
+from server.runs.storage.corrections import voided_by
+from server.runs.storage.records import Ending
+from server.scoring.episode import Scores
+from server.web.filters import METRICS
+from server.web.paths import Paths, PlayedEpisode
+from server.web.room_map import Pile
+from server.web.section_map import Label, labels
+from server.web.standings_page import columns
+from server.web.texts import Texts, all_texts
+from server.web.things import named_things, object_name
+
+ALL = "all"
+
+NAVIGATION, OBJECT, PLACEMENT, NOTHING = "navigation", "object", "placement", "nothing"
+"""What a turn failed at first: it ended more than 3 units from its target; there, with another object; with the right
+one, in another cell; at nothing."""
+
+FAILURES = (ALL, NAVIGATION, OBJECT, PLACEMENT, NOTHING)
+
+TURNS = (ALL, "1", "2")
+
+PAGE_SIZE = 100
+"""Episodes on one page."""
+
+
+@dataclass(frozen=True, slots=True)
+class Filter:
+    """Which episodes a reader chose.
+
+    Attributes:
+        failed: one of FAILURES.
+        turn: "1" or "2": the turn that failed at it; ALL: any of both, or with NOTHING each of both.
+        cause: cause of the end; ALL for any.
+    """
+
+    failed: str = ALL
+    turn: str = ALL
+    cause: str = ALL
+
+    @classmethod
+    def read(cls, query: Mapping[str, str], causes: Sequence[str]) -> "Filter":
+        """Return the filter in the query of an address.
+
+        Raises:
+            NotFound: if it has a value that does not exist.
+        """
+        allowed = {"failed": FAILURES, "turn": TURNS, "cause": (ALL, *causes)}
+        chosen = {name: query.get(name, ALL) for name in allowed}
+        for name, value in chosen.items():
+            if value not in allowed[name]:
+                raise NotFound(f"there is no {name} {quoted(value)}")
+        return cls(**chosen)
+
+    def fits(self, ending: Ending) -> bool:
+        """Return whether an episode is among those chosen."""
+        if self.cause not in (ALL, ending.cause):
+            return False
+        found = [failure_of(turn) == self.failed for turn in ending.scores]
+        if self.failed == ALL:
+            return True
+        if self.turn != ALL:
+            return found[int(self.turn) - 1]
+        return all(found) if self.failed == NOTHING else any(found)
+
+    def link(self, **more: object) -> str:
+        """Return the query of the filter, without what has its default; empty if all has."""
+        named = {"failed": self.failed, "turn": self.turn, "cause": self.cause, **more}
+        query = urlencode({name: value for name, value in named.items() if value not in (ALL, 1)})
+        return f"?{query}" if query else ""
+
+
+def failure_of(turn: Scores) -> str:
+    """Return what a turn failed at first."""
+    if not turn["CTC-3"]:
+        return NAVIGATION
+    if not turn["CTC-0"]:
+        return OBJECT
+    return NOTHING if turn["PTC"] else PLACEMENT
+
+
+class EpisodesPage:
+    """Builds the variables of both pages.
+
+    Args:
+        board: the leaderboard, with the published runs.
+        paths: draws episodes.
+    """
+
+    def __init__(self, board: Board, paths: Paths) -> None:
+        self._board = board
+        self._paths = paths
+
+    def context(self, t: Texts, run_id: str, query: Mapping[str, str]) -> dict[str, Any]:
+        """Return the variables of the template of the list.
+
+        Args:
+            t: texts of the page's language.
+            run_id: id of the run.
+            query: of the address: "failed", "turn", "cause", "page".
+
+        Raises:
+            NotFound: if the run is not published, its episodes may not be shown, or the query has an unknown value.
+        """
+        entry, endings = self._endings(run_id)
+        causes = sorted({ending.cause for ending in endings})
+        chosen = Filter.read(query, causes)
+        fitting = [ending for ending in endings if chosen.fits(ending)]
+        page = query.get("page", "1")
+        if not (page.isascii() and page.isdecimal() and 0 < int(page[:6]) <= max(1, -(-len(fitting) // PAGE_SIZE))):
+            raise NotFound(f"there is no page {quoted(page)}")
+        first = (int(page[:6]) - 1) * PAGE_SIZE
+        split = self._paths.split(entry)
+        assert split is not None  # as in `_endings`
+        here = fitting[first : first + PAGE_SIZE]
+        return {
+            "entry": entry,
+            "chosen": chosen,
+            "rows": [(ending, split.episodes[ending.episode_id].section, _failures(ending)) for ending in here],
+            "void": voided_by(self._board.corrections(entry.run.split)),
+            "address": lambda episode_id: _address(t, entry, episode_id, chosen),
+            "fitting": len(fitting),
+            "all": len(endings),
+            "page": int(page[:6]),
+            "pages": -(-len(fitting) // PAGE_SIZE),
+            "failures": [(name, t(f"episodes.{name}")) for name in FAILURES],
+            "turns": [(ALL, t("episodes.any_turn")), *((name, t(f"turns.{name}")) for name in TURNS[1:])],
+            "causes": [(ALL, t("episodes.any_cause")), *((name, t.named("causes", name)) for name in causes)],
+        }
+
+    def episode_context(self, t: Texts, run_id: str, episode_id: str, query: Mapping[str, str]) -> dict[str, Any]:
+        """Return the variables of the template of one episode.
+
+        Args:
+            t: texts of the page's language.
+            run_id: id of the run.
+            episode_id: id of the episode.
+            query: of the address: the filter of the list from which it was reached.
+
+        Raises:
+            NotFound: if the run is not published, has no such episode, or its episodes may not be shown.
+        """
+        entry, endings = self._endings(run_id)
+        played = self._paths.played(entry, episode_id)
+        chosen = Filter.read(query, sorted({ending.cause for ending in endings}))
+        ids = [ending.episode_id for ending in endings if chosen.fits(ending)]
+        if episode_id not in ids:
+            chosen, ids = Filter(), [ending.episode_id for ending in endings]
+        at = ids.index(episode_id)
+        return {
+            "entry": entry,
+            "played": played,
+            "metrics": METRICS,
+            "columns": columns(t),
+            "list": f"/{t.language}/runs/{run_id}/episodes{chosen.link()}",
+            "number": (at + 1, len(ids)),
+            "previous": _address(t, entry, ids[at - 1], chosen) if at else "",
+            "next": _address(t, entry, ids[at + 1], chosen) if at + 1 < len(ids) else "",
+            "failures": _failures(played.ending),
+            "void": episode_id in voided_by(self._board.corrections(entry.run.split)),
+            "labels": [_labels(t, entry, played, turn) for turn in range(2)],
+            "object_name": lambda type_: object_name(t, type_),
+            "pile_name": lambda pile: _pile_name(t, pile),
+        }
+
+    def _endings(self, run_id: str) -> tuple[Entry, list[Ending]]:
+        """Return a run and the endings of its episodes in the order of their ids."""
+        entry = self._board.entry(run_id)
+        if self._paths.split(entry) is None:
+            raise NotFound(f"run {run_id!r} has no episodes to show")
+        return entry, sorted(self._paths.endings(entry), key=lambda ending: _natural(ending.episode_id))
+
+
+def _failures(ending: Ending) -> list[str]:
+    return [failure_of(turn) for turn in ending.scores]
+
+
+def _address(t: Texts, entry: Entry, episode_id: str, chosen: Filter) -> str:
+    return f"/{t.language}/runs/{entry.run.run_id}/episodes/{quote(episode_id, safe='')}{chosen.link()}"
+
+
+def _labels(t: Texts, entry: Entry, played: PlayedEpisode, number: int) -> tuple[Label, ...]:
+    """Return the names on the map of a turn: the target, and what the instruction names near the ground truth."""
+    turn = played.episode.turns[number]
+    target = turn.target
+    named = [(object_name(t, target.type), (target.position.x, target.position.z))]
+    spoken = all_texts().get(entry.run.language)
+    if spoken is not None:
+        text = played.episode.instructions[entry.run.language][number].navigation
+        found = named_things(t, spoken, played.section, text, turn.path)
+        named += [(thing.name, thing.position) for thing in found]
+    return labels(played.section, named)
+
+
+def _pile_name(t: Texts, pile: Pile) -> str:
+    return " + ".join(object_name(t, type_) for type_ in pile.types)
+
+
+def _natural(text: str) -> list[tuple[int, str]]:
+    """Return a sort key by which 9 comes before 10."""
+    return [(int(part) if part.isdecimal() else -1, part) for part in re.split(r"([0-9]+)", text)]

@@ -1,0 +1,132 @@
+"""Map of the assembly room from above, with what lies in it and an episode's way through it, for SVG."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from server.episodes.episode import Turn
+from server.runs.play.session import Session
+from server.scoring.trajectory import TurnRecord
+from server.sim.catalogue import ObjectType
+from server.sim.room import COLUMNS, ROWS, START, Square
+from server.sim.rules import Phase, PlacedObject
+
+CELL = 10
+"""Side of a cell, in the picture's units."""
+
+WIDTH, HEIGHT = COLUMNS * CELL, ROWS * CELL
+
+
+@dataclass(frozen=True, slots=True)
+class Pile:
+    """Objects on one cell.
+
+    Attributes:
+        x, y: centre of the cell.
+        types: from the floor up.
+    """
+
+    x: float
+    y: float
+    types: tuple[ObjectType, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Room:
+    """One turn's assembly.
+
+    Attributes:
+        piles: what lay in the room when the assembly began; if it did not, what would have.
+        truth: the reference way, in SVG's notation.
+        played: the way played; empty if the agent did not move.
+        start, target: centres of the cells.
+        target_level: level of the target, from 1, the floor.
+        placed: centre of the cell in which the agent placed what it carried; None if it placed nothing.
+        placed_level: its level; 0 if it placed nothing.
+        forced: whether a limit placed it.
+        carried: what the agent carried; None if it did no step of the assembly.
+    """
+
+    piles: tuple[Pile, ...]
+    truth: str
+    played: str
+    start: tuple[float, float]
+    target: tuple[float, float]
+    target_level: int
+    placed: tuple[float, float] | None
+    placed_level: int
+    forced: bool
+    carried: ObjectType | None
+
+
+class RoomWatch:
+    """Notes an agent's way through the room while a session is replayed.
+
+    Args:
+        session: at its beginning.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._ways: tuple[list[Square], list[Square]] = ([], [])
+        self._carried: list[ObjectType | None] = [None, None]
+
+    def replay(self, actions: Iterable[int]) -> None:
+        """Replay recorded actions."""
+        for _ in self._session.replay(actions):
+            state = self._session.state
+            if state.phase is Phase.ASSEMBLY and not state.finished:
+                self._carried[state.turn - 1] = state.carried
+                way = self._ways[state.turn - 1]
+                if not way or way[-1] != state.square:
+                    way.append(state.square)
+
+    def rooms(self) -> tuple[Room, ...]:
+        """Return both turns' assemblies as far as they were played."""
+        episode, held = self._session.episode, self._session.state.room
+        before = held[: len(episode.decoys)], held[: len(episode.decoys) + 1]  # what is placed comes last
+        return tuple(
+            _room(before[number], turn, played, self._ways[number], self._carried[number])
+            for number, (turn, played) in enumerate(zip(episode.turns, self._session.record().turns, strict=True))
+        )
+
+
+def _room(
+    held: Sequence[PlacedObject],
+    turn: Turn,
+    played: TurnRecord,
+    way: Sequence[Square],
+    carried: ObjectType | None,
+) -> Room:
+    placed = played.placed_cell
+    cell = turn.target_cell
+    return Room(
+        _piles(held),
+        _points(turn.room_path),
+        _points(way) if len(way) > 1 else "",
+        _centre(START),
+        _centre(Square(cell.column, cell.row)),
+        cell.level,
+        _centre(Square(placed[0], placed[2])) if placed else None,
+        placed[1] if placed else 0,
+        played.placement_forced,
+        carried,
+    )
+
+
+def _piles(held: Sequence[PlacedObject]) -> tuple[Pile, ...]:
+    found: dict[Square, list[PlacedObject]] = {}
+    for one in held:
+        found.setdefault(Square(one.placement.column, one.placement.row), []).append(one)
+    return tuple(
+        Pile(*_centre(square), tuple(one.type for one in sorted(pile, key=lambda one: one.placement.level)))
+        for square, pile in sorted(found.items())
+    )
+
+
+def _centre(square: Square) -> tuple[float, float]:
+    """Return the centre of a cell; row 0, where the agent starts, is at the bottom."""
+    return (square.column + 0.5) * CELL, (ROWS - square.row - 0.5) * CELL
+
+
+def _points(squares: Sequence[Square]) -> str:
+    return " ".join(f"{x:g},{y:g}" for x, y in map(_centre, squares))

@@ -1,0 +1,143 @@
+"""The commands that correct a split: `void`, and `rescore --adopt`."""
+
+import json
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from server.board.entries import Entries
+from server.board.publishing import Publishing
+from server.cli import main
+from server.episodes.splits import folder_of, read_splits, write_split
+from server.runs.accounts.callers import HOST
+from server.runs.results.receipts import Receipts, stored_receipt
+from server.runs.results.signing import SigningKey
+from server.runs.storage.corrections import Corrections
+from server.runs.storage.database import Database
+from server.runs.storage.journal import Journal
+from server.runs.transfer.export import export
+from server.runs.transfer.restore import import_archive
+from server.sim.room import Placement
+from tests import tiny
+from tests.played import play
+
+RUN = "a" * 32
+
+
+@pytest.fixture
+def data(tmp_path: Path) -> Path:
+    """A host's data folder with one published run."""
+    folder = tmp_path / "data"
+    tiny.write(folder)
+    splits = read_splits(folder)
+    with closing(Database(f"sqlite:///{folder / 'journal.db'}")) as database:
+        play(database, splits["tiny"], RUN)
+        receipts = Receipts(database, splits, SigningKey(folder / "signing-key.pem"))
+        Publishing(Journal(database), splits, Entries(database), receipts).publish(HOST, RUN, "")
+    return folder
+
+
+def run(data: Path, *arguments: str) -> int:
+    return main([*arguments[:1], "--data", str(data), *arguments[1:]])
+
+
+def receipt(data: Path) -> dict[str, object]:
+    with closing(Database(f"sqlite:///{data / 'journal.db'}")) as database:
+        found = stored_receipt(database, RUN)
+    assert found is not None
+    content: dict[str, object] = json.loads(found.payload)
+    return content
+
+
+def test_episodes_are_voided_listed_and_restored(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(data, "void", "tiny", "0", "1", "--reason", "inside a wall") == 0
+    assert capsys.readouterr().out == "void: 2 episodes ('0', '1') of split tiny\nnew receipts: 1\n"
+    assert receipt(data)["voided"] == ["0", "1"]
+    assert run(data, "void", "tiny") == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].endswith("void  2 episodes ('0', '1'): inside a wall")
+    assert lines[1] == "void now: 0, 1"
+    assert run(data, "void", "tiny", "1", "--restore", "--reason", "it was right") == 0
+    assert receipt(data)["voided"] == ["0"]
+    assert run(data, "rescore", RUN) == 0
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["tiny", "0"], "expected a reason, which the leaderboard shows: --reason TEXT"),
+    (["tiny", "--restore"], "expected ids of episodes"),
+    (["tinny", "0", "--reason", "x"], "there is no split 'tinny'; there are tiny"),
+    (["tiny", "zero", "--reason", "x"], "split 'tiny' has no episode 'zero'"),
+])  # fmt: skip
+def test_what_is_wrong_is_said(
+    data: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], message: str
+) -> None:
+    assert run(data, "void", *arguments) == 1
+    assert message in capsys.readouterr().err
+
+
+def test_the_host_of_a_hidden_split_is_told_what_a_void_episode_tells(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tiny.write(tmp_path, "secret", hidden=True)
+    assert run(tmp_path, "void", "secret", "0", "--reason", "x") == 0
+    assert "the difference between the scores before and after is about these episodes" in capsys.readouterr().err
+
+
+def corrected(data: Path) -> Path:
+    """Correct the cell of an episode; return the folder with the data as it was."""
+    old = data.parent / "old" / "tiny"
+    old.parent.mkdir()
+    folder_of(data, "tiny").rename(old)
+    episodes = []
+    for number in range(6):
+        one = tiny.episode(str(number), ("en",) if number % 3 == 0 else ("en", "hi"))
+        first = replace(one.turns[0], target_cell=Placement(2, 1, 3))
+        episodes.append(replace(one, turns=(first, one.turns[1])) if number == 0 else one)
+    write_split(data, "tiny", hidden=False, source="tests", episodes=episodes, sections=[tiny.SECTION])
+    return old
+
+
+def test_runs_are_scored_again_after_a_correction(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    old = corrected(data)
+    assert run(data, "rescore", RUN) == 1
+    assert "which now has the data" in capsys.readouterr().out
+    adopt = ("rescore", "--adopt", "tiny", "--before", str(old), "--reason", "the cell was wrong")
+    assert run(data, *adopt) == 0
+    said = capsys.readouterr()
+    assert said.out == f"run {RUN}: scores changed in 1 episodes\nscored again: 1 runs; new receipts: 1\n"
+    assert said.err == "restart the servers to serve the corrected data\n"
+    assert run(data, "rescore", RUN) == 0
+    assert "identical" in capsys.readouterr().out
+    assert receipt(data)["scores"]["total"]["PTC"]["mean"] == pytest.approx(11 / 12)  # type: ignore[index]
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["--adopt", "tiny"], "--adopt SPLIT, --before FOLDER and --reason TEXT are used together"),
+    (["--all", "--reason", "x"], "--adopt SPLIT, --before FOLDER and --reason TEXT are used together"),
+    (["--adopt", "tiny", "--all", "--before", "x", "--reason", "x"], "expected either ids of runs"),
+    (["--adopt", "tiny", "--before", "/nowhere/tiny", "--reason", "x"], "/nowhere/tiny/episodes.jsonl: cannot be read"),
+])  # fmt: skip
+def test_adopt_needs_the_data_as_it_was_and_a_reason(
+    data: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], message: str
+) -> None:
+    assert run(data, "rescore", *arguments) == 1
+    assert message in capsys.readouterr().err
+
+
+def test_an_export_carries_corrections_and_superseded_receipts(data: Path, database_url: str) -> None:
+    assert run(data, "void", "tiny", "1", "--reason", "doubtful") == 0
+    adopt = ("rescore", "--adopt", "tiny", "--before", str(corrected(data)), "--reason", "the cell was wrong")
+    assert run(data, *adopt) == 0
+    splits, key = read_splits(data), SigningKey(data / "signing-key.pem")
+    with closing(Database(f"sqlite:///{data / 'journal.db'}")) as here, closing(Database(database_url)) as there:
+        export(here, data / "all.zst")
+        import_archive(there, data / "all.zst")
+        one, other = Receipts(here, splits, key), Receipts(there, splits, key)
+        for number in (0, 1, 2):
+            assert one.of(HOST, RUN, number) == other.of(HOST, RUN, number)
+        assert Corrections(there).on("tiny") == Corrections(here).on("tiny")
+        assert len(Corrections(there).on("tiny")) == 2
+        export(there, data / "again.zst")
+    assert (data / "again.zst").read_bytes() == (data / "all.zst").read_bytes()
