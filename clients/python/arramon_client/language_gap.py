@@ -4,11 +4,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from rich import box
 from rich.table import Table
 
 from arramon.v1 import evaluation_pb2
-from arramon_client.results import COLUMNS
+from arramon_client.results import COLUMNS, table_of_metrics
 
 TOTAL, TURNS = "total", ("turn 1", "turn 2")
 
@@ -54,17 +53,10 @@ def gaps(first: evaluation_pb2.Report, second: evaluation_pb2.Report) -> list[Ga
 def gap_table(reports: Sequence[evaluation_pb2.Report]) -> Table:
     """Return the table of gaps between the first report and each of the others."""
     run = reports[0].run
-    table = Table(
-        title=f"{run.agent} on {run.split}: gap between languages, both turns",
-        caption="below a difference: its 95% interval, paired by episode, if the server tells their scores",
-        box=box.SIMPLE_HEAD,
-        padding=0,
-        show_edge=False,
-        pad_edge=False,
+    table = table_of_metrics(
+        f"{run.agent} on {run.split}: gap between languages, both turns",
+        "below a difference: its 95% interval, paired by episode, if the server tells their scores",
     )
-    table.add_column("", no_wrap=True)
-    for heading, _ in COLUMNS:
-        table.add_column(heading, justify="right", no_wrap=True)
     for other in reports[1:]:
         by_metric = {gap.metric: gap for gap in gaps(reports[0], other)}
         cells = [_cell(by_metric.get(metric)) for _, metric in COLUMNS]

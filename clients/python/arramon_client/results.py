@@ -39,20 +39,22 @@ FORMAT = 1
 def score_table(report: evaluation_pb2.Report) -> Table:
     """Return the score table: rows for turn 1, turn 2 and the total, with each score's 95% interval below it."""
     run = report.run
-    table = Table(
-        title=f"{run.agent} on {run.split}, {run.language}, {run.episodes} episodes",
-        caption="below each score: its 95% interval; rPOD and PTC count where CTC-3 is 1",
-        box=box.SIMPLE_HEAD,
-        padding=0,
-        show_edge=False,
-        pad_edge=False,
+    table = table_of_metrics(
+        f"{run.agent} on {run.split}, {run.language}, {run.episodes} episodes",
+        "below each score: its 95% interval; rPOD and PTC count where CTC-3 is 1",
     )
-    table.add_column("", no_wrap=True)
-    for heading, _ in COLUMNS:
-        table.add_column(heading, justify="right", no_wrap=True)
     for row in report.rows:
         scores = {score.metric: score for score in row.scores}
         table.add_row(row.name, *(score_cell(scores.get(metric)) for _, metric in COLUMNS))
+    return table
+
+
+def table_of_metrics(title: str, caption: str) -> Table:
+    """Return an empty table with a column for the rows' names and one for each of COLUMNS."""
+    table = Table(title=title, caption=caption, box=box.SIMPLE_HEAD, padding=0, show_edge=False, pad_edge=False)
+    table.add_column("", no_wrap=True)
+    for heading, _ in COLUMNS:
+        table.add_column(heading, justify="right", no_wrap=True)
     return table
 
 

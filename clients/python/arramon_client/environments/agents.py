@@ -9,14 +9,13 @@ from gymnasium.utils import seeding
 
 from arramon_client.agent import Observation
 from arramon_client.environments.arguments import seed_of, whole
-from arramon_client.environments.backend import ASSEMBLY, NAVIGATION, PHASES, Player
+from arramon_client.environments.backend import ASSEMBLY, NAVIGATION, PHASES
 from arramon_client.environments.episodes import Episodes, checked
 from arramon_client.environments.errors import BadArgument
 from arramon_client.environments.options import make_options
 from arramon_client.environments.players import open_player
-from arramon_client.environments.snapshots import restore, take
+from arramon_client.environments.snapshots import Copyable
 from arramon_client.environments.spaces import NO_ACTION, Dict, action_space
-from arramon_client.environments.tokens import Tokenizer
 
 NAVIGATOR, ASSEMBLER = "navigator", "assembler"
 AGENTS = (NAVIGATOR, ASSEMBLER)
@@ -35,7 +34,7 @@ MESSAGE_SYMBOLS = 32
 """Symbols of a message; 0 stands for nothing."""
 
 
-class TwoAgents:
+class TwoAgents(Copyable):
     """An episode that two agents play by turns: what the AEC environment and its parallel form share.
 
     Args:
@@ -51,6 +50,8 @@ class TwoAgents:
         active: the agent whose phase it is; after the end, the one that acted last.
         is_over: whether the episode has ended.
     """
+
+    MADE_AGAIN = ("_episodes", "_translator")
 
     def __init__(self, message_length: int, **options: object) -> None:
         self._length = whole("message_length", message_length, "a number from 0", 0)
@@ -74,24 +75,6 @@ class TwoAgents:
         """Set what is not part of a copy's state, as it is made again."""
         self._episodes = episodes
         self._translator = episodes.opened.translator()
-
-    def __getstate__(self) -> dict[str, Any]:
-        kept = {name: value for name, value in self.__dict__.items() if name not in ("_episodes", "_translator")}
-        return {**kept, "snapshot": take(self._episodes)}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update({name: value for name, value in state.items() if name != "snapshot"})
-        self._play_with(restore(state["snapshot"]))
-
-    @property
-    def tokenizer(self) -> Tokenizer:
-        """The tokenizer of the instructions."""
-        return self._episodes.opened.tokenizer
-
-    @property
-    def player(self) -> Player:
-        """What plays the episodes."""
-        return self._episodes.player
 
     def begin(self, seed: int | None, options: dict[str, Any] | None) -> dict[str, Any]:
         """Begin an episode, and return its info.

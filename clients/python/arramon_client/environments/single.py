@@ -10,7 +10,7 @@ from gymnasium import spaces
 
 from arramon_client.agent import Label
 from arramon_client.environments.arguments import check_names, seed_of
-from arramon_client.environments.backend import ASSEMBLY, Player
+from arramon_client.environments.backend import ASSEMBLY
 from arramon_client.environments.conversion import let_texts_pass
 from arramon_client.environments.episodes import Episodes
 from arramon_client.environments.errors import BadArgument
@@ -19,9 +19,8 @@ from arramon_client.environments.options import Options, make_options
 from arramon_client.environments.pictures import Picture, Window
 from arramon_client.environments.players import open_player
 from arramon_client.environments.registration import PlainSpec
-from arramon_client.environments.snapshots import restore, take
+from arramon_client.environments.snapshots import Copyable
 from arramon_client.environments.spaces import NO_ACTION, Dict, action_space
-from arramon_client.environments.tokens import Tokenizer
 
 RENDER_MODES = ("human", "rgb_array")
 
@@ -35,11 +34,8 @@ OWN = ("render_mode",)
 NOT_IN_ROOM = ("split", "server", "phases", "start", "access")
 """Options that an environment in the room alone does not have."""
 
-MADE_AGAIN = ("_episodes", "_translator", "_picture", "_window")
-"""Attributes that a copy makes for itself."""
 
-
-class ArraMonEnv(PlainSpec, gymnasium.Env[Dict, np.int64]):
+class ArraMonEnv(Copyable, PlainSpec, gymnasium.Env[Dict, np.int64]):
     """The benchmark as a Gymnasium environment; `gymnasium.make("arramon/ArraMon-v0")` makes one.
 
     An episode has two turns of two phases each. `terminated` is its end; the step limit of a phase is a transition to
@@ -57,6 +53,7 @@ class ArraMonEnv(PlainSpec, gymnasium.Env[Dict, np.int64]):
         NoBackend: if there is no host, and the server package is not installed.
     """
 
+    MADE_AGAIN = ("_episodes", "_translator", "_picture", "_window")
     metadata: dict[str, Any] = {  # noqa: RUF012 - as Gymnasium declares it
         "render_modes": list(RENDER_MODES),
         "render_fps": 10,
@@ -77,24 +74,6 @@ class ArraMonEnv(PlainSpec, gymnasium.Env[Dict, np.int64]):
         self._translator = episodes.opened.translator()
         self._picture = Picture()
         self._window: Window | None = None
-
-    def __getstate__(self) -> dict[str, Any]:
-        kept = {name: value for name, value in self.__dict__.items() if name not in MADE_AGAIN}
-        return {**kept, "snapshot": take(self._episodes)}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update({name: value for name, value in state.items() if name != "snapshot"})
-        self._play_with(restore(state["snapshot"]))
-
-    @property
-    def tokenizer(self) -> Tokenizer:
-        """The tokenizer of the instructions."""
-        return self._episodes.opened.tokenizer
-
-    @property
-    def player(self) -> Player:
-        """What plays the episodes: its split, its labels, the hash chain over the actions."""
-        return self._episodes.player
 
     @property
     def labels(self) -> tuple[Label, ...]:

@@ -4,13 +4,17 @@ So an environment can be pickled and copied in the middle of an episode: the act
 without drawing a frame.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
+from arramon_client.environments.backend import Player
 from arramon_client.environments.episodes import Episodes
 from arramon_client.environments.errors import CannotCopy
 from arramon_client.environments.options import Options
 from arramon_client.environments.players import open_player
+from arramon_client.environments.tokens import Tokenizer
 from arramon_client.errors import ArramonClientError
 
 
@@ -33,6 +37,39 @@ class Snapshot:
     actions: tuple[int, ...]
     advised: tuple[int, ...]
     is_over: bool
+
+
+class Copyable(ABC):
+    """Base of environments that are pickled and copied as a snapshot of their episodes.
+
+    Attributes:
+        MADE_AGAIN: names of the attributes that `_play_with` sets, which a copy makes for itself.
+    """
+
+    MADE_AGAIN: ClassVar[tuple[str, ...]]
+    _episodes: Episodes
+
+    @abstractmethod
+    def _play_with(self, episodes: Episodes) -> None:
+        """Set what is not part of a copy's state, as it is made again."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        kept = {name: value for name, value in self.__dict__.items() if name not in self.MADE_AGAIN}
+        return {**kept, "snapshot": take(self._episodes)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update({name: value for name, value in state.items() if name != "snapshot"})
+        self._play_with(restore(state["snapshot"]))
+
+    @property
+    def tokenizer(self) -> Tokenizer:
+        """The tokenizer of the instructions."""
+        return self._episodes.opened.tokenizer
+
+    @property
+    def player(self) -> Player:
+        """What plays the episodes: its split, its labels, the hash chain over the actions."""
+        return self._episodes.player
 
 
 def take(episodes: Episodes) -> Snapshot:
