@@ -2,15 +2,28 @@
 
 import os
 import signal
+import sys
 import time
 from pathlib import Path
 
 from tests.programs import start, stop
 
 
+PROGRAM = """
+import signal
+signal.signal(signal.SIGINT, signal.SIG_DFL)
+print("ready", flush=True)
+signal.pause()
+"""
+"""Ends by an interrupt, though shells start what runs beside them with interrupts ignored."""
+
+
 def test_a_program_stops_although_a_forked_process_holds_its_input(tmp_path: Path) -> None:
     """Processes that tests fork hold the ends of all pipes, and may go on."""
-    process = start(["sleep", "1000"], tmp_path / "log")
+    log = tmp_path / "log"
+    process = start([sys.executable, "-c", PROGRAM], log)
+    while not log.stat().st_size:
+        time.sleep(0.01)
     child = os.fork()
     if child == 0:
         time.sleep(1000)

@@ -22,7 +22,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     data = tmp_path_factory.mktemp("data")
     tiny.write(data)
     tiny.write(data, "secret", 3, hidden=True)
-    server = Server(data, "127.0.0.1:0", "--runs-at-once", "secret=1")
+    server = Server(data, "127.0.0.1:0", "--runs-at-once", "0,secret=1")
     yield server
     assert server.stop() == 0
 

@@ -51,10 +51,10 @@ def test_unknown_words_and_tokens_say_nothing(model: Alignment) -> None:
 
 
 def test_a_model_is_read_as_it_was_written(model: Alignment, tmp_path: Path) -> None:
-    for name in ("one", "other"):
+    for name in ("one.json.gz", "other.json.gz"):
         save(model, tmp_path / name)
-    assert (tmp_path / "one").read_bytes() == (tmp_path / "other").read_bytes()
-    again = read(tmp_path / "one")
+    assert (tmp_path / "one.json.gz").read_bytes() == (tmp_path / "other.json.gz").read_bytes()
+    again = read(tmp_path / "one.json.gz")
     assert (again.words, again.tokens, again.others) == (model.words, model.tokens, model.others)
     for text, route in PAIRS[:4]:
         assert again.score(text, route) == pytest.approx(model.score(text, route), abs=0.01)
