@@ -8,7 +8,6 @@ from pathlib import Path
 
 from tests.programs import start, stop
 
-
 PROGRAM = """
 import signal
 signal.signal(signal.SIGINT, signal.SIG_DFL)
