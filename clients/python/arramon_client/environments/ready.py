@@ -6,7 +6,8 @@ full is the next batch.
 
 import os
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from multiprocessing.connection import Pipe
 from multiprocessing.context import BaseContext
@@ -81,6 +82,7 @@ class ReadyBatches:
     Attributes:
         rows: what each process needs.
         pending: numbers of the episodes whose latest call has not been received.
+        is_lost: whether a call failed or was interrupted, so that all episodes have to begin anew: rows are missing.
     """
 
     def __init__(
@@ -95,6 +97,7 @@ class ReadyBatches:
         (free, self._free), (self._filled, filled) = pipes
         self.rows = Rows(layout, self._leases.blocks, rows, free, filled)
         self.pending: set[int] = set()
+        self.is_lost = False
         self._episodes = episodes
         self._texts = texts
         self._open: deque[_Block] = deque()
@@ -124,17 +127,18 @@ class ReadyBatches:
             WorkerDied: if a process has ended.
         """
         shares: dict[Worker, list[tuple[int, Call]]] = {}
-        for number, call in calls:
-            self.pending.add(number)
-            self._asked += 1
-            if number in self._own:
-                self._calls.append((number, call))
-            else:
-                shares.setdefault(self._player[number], []).append((number, call))
-        while self._given < self._asked:
-            self._open_block()
-        for worker, share in shares.items():
-            worker.play(share)
+        with self._whole():
+            for number, call in calls:
+                self.pending.add(number)
+                self._asked += 1
+                if number in self._own:
+                    self._calls.append((number, call))
+                else:
+                    shares.setdefault(self._player[number], []).append((number, call))
+            while self._given < self._asked:
+                self._open_block()
+            for worker, share in shares.items():
+                worker.play(share)
 
     def recv(self) -> Ready:
         """Wait for a batch of episodes that are ready.
@@ -146,20 +150,25 @@ class ReadyBatches:
             gymnasium.error.Error, ArramonClientError: if a call failed; all others have to begin anew then.
         """
         self._owed = min(self._owed + LEAST_SHARE * self._count * len(self._own) / self._episodes, self._count)
-        while self._owed >= 1.0 and self._play_one():
-            pass
-        while self._open[0].left:
-            self._go_on()
-        return self._hand_out()
+        with self._whole():
+            while self._owed >= 1.0 and self._play_one():
+                pass
+            while self._open[0].left:
+                self._go_on()
+            return self._hand_out()
 
     def settle(self) -> None:
-        """Wait until all pending episodes are ready, though not received.
+        """Wait until all pending episodes are ready, though not received, and no process plays.
 
         Raises:
             WorkerDied, gymnasium.error.Error, ArramonClientError: as for `recv`.
         """
-        while sum(self._count - block.left for block in self._open) < len(self.pending):
-            self._go_on()
+        if self.is_lost:
+            self.drop()
+            self.is_lost = True  # All still have to begin anew.
+        with self._whole():
+            while sum(self._count - block.left for block in self._open) < len(self.pending):
+                self._go_on()
 
     def drop(self) -> None:
         """Wait until no process plays, and forget all that is pending.
@@ -167,6 +176,7 @@ class ReadyBatches:
         Raises:
             WorkerDied: if a process has ended.
         """
+        self._lose()
         for worker in self._workers:
             worker.forget()
         for pipe, size in ((self._filled, READ_BYTES), (self.rows.free, MOST_ROWS * SLOT.size)):
@@ -179,12 +189,26 @@ class ReadyBatches:
         self._calls.clear()
         self._to_draw.clear()
         self._asked = self._given = 0
-        self.pending.clear()
+        self.is_lost = False
 
     def close(self) -> None:
         """Close the pipes."""
         for pipe in (self._free, self._filled, self.rows.free, self.rows.filled):
             pipe.close()
+
+    @contextmanager
+    def _whole(self) -> Iterator[None]:
+        """Lose all that is pending if the calls within do not come to their end."""
+        try:
+            yield
+        except BaseException:
+            self._lose()
+            raise
+
+    def _lose(self) -> None:
+        """Let nobody wait for what is pending; processes may still play it, until `drop`."""
+        self.is_lost = True
+        self.pending.clear()
 
     def _open_block(self) -> None:
         number = self._leases.take()

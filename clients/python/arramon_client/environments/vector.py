@@ -127,11 +127,7 @@ class ArraMonVectorEnv(LockstepVectorEnv):
                 " call send() or async_reset()",
                 "recv",
             )
-        try:
-            found = ready.recv()
-        except BaseException:
-            self._has_begun = False  # Nothing may go on: some rows may be lost.
-            raise
+        found = ready.recv()
         infos = self._infos_of_rows.of(found.infos)
         infos["env_id"] = found.episodes
         return self._outcome(found.batch, found.texts, found.episodes, infos)
@@ -143,11 +139,25 @@ class ArraMonVectorEnv(LockstepVectorEnv):
             raise BadArgument(
                 f"{method}() needs batch_size: make_vec(..., batch_size=N) waits for the first N episodes"
             )
+        self._heed_loss(self._pool.ready)
         return self._pool.ready
+
+    def _heed_loss(self, ready: ReadyBatches) -> None:
+        """Let no episode go on after a call that failed or was interrupted: some rows may be lost."""
+        if ready.is_lost:
+            self._has_begun = False
 
     def _check_settled(self, method: str) -> None:
         ready = self._pool.ready
-        if ready is not None and ready.pending:
+        if ready is None:
+            return
+        self._heed_loss(ready)
+        if ready.is_lost:
+            raise gymnasium.error.ResetNeeded(
+                "a call failed or was interrupted before its results were received; call reset() or async_reset() for"
+                " all episodes, without a mask"
+            )
+        if ready.pending:
             raise gymnasium.error.AlreadyPendingCallError(
                 f"{method}() was called while the results of {sorted(ready.pending)} are to be received with recv()",
                 "recv",
