@@ -1,5 +1,6 @@
 """Batches of the first episodes that are ready: the same observations as in lockstep, and clear errors."""
 
+import multiprocessing
 import os
 import signal
 from collections.abc import Iterator
@@ -243,6 +244,20 @@ def test_a_process_that_dies_is_an_error(opened: Any) -> None:
     env.send([0] * COUNT)
     with pytest.raises(WorkerDied, match="ended with status -9"):
         play_on(env)
+
+
+@pytest.mark.parametrize("context", multiprocessing.get_all_start_methods())
+def test_processes_end_by_themselves_in_the_middle_of_a_batch(
+    opened: Any, context: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also one that waits for a reader, as what it tells is larger than its pipe: here the last observations."""
+    monkeypatch.setattr("arramon_client.environments.worker.JOIN_SECONDS", 100.0)  # On a busy machine, too.
+    env = opened(3, 1, "SameStep", context=context, image_size=224, sensors=("rgb", "depth"), max_episode_steps=1)
+    env.reset(seed=0)
+    env.send([0] * COUNT)
+    processes = [worker._process for worker in env._pool.workers]
+    env.close()
+    assert [process.exitcode for process in processes] == [0, 0]  # None was killed.
 
 
 @pytest.mark.parametrize("size", [0, 6, 1.5, True, "2"])

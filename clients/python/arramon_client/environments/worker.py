@@ -3,10 +3,11 @@
 import multiprocessing
 import pickle
 import signal
+import time
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Connection, wait
 from multiprocessing.context import BaseContext
 from typing import Any
 
@@ -129,6 +130,7 @@ class Worker:
         """End the process."""
         with suppress(OSError):  # It has ended before.
             self._pipe.send_bytes(pickle.dumps(None))
+        self._drain()
         self._process.join(JOIN_SECONDS)
         if self._process.is_alive():
             self._process.kill()
@@ -141,6 +143,17 @@ class Worker:
         return WorkerDied(
             f"a process that plays episodes ended with status {self._process.exitcode}; close the environment"
         )
+
+    def _drain(self) -> None:
+        """Read what the process still tells, until it ends: it cannot, while it waits for a reader."""
+        left = time.monotonic() + JOIN_SECONDS
+        while (seconds := left - time.monotonic()) > 0:
+            if self._pipe not in wait([self._pipe, self._process.sentinel], seconds):
+                return  # It has ended, though others hold its end of the pipe, or goes on for too long.
+            try:
+                self._pipe.recv_bytes()
+            except (EOFError, OSError):
+                return
 
     def _received(self) -> Any:
         self._waiter.wait()
