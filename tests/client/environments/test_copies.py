@@ -152,6 +152,50 @@ def test_two_agents_in_parallel(data: Path, way: Copy) -> None:
     assert same(copied.reset(), made.reset())
 
 
+def test_a_shallow_copy_shares_nothing_that_changes(data: Path) -> None:
+    made = make(data, sensors=()).unwrapped
+    made.action_space.seed(9)
+    made.reset(seed=5)
+    apart = pickle.loads(pickle.dumps(made))
+    copied = copy.copy(made)
+    played(copied, [0, 1])
+    assert same(played(made, []), played(apart, []))
+
+
+@pytest.mark.parametrize("form", [raw_env, parallel_env])
+def test_a_shallow_copy_of_two_agents_shares_nothing_that_changes(data: Path, form: Callable[..., Any]) -> None:
+    def seen(env: Any) -> list[Any]:
+        found = []
+        for _ in range(2):
+            env.reset()
+            found.append([env.infos if form is raw_env else None, env._episode.player.episode_id])
+            action = int(env.action_space("navigator").sample())
+            env.step(action if form is raw_env else dict.fromkeys(env.agents, action))
+            found.append([action, env._episode.observation("navigator")["last_action"]])
+        return found
+
+    made = form(data=data, split="tiny", image_size=16, sensors=())
+    made.action_space("navigator").seed(9)
+    made.reset(seed=5)
+    apart = pickle.loads(pickle.dumps(made))
+    seen(copy.copy(made))
+    assert seen(made) == seen(apart)
+
+
+@pytest.mark.parametrize("way", [*COPIES.values(), copy.copy], ids=[*COPIES, "copy"])
+@pytest.mark.parametrize("form", [make, raw_env, parallel_env])
+@pytest.mark.parametrize("has_begun", [False, True])
+def test_a_copy_of_a_closed_environment_is_closed(
+    data: Path, way: Copy, form: Callable[..., Any], has_begun: bool
+) -> None:
+    made = form(data=data, split="tiny", image_size=16) if form is not make else make(data).unwrapped
+    if has_begun:
+        made.reset(seed=1)
+    made.close()
+    with pytest.raises(gymnasium.error.ClosedEnvironmentError):
+        way(made).reset(seed=1)
+
+
 def test_a_copy_holds_no_frames(data: Path) -> None:
     """Only the bounds of the spaces grow with the size of images."""
     made = make(data, image_size=224).unwrapped  # A wrapper of Gymnasium keeps the latest observation.

@@ -4,10 +4,11 @@ So an environment can be pickled and copied in the middle of an episode: the act
 without drawing a frame.
 """
 
+import copy
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 from arramon_client.environments.backend import Player
 from arramon_client.environments.episodes import Episodes
@@ -29,6 +30,7 @@ class Snapshot:
         actions: of the present episode, in order.
         advised: the expert's action in each state, in order; empty without an expert.
         is_over: whether the episode takes no action.
+        is_closed: whether no episode can begin any more.
     """
 
     options: Options
@@ -37,6 +39,7 @@ class Snapshot:
     actions: tuple[int, ...]
     advised: tuple[int, ...]
     is_over: bool
+    is_closed: bool = False
 
 
 class Copyable(ABC):
@@ -60,6 +63,10 @@ class Copyable(ABC):
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update({name: value for name, value in state.items() if name != "snapshot"})
         self._play_with(restore(state["snapshot"]))
+
+    def __copy__(self) -> Self:
+        """Return a deep copy: the random numbers of the spaces and of the episodes, above all, are not shared."""
+        return copy.deepcopy(self)
 
     @property
     def tokenizer(self) -> Tokenizer:
@@ -91,6 +98,7 @@ def take(episodes: Episodes) -> Snapshot:
         actions=tuple(episodes.actions),
         advised=tuple(episodes.advised),
         is_over=episodes.is_over,
+        is_closed=episodes.closed,
     )
 
 
@@ -111,13 +119,14 @@ def restore(snapshot: Snapshot) -> Episodes:
                 f"{player.split.data_hash[:12]} now, and was {snapshot.data_hashes[language][:12]}"
             )
     episodes = Episodes(opened)
-    if snapshot.begun is None:
-        return episodes
-    try:
-        episodes.open(*snapshot.begun)
-        _replay(episodes, snapshot)
-    except ArramonClientError as error:
-        raise CannotCopy(f"the environment cannot be restored: {error}") from error
+    if snapshot.begun is not None:
+        try:
+            episodes.open(*snapshot.begun)
+            _replay(episodes, snapshot)
+        except ArramonClientError as error:
+            raise CannotCopy(f"the environment cannot be restored: {error}") from error
+    if snapshot.is_closed:
+        episodes.close()
     return episodes
 
 

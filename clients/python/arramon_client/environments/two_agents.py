@@ -4,7 +4,8 @@ Importing this module registers them: `pettingzoo.make("aec", "arramon/ArraMon-v
 `raw_env()` and `parallel_env()` make them too.
 """
 
-from typing import Any
+import copy
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -66,6 +67,10 @@ class _TwoAgentsBase:
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self._shown = _Shown(self.render_mode)
+
+    def __copy__(self) -> Self:
+        """Return a deep copy, as the episode is not shared."""
+        return copy.deepcopy(self)
 
     @property
     def tokenizer(self) -> Tokenizer:
