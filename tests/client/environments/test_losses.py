@@ -103,3 +103,20 @@ def test_an_interrupt(opened: Any, place: str, monkeypatch: pytest.MonkeyPatch) 
         with pytest.raises(KeyboardInterrupt):
             send_and_receive()
     check_begins_anew(env)
+
+
+@pytest.mark.timeout(300)
+def test_an_interrupt_while_the_losses_are_dropped(opened: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was not read then is no answer to what is asked later."""
+    env = opened(2)
+    env.async_reset(seed=0)
+
+    def interrupt(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(WORKER + "_received", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            env.async_reset(seed=0)
+    check_begins_anew(env)
+    assert env.get_attr("task") == ("navigation",) * COUNT

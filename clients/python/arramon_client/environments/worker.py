@@ -26,7 +26,7 @@ JOIN_SECONDS = 10.0
 """Time for which a process is waited for that was told to end."""
 
 SYNC = "sync"
-"""A call whose answer is itself."""
+"""A call whose answer is itself, with its number."""
 
 
 class WorkerDied(gymnasium.error.Error):
@@ -65,6 +65,7 @@ class Worker:
     def __init__(self, context: BaseContext, share: Share) -> None:
         self._pipe, other = context.Pipe()
         self._waiter = Waiter([self._pipe.fileno()])
+        self._syncs = 0
         self._process = context.Process(  # type: ignore[attr-defined]  # every context has it
             target=_play, args=(other, share), name="arramon-episodes", daemon=True
         )
@@ -122,8 +123,9 @@ class Worker:
         Raises:
             WorkerDied: if the process has ended.
         """
-        self.ask(SYNC)
-        while self._received() != SYNC:
+        self._syncs += 1
+        self.ask(SYNC, self._syncs)
+        while self._received() != (SYNC, self._syncs):  # An earlier one is left if the wait for it was interrupted.
             pass
 
     def close(self) -> None:
@@ -178,7 +180,7 @@ def _play(pipe: "Connection[Any, Any]", share: Share) -> None:
                 return
             method, arguments, named = asked
             if method == SYNC:
-                pipe.send(SYNC)
+                pipe.send((SYNC, *arguments))
                 continue
             if method == "play":
                 assert share.rows is not None
