@@ -30,6 +30,8 @@ class ImportCounts:
 def import_archive(database: Database, path: Path, *, merge: bool = False) -> ImportCounts:
     """Import all rows of a file. Rows that are present already are kept, and must be equal. An error imports nothing.
 
+    A run that was pruned since the export is there again, and no longer counted as pruned.
+
     Args:
         database: database to import into; no server should be using it.
         path: path of the file.
@@ -74,7 +76,14 @@ class _Import:
                     self._write(table, columns, batch, empty)
                     batch = []
         self._write(table, columns, batch, empty)
+        self._restore_pruned()
         return ImportCounts(self._added, self._present)
+
+    def _restore_pruned(self) -> None:
+        """Count a run that is in the database once: no longer as pruned too, by this database or by that of the file."""
+        pruned = tables.pruned_runs
+        is_there = pruned.c.run_id.in_(sa.select(tables.runs.c.run_id))
+        self._connection.execute(pruned.delete().where(is_there))
 
     def _holds(self, table: sa.Table) -> bool:
         return self._connection.execute(sa.select(sa.literal(1)).select_from(table).limit(1)).first() is not None

@@ -19,6 +19,8 @@ from server.runs.storage import tables
 from server.runs.storage.corrections import Corrections
 from server.runs.storage.pruning import Prunable, Pruner
 from server.runs.storage.records import CANCELLED, RUNNING, Batch
+from server.runs.transfer.export import export
+from server.runs.transfer.restore import import_archive
 from tests.board.made import House
 
 NOW = datetime.now(UTC)
@@ -150,6 +152,19 @@ def test_a_run_that_is_published_meanwhile_is_kept(house: House) -> None:
     house.publish(second)
     assert list(pruning) == []
     assert house.journal.run(second).run_id == second
+
+
+def test_a_pruned_run_that_is_imported_again_counts_once_and_can_be_pruned_again(house: House, tmp_path: Path) -> None:
+    run_id = age(house, house.run("1", account="ann", participant="ann"), 40)
+    export(house.database, tmp_path / "before")
+    assert pruned(house) == [run_id]
+    export(house.database, tmp_path / "after")
+    for backup in ("before", "after"):
+        import_archive(house.database, tmp_path / backup, merge=True)
+        assert "pruned_runs" not in rows_of(house, run_id)
+        assert number_of(house.database.read, house.journal.run(run_id)) == (1, 1)
+    assert pruned(house) == [run_id]
+    assert rows_of(house, run_id) == {"pruned_runs": 1}
 
 
 def test_space_is_freed(house: House, tmp_path: Path) -> None:
