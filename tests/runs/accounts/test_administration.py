@@ -153,6 +153,16 @@ def test_a_ban_refuses_tokens_and_withdraws_runs_until_it_ends(house: House, tok
         administration.unban("ann")
 
 
+def test_what_the_host_withdraws_during_a_ban_stays_withdrawn(house: House, token: str) -> None:
+    administration = Administration(house.database)
+    for run_id in "12":
+        house.publish(house.run(run_id, agent=f"agent {run_id}", account="ann", participant="ann"))
+    assert administration.ban("ann") == (2, [])
+    house.publishing.withdraw(HOST, "1")
+    assert administration.unban("ann") == 1
+    assert standings(house) == [("ann", "agent 2")]
+
+
 def test_a_caller_that_a_process_still_knows_changes_nothing_after_a_ban_or_renaming(house: House, token: str) -> None:
     run_id, ann = house.run("1", account="ann", participant="ann"), Caller(Role.PARTICIPANT, "ann")
     administration = Administration(house.database)
