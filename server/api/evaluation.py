@@ -99,7 +99,7 @@ class Servicer(EvaluationServicer):
 
     async def GetRun(self, request: pb.GetRunRequest, context: _Context) -> pb.Run:
         caller = caller_of()
-        return await asyncio.to_thread(lambda: self._message(self._runs.visible(caller, request.run_id)))
+        return await asyncio.to_thread(lambda: run_message(*self._runs.progress_for(caller, request.run_id)))
 
     async def ListRuns(self, request: pb.ListRunsRequest, context: _Context) -> pb.ListRunsResponse:
         caller = caller_of()

@@ -9,7 +9,7 @@ from sqlalchemy.engine import Connection
 from server import __version__
 from server.closing import NEVER, Closing
 from server.episodes.splits import Split
-from server.errors import BadInput, Forbidden, NotFound, quoted
+from server.errors import BadInput, Conflict, Forbidden, NotFound, quoted
 from server.runs.accounts.accounts import ANONYMOUS_NAME, Accounts, check_name
 from server.runs.accounts.administration import check_may_act
 from server.runs.accounts.callers import Caller, Role
@@ -167,6 +167,21 @@ class Runs:
             raise run_not_found(run_id)
         return run
 
+    def progress_for(self, caller: Caller, run_id: str) -> tuple[Run, Progress]:
+        """Return a run that the caller may see, and its progress: rounded where it is a reader of a hidden split.
+
+        Raises:
+            NotFound: if there is no such run that the caller may see.
+            Conflict: if its leaderboard is frozen, and the run may be another caller's (see `Caller.is_shown_all`).
+        """
+        run, progress = self.visible(caller, run_id), self.progress(run_id)
+        if caller.is_shown_all(run, published=progress.published):
+            return run, progress
+        self.closing.check_shown(run.split)
+        if self._is_hidden(run):
+            return replace(run, bank_left=None), coarse_progress(progress)
+        return run, progress
+
     def progress(self, run_id: str) -> Progress:
         """Return the progress of a run."""
         return self._journal.progress(run_id)
@@ -202,7 +217,8 @@ class Runs:
         Raises:
             NotFound: if there is no such run that the caller may see.
             Forbidden: if it is not the caller's own run: a host sees the runs of others, but does not play them.
-            Conflict: if the data of the split has changed since the run was created.
+            Conflict: if the data of the split has changed since the run was created; or if the run is on the
+                leaderboard, and may be another caller's (see `Caller.is_shown_all`).
         """
         run = self.visible(caller, run_id)
         if not caller.owns(run):
@@ -211,6 +227,8 @@ class Runs:
                 "play it; a host can cancel it"
             )
         split_of(run, self.splits)
+        if run.state != RUNNING and not caller.is_shown_all(run, published=self._journal.is_published(run_id)):
+            raise Conflict(f"run {run_id!r} is {run.state.lower()} and on the leaderboard; there is nothing to play")
         return run
 
     async def cancel(self, caller: Caller, run_id: str) -> Run:
@@ -228,9 +246,14 @@ class Runs:
 
         Raises:
             NotFound: if there is no such run that the caller may see.
-            Conflict: if the run is still being played, or the data of the split has changed since it was created.
+            Conflict: if the run is still being played, or the data of the split has changed since it was created; or
+                if its leaderboard is frozen, and the run may be another caller's.
         """
-        return report_of(self.visible(caller, run_id), self._journal, self.splits)
+        run, _ = self.progress_for(caller, run_id)
+        report = report_of(run, self._journal, self.splits)
+        if self._is_hidden(run) and not caller.is_shown_all(run, published=report.progress.published):
+            return replace(report, progress=coarse_progress(report.progress))
+        return report
 
     def breakdown(self, caller: Caller, run_id: str) -> tuple[Report, Breakdown]:
         """Return the scores of a run that has ended, and by what the turns ask for. Published runs are open to all.
@@ -244,10 +267,10 @@ class Runs:
         run = self._journal.run(run_id)
         if not (published or caller.may_see(run)):
             raise run_not_found(run_id)
-        if not caller.may_see(run):
+        if not caller.is_shown_all(run, published=published):
             self.closing.check_shown(run.split)
         report = report_of(run, self._journal, self.splits)
-        if self.splits[run.split].hidden:
+        if self._is_hidden(run):
             report = replace(report, progress=coarse_progress(report.progress))
         return report, self._breakdowns.of(run, self._journal.endings(run_id), report.voided)
 
@@ -264,6 +287,10 @@ class Runs:
                 f"the name {participant!r} is that of a participant who has a token, or can be confused with it; "
                 "use the token, or another name"
             )
+
+    def _is_hidden(self, run: Run) -> bool:
+        split = self.splits.get(run.split)
+        return split is not None and split.hidden
 
     def _split(self, name: str) -> Split:
         if name not in self.splits:

@@ -1,6 +1,6 @@
 """A leaderboard that closes over gRPC, and what its host says of itself."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from arramon.v1 import leaderboard_pb2 as pb
 from server.runs.accounts.callers import Role
 from tests import tiny
 from tests.api.people import Person, token_of
-from tests.api.player import Player, create
+from tests.api.player import LEFT, Player, create
 from tests.api.test_runs import refused
 from tests.serving import METADATA, Server
 
@@ -21,10 +21,10 @@ HOST = ("--host-name", "Lab of streets", "--host-contact", "mail@example.org", "
 FAR = "2100-01-01T00:00:00+00:00"
 
 
-def played(person: Person) -> str:
-    run = create(person.stub)
+def played(person: Person, split: str = "tiny", actions: Sequence[int] = tiny.ACTIONS) -> str:
+    run = create(person.stub, split=split)
     with Player(person.stub, run.run_id, 3) as player:
-        player.play(tiny.ACTIONS)
+        player.play(actions)
     return run.run_id
 
 
@@ -74,6 +74,53 @@ def test_scores_are_shown_to_their_participant_alone_until_it_closes(frozen: Ser
                 "the leaderboard of split 'tiny' is frozen: scores are shown when it closes, "
                 "on 2100-01-01 at 00:00 UTC",
             )
+
+
+def test_published_anonymous_runs_are_shown_as_to_any_reader(data: Path) -> None:
+    """Everybody has their ids, from the leaderboard, and could pass for the caller who began them."""
+    token = token_of(data, "host", Role.HOST)
+    closes = ("--closes", "tiny=2100-01-01", "--frozen")
+    server = Server(data, "127.0.0.1:0", "--steps", "37", "--trust-proxy", "--anonymous", *closes)
+    with Person(server.address) as stranger, Person(server.address, token) as host:
+
+        def report(person: Person, run_id: str) -> evaluation.Report:
+            found: evaluation.Report = person.stub.GetReport(
+                evaluation.GetReportRequest(run_id=run_id), metadata=METADATA
+            )
+            return found
+
+        def run(person: Person, run_id: str) -> evaluation.Run:
+            found: evaluation.Run = person.stub.GetRun(evaluation.GetRunRequest(run_id=run_id), metadata=METADATA)
+            return found
+
+        def open_stream(run_id: str) -> evaluation.Run:
+            with Player(stranger.stub, run_id, 1) as player:
+                return player.next().opened.run
+
+        hidden, frozen = played(stranger, "secret", [LEFT]), played(stranger)
+        exact = run(stranger, hidden).steps
+        assert exact == report(stranger, hidden).run.steps > 100
+        for run_id in (hidden, frozen):
+            assert run(stranger, run_id).steps > 0
+            assert report(stranger, run_id).rows
+            host.board.Publish(pb.PublishRequest(run_id=run_id), metadata=METADATA)
+        for person, steps in ((host, exact), (stranger, float(f"{exact:.1e}"))):
+            assert (run(person, hidden).steps, report(person, hidden).run.steps) == (steps, steps)
+        assert exact != float(f"{exact:.1e}")
+        assert not run(stranger, hidden).HasField("bank_seconds_left")
+        assert run(host, frozen).steps > 0
+        assert report(host, frozen).rows
+        for call in (
+            lambda: run(stranger, frozen),
+            lambda: report(stranger, frozen),
+            lambda: stranger.stub.GetReceipt(evaluation.GetReceiptRequest(run_id=frozen), metadata=METADATA),
+            lambda: stranger.stub.GetBreakdown(evaluation.GetBreakdownRequest(run_id=frozen), metadata=METADATA),
+        ):
+            assert refused(call)[0] == grpc.StatusCode.FAILED_PRECONDITION
+        for run_id in (hidden, frozen):
+            said = f"run {run_id!r} is complete and on the leaderboard; there is nothing to play"
+            assert refused(lambda run_id=run_id: open_stream(run_id)) == (grpc.StatusCode.FAILED_PRECONDITION, said)
+    assert server.stop() == 0
 
 
 def test_no_runs_are_created_after_it_closed_and_those_that_were_begun_are_played(data: Path) -> None:

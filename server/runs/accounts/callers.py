@@ -35,6 +35,18 @@ class Caller:
         """Return whether the caller may see a run: hosts see all, participants their own, others the anonymous ones."""
         return self.role is Role.HOST or self.owns(run)
 
+    def is_shown_all(self, run: Run, *, published: bool) -> bool:
+        """Return whether the caller also sees what frozen and hidden splits do not show of a run to its readers.
+
+        The leaderboard shows the id of a published run to everybody: on a public server it no longer tells who began an
+        anonymous run.
+
+        Args:
+            run: the run.
+            published: whether it is on the leaderboard.
+        """
+        return self.may_see(run) and (self.role is not Role.ANONYMOUS or self.may_list or not published)
+
     def owns(self, run: Run) -> bool:
         """Return whether a run is the caller's own, to play: anonymous runs belong to all anonymous callers."""
         return self.may_play and run.account == self.account

@@ -80,7 +80,7 @@ class _Import:
         return ImportCounts(self._added, self._present)
 
     def _restore_pruned(self) -> None:
-        """Count a run that is in the database once: no longer as pruned too, by this database or by that of the file."""
+        """Count no run as pruned that is in the database: the import may have brought it back."""
         pruned = tables.pruned_runs
         is_there = pruned.c.run_id.in_(sa.select(tables.runs.c.run_id))
         self._connection.execute(pruned.delete().where(is_there))
