@@ -9,6 +9,7 @@ import tempfile
 import time
 import uuid
 from collections.abc import Iterator
+from concurrent.futures import Future
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -139,6 +140,14 @@ def cluster() -> Iterator[Cluster]:
 def postgres_url(cluster: Cluster) -> str:
     """A new database in it, with an empty journal's tables."""
     return cluster.create()
+
+
+def await_lock(url: str, task: Future[Any]) -> None:
+    """Wait until a task is over, or a connection to the database waits for a lock that another one holds."""
+    waiting = "SELECT 1 FROM pg_stat_activity WHERE datname = current_database() AND wait_event_type = 'Lock'"
+    with psycopg.connect(url, autocommit=True) as connection:
+        while not task.done() and connection.execute(waiting).fetchone() is None:
+            time.sleep(0.02)
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])

@@ -137,8 +137,9 @@ class Administration:
             listed = _is_entry_of(participant) & tables.entries.c.withdrawn_at.is_(None)
             number = connection.execute(tables.entries.update().where(listed).values(withdrawn)).rowcount
             c = tables.runs.c
-            running = sa.select(c.run_id).where(c.account == participant, c.state == RUNNING).order_by(c.created_at)
-            return number, [run.run_id for run in connection.execute(running)]
+            running = sa.select(c.run_id).where(c.account == participant, c.state == RUNNING)
+            ordered = running.order_by(c.created_at, c.run_id)
+            return number, [run.run_id for run in connection.execute(ordered)]
 
     def unban(self, participant: str) -> int:
         """End a ban: tokens work again, and the runs that were withdrawn with it are listed again.
@@ -164,7 +165,7 @@ class Administration:
 
 
 def check_may_act(connection: Connection, account: str | None) -> None:
-    """Check, in the transaction of a change, that its account still exists and is not banned.
+    """Check, in the transaction of a change, that its account still exists and is not banned, and keep it so.
 
     A process knows a caller for up to two seconds without asking the database.
 
@@ -175,7 +176,8 @@ def check_may_act(connection: Connection, account: str | None) -> None:
     if account is None:
         return
     table = tables.participants
-    row = connection.execute(sa.select(table).where(table.c.participant == account)).one_or_none()
+    query = sa.select(table).where(table.c.participant == account)
+    row = connection.execute(query.with_for_update(read=True)).one_or_none()  # a ban waits for the change
     if row is None:
         raise TakenOver(f"the account {account!r} was renamed just now; try again")
     if row.banned_at is not None:
@@ -221,7 +223,9 @@ def _row(connection: Connection, participant: str) -> sa.Row[tuple[object, ...]]
     if participant == ANONYMOUS_NAME:
         raise BadInput(f"{ANONYMOUS_NAME!r} stands for all callers without a token; see `serve --no-anonymous`")
     table = tables.participants
-    row = connection.execute(sa.select(table).where(table.c.participant == participant)).one_or_none()
+    query = sa.select(table).where(table.c.participant == participant)
+    # Locked before the rows of its runs, as by `check_may_act`, so that no two transactions wait for each other.
+    row = connection.execute(query.with_for_update()).one_or_none()
     if row is None:
         raise NotFound(f"there is no account {participant!r}; `arramon-server account list` shows them")
     return row

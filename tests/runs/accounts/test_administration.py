@@ -1,12 +1,15 @@
 """Accounts are renamed and banned with their tokens, limits and runs, and a ban can be ended."""
 
 from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from sqlalchemy.engine import Connection
 
+from server.board import entries
 from server.errors import BadInput, Conflict, Forbidden, NotFound, TakenOver, Unauthenticated
 from server.runs.accounts.accounts import Accounts
 from server.runs.accounts.administration import Administration, check_may_act
@@ -18,6 +21,7 @@ from server.runs.results.rescoring import Rescorer
 from server.runs.storage import tables
 from tests.board.made import House
 from tests.played import play
+from tests.postgres import await_lock
 
 
 @pytest.fixture
@@ -181,6 +185,26 @@ def test_a_caller_that_a_process_still_knows_changes_nothing_after_a_ban_or_rena
     with house.database.write() as connection:
         check_may_act(connection, "eva")
         check_may_act(connection, None)
+
+
+def test_a_ban_during_a_publication_withdraws_it(
+    postgres_url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    house = House(tmp_path, postgres_url)
+    with closing(house.database), ThreadPoolExecutor(1) as pool:
+        house.participant("ann")
+        run_id = house.run("1", account="ann", participant="ann")
+        bans = list[Future[tuple[int, list[str]]]]()
+
+        def check_and_ban(connection: Connection, account: str | None) -> None:
+            check_may_act(connection, account)
+            bans.append(pool.submit(lambda: Administration(house.database).ban("ann")))
+            await_lock(postgres_url, bans[0])
+
+        monkeypatch.setattr(entries, "check_may_act", check_and_ban)
+        house.publish(run_id, caller=Caller(Role.PARTICIPANT, "ann"))
+        assert [ban.result() for ban in bans] == [(1, [])]
+        assert standings(house) == []
 
 
 @pytest.mark.parametrize("reason", ["x" * 501, "a\nb", "a\u202eb", "\u2063"])
