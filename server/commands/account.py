@@ -9,6 +9,7 @@ from typing import Any
 
 from server.commands import Commands
 from server.commands.journal import open_journal
+from server.errors import ArraMonError, Conflict
 from server.runs.accounts.administration import Account, Administration
 
 LEAST = 0.95
@@ -83,10 +84,22 @@ def _ban(arguments: argparse.Namespace) -> None:
     with open_journal(arguments.settings) as database:
         withdrawn, running = Administration(database).ban(arguments.participant, arguments.reason)
         print(f"{arguments.participant} is banned: its tokens are refused, {withdrawn} runs are withdrawn", flush=True)
-        canceller = Canceller(database, arguments.data)
+        canceller, open_ = Canceller(database, arguments.data), 0
         for run_id in running:
-            canceller.cancel(run_id)
-            print(f"cancelled: {run_id}", flush=True)
+            try:
+                canceller.cancel(run_id)
+            except Conflict as ended:
+                print(f"not cancelled: {ended}", flush=True)
+            except ArraMonError as error:
+                open_ += 1
+                print(f"not cancelled: {run_id}: {error}", file=sys.stderr)
+            else:
+                print(f"cancelled: {run_id}", flush=True)
+    if open_:
+        raise Conflict(
+            f"{arguments.participant} is banned, but {open_} of its {len(running)} unfinished runs could not be "
+            "cancelled; repeat the command when the errors above are mended"
+        )
 
 
 def _unban(arguments: argparse.Namespace) -> None:

@@ -12,12 +12,16 @@ import pytest
 from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import leaderboard_pb2
 from server import cli
+from server.episodes.splits import folder_of
+from server.runs.cancellation import Canceller
 from server.runs.storage import tables
 from server.runs.storage.database import Database
+from server.runs.storage.records import CANCELLED, COMPLETE, Run
 from tests import tiny
 from tests.api.people import Person, token_of
 from tests.api.player import Player, create
 from tests.api.test_runs import refused
+from tests.board.made import House
 from tests.serving import METADATA, Server
 
 Command = Callable[..., tuple[int, str, str]]
@@ -94,6 +98,42 @@ def test_a_ban_ends_open_streams_and_unban_restores_the_account(server: Server, 
         assert anybody.board.GetEntry(entry, metadata=METADATA).run.participant == "ann"
         (account,) = json.loads(command("account", "list", "--json")[1])
         assert (account["participant"], account["runs"], account["running"], account["published"]) == ("ann", 2, 0, 1)
+
+
+def test_a_ban_cancels_all_runs_that_can_be_cancelled(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    house = House(tmp_path)
+    with closing(house.database):
+        house.participant("ann")
+        for run_id, split in (("1", "tiny"), ("2", "secret"), ("3", "tiny")):
+            house.run(run_id, split=split, account="ann", participant="ann", over=False)
+        damaged = next(path for path in sorted(folder_of(tmp_path, "secret").rglob("*")) if path.is_file())
+        whole = damaged.read_bytes()
+        damaged.write_bytes(b"{")
+        cancel = Canceller.cancel
+
+        def end_first(canceller: Canceller, run_id: str) -> Run:
+            if run_id == "1":
+                house.journal.set_state("1", COMPLETE)
+            return cancel(canceller, run_id)
+
+        monkeypatch.setattr(Canceller, "cancel", end_first)
+        assert cli.main(["account", "ban", "ann", "--data", str(tmp_path)]) == 1
+        said = capsys.readouterr()
+        assert said.out == (
+            "ann is banned: its tokens are refused, 0 runs are withdrawn\n"
+            "not cancelled: run '1' is already complete\ncancelled: 3\n"
+        )
+        first, last = said.err.splitlines()
+        assert first.startswith(f"not cancelled: 2: {damaged}")
+        assert last == (
+            "arramon-server: ann is banned, but 1 of its 3 unfinished runs could not be cancelled; "
+            "repeat the command when the errors above are mended"
+        )
+        damaged.write_bytes(whole)
+        assert cli.main(["account", "ban", "ann", "--data", str(tmp_path)]) == 0
+        assert [house.journal.run(run_id).state for run_id in "123"] == [COMPLETE, CANCELLED, CANCELLED]
 
 
 def test_a_renamed_account_goes_on_with_its_token(server: Server, command: Command) -> None:
