@@ -124,10 +124,13 @@ class Pruner:
     @staticmethod
     def _take(connection: Connection, run: Run, *, with_receipts: bool) -> bool:
         """Lock a run until the transaction ends; return whether it can be pruned."""
-        query = sa.select(tables.runs.c.run_id).where(tables.runs.c.run_id == run.run_id, _is_unpublished())
+        mine = sa.select(tables.runs.c.run_id).where(tables.runs.c.run_id == run.run_id)
+        # First, as a statement that waits for a lock would test the conditions as they were before.
+        connection.execute(mine.with_for_update())
+        query = mine.where(_is_unpublished())
         if not with_receipts:
             query = query.where(_has_no_receipt())
-        return bool(connection.execute(query.with_for_update(of=tables.runs)).all())
+        return bool(connection.execute(query).all())
 
 
 def _kept(connection: Connection, run: Run) -> dict[str, object]:

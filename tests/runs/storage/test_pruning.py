@@ -1,6 +1,7 @@
 """Pruning deletes old unpublished runs with all their rows, and keeps them in the numbers of attempts."""
 
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
@@ -22,6 +23,7 @@ from server.runs.storage.records import CANCELLED, RUNNING, Batch
 from server.runs.transfer.export import export
 from server.runs.transfer.restore import import_archive
 from tests.board.made import House
+from tests.postgres import await_lock
 
 NOW = datetime.now(UTC)
 
@@ -152,6 +154,19 @@ def test_a_run_that_is_published_meanwhile_is_kept(house: House) -> None:
     house.publish(second)
     assert list(pruning) == []
     assert house.journal.run(second).run_id == second
+
+
+def test_a_run_is_kept_whose_publication_the_pruning_waits_for(postgres_url: str, tmp_path: Path) -> None:
+    house = House(tmp_path, postgres_url)
+    with closing(house.database), ThreadPoolExecutor(1) as pool:
+        run_id = age(house, house.run("1"), 40)
+        with house.database.write() as connection:
+            entry = {"run_id": run_id, "published_at": NOW, "note": "", "scores": {}}
+            connection.execute(tables.entries.insert(), [entry])
+            pruning = pool.submit(lambda: list(Pruner(house.database).prune(Prunable(30))))
+            await_lock(postgres_url, pruning)
+        assert pruning.result() == []
+        assert house.journal.run(run_id).run_id == run_id
 
 
 def test_a_pruned_run_that_is_imported_again_counts_once_and_can_be_pruned_again(house: House, tmp_path: Path) -> None:
