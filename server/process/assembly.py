@@ -90,7 +90,7 @@ def wire(config: Config, splits: Mapping[str, Split], database: Database) -> Par
     engine = Engine(
         splits,
         journal,
-        RunActivity(database),
+        RunActivity(database, close_unplayed=not config.is_for_own_machine),
         camera=config.camera,
         threads=threads,
         address=own_address if config.shared_port else "",

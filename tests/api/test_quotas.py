@@ -149,6 +149,7 @@ def test_anonymous_quota_refusals_do_not_reveal_run_ids(tmp_path: Path) -> None:
             assert said.startswith(
                 "all callers without a token together have on split 'tiny' 1 unfinished run; the limit is 1 at once"
             )
+            assert said.endswith("with a token, for which you can ask the host, you have a limit of your own")
             with Player(one.stub, run.run_id, player="one") as player:
                 player.observation()
                 said = exhausted(lambda: list(Player(one.stub, run.run_id, player="two").call))

@@ -29,6 +29,7 @@ from server.runs.accounts.usage import (
 from server.runs.storage import tables
 from server.runs.storage.database import Database
 from server.runs.storage.records import Run
+from server.runs.storage.run_activity import UNPLAYED_MINUTES
 
 NAMED = 5
 """Maximum number of runs that an error message names."""
@@ -120,10 +121,15 @@ class Quotas:
             counted = number(use.runs, "run", counts_in_total())
             raise OverQuota(f"{have} {counted}; the limit is {quota.runs_in_all} in total")
         if 0 < quota.runs_at_once <= use.running:
+            advice = (
+                "so play it to its end (`arramon-client --resume RUN`) or cancel it (`arramon-client cancel RUN`)"
+                if caller.may_list
+                else f"and one that nobody begins to play ends after {UNPLAYED_MINUTES} minutes; "
+                "with a token, for which you can ask the host, you have a limit of your own"
+            )
             raise OverQuota(
                 f"{have} {number(use.running, 'unfinished run', is_unfinished())}; the limit is {quota.runs_at_once} "
-                "at once: the next is possible when one of them has ended, so play it to its end "
-                "(`arramon-client --resume RUN`) or cancel it (`arramon-client cancel RUN`)"
+                f"at once: the next is possible when one of them has ended, {advice}"
             )
         if 0 < quota.runs_per_day <= use.runs_today:
             following = creation_time(read, caller.account, split, quota.runs_per_day) + DAY

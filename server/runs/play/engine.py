@@ -320,7 +320,7 @@ class Engine:
         """Forfeit a portion of an abandoned run, and complete it once nothing is left."""
         if run is None:
             return
-        if not self._forfeits.forfeit_some(run, "the client was away for longer than the bank of the run allows"):
+        if not self._forfeits.forfeit_some(run, "the client was away for longer than the run allows"):
             self._finish(run, COMPLETE)
 
     def _look_for_ended_runs(self) -> None:

@@ -7,11 +7,14 @@ import sqlalchemy as sa
 from server.runs.storage import tables
 from server.runs.storage.database import Database
 from server.runs.storage.journal import run_of
-from server.runs.storage.records import ENDED, RUNNING, Claim, Run
+from server.runs.storage.records import CLOSER, ENDED, RUNNING, Claim, Run
 from server.runs.storage.service_clock import service_time
 
 ABANDONED_SECONDS = 60.0
 """Seconds by which a run's time must be exceeded before it is closed: a process that stalls notes nothing meanwhile."""
+
+UNPLAYED_MINUTES = 15
+"""Minutes until an anonymous run that nobody has begun to play is closed, where strangers share one limit of runs."""
 
 
 class RunActivity:
@@ -19,10 +22,12 @@ class RunActivity:
 
     Args:
         database: database of the journal.
+        close_unplayed: whether anonymous runs that nobody begins to play count as abandoned after UNPLAYED_MINUTES.
     """
 
-    def __init__(self, database: Database) -> None:
+    def __init__(self, database: Database, *, close_unplayed: bool = False) -> None:
         self._database = database
+        self._close_unplayed = close_unplayed
 
     def bank_left(self, run_id: str) -> float:
         """Return the seconds left in a run's bank; 0 without a bank."""
@@ -60,9 +65,21 @@ class RunActivity:
                 connection.execute(tables.runs.update().where(condition).values(values))
 
     def abandoned(self, data_hashes: Sequence[str]) -> Run | None:
-        """Return a run on one of these data sets without a stream for longer than its bank; None if there is none."""
+        """Return an abandoned run on one of these data sets; None if there is none.
+
+        It had no stream for longer than its bank; or, if they are to be closed, it is anonymous and was never played.
+        """
         c, now = tables.runs.c, service_time(self._database.now)
         is_over = now - c.active_at > c.step_seconds + c.bank_left + ABANDONED_SECONDS
+        if self._close_unplayed:
+            is_old = now - c.active_at > UNPLAYED_MINUTES * 60.0
+            is_over |= sa.and_(c.account.is_(None), is_old, ~_was_played())
         running = sa.and_(c.state == RUNNING, c.data_hash.in_(data_hashes))
         rows = self._database.read(sa.select(tables.runs).where(running, is_over).limit(1))
         return run_of(rows[0]) if rows else None
+
+
+def _was_played() -> sa.ColumnElement[bool]:
+    """Return the condition that a stream has claimed an episode of a run; what closes runs claims episodes, too."""
+    c = tables.episodes.c
+    return sa.exists().where(c.run_id == tables.runs.c.run_id, c.player != CLOSER).correlate(tables.runs)

@@ -30,7 +30,7 @@ def test_a_run_that_was_never_played_is_closed(tmp_path: Path) -> None:
             await until(lambda: house.journal.run("run").state == "COMPLETE")
         assert house.causes() == {"FORFEITED": 3}
         endings = house.journal.endings("run")
-        assert {ending.note for ending in endings} == {"the client was away for longer than the bank of the run allows"}
+        assert {ending.note for ending in endings} == {"the client was away for longer than the run allows"}
         assert all(value == 0.0 for ending in endings for turn in ending.scores for value in turn.values())
 
     asyncio.run(play())

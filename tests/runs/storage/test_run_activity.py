@@ -1,6 +1,7 @@
 """Banks, absences, activity and fault counts, with either kind of database."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from datetime import UTC, datetime
 
 import pytest
@@ -8,8 +9,8 @@ import pytest
 from server.runs.storage import tables
 from server.runs.storage.database import Database
 from server.runs.storage.journal import Journal
-from server.runs.storage.records import COMPLETE, RUNNING, Batch, Ending, Run
-from server.runs.storage.run_activity import ABANDONED_SECONDS, RunActivity
+from server.runs.storage.records import CLOSER, COMPLETE, RUNNING, Batch, Claim, Ending, Run
+from server.runs.storage.run_activity import ABANDONED_SECONDS, UNPLAYED_MINUTES, RunActivity
 
 DATA = "ab" * 32
 
@@ -21,10 +22,13 @@ def database(database_url: str) -> Iterator[Database]:
     database.close()
 
 
-def new_run(database: Database, run_id: str = "r", *, bank: float = 100.0) -> Journal:
+def new_run(database: Database, run_id: str = "r", *, bank: float | None = 100.0) -> Journal:
     created = datetime.now(UTC)
     journal = Journal(database)
-    run = Run(run_id, "p", "a", "tiny", "en", (), 150, DATA, "0", RUNNING, created, step_seconds=60.0, bank_left=bank)
+    seconds = 0.0 if bank is None else 60.0
+    run = Run(
+        run_id, "p", "a", "tiny", "en", (), 150, DATA, "0", RUNNING, created, step_seconds=seconds, bank_left=bank
+    )
     journal.create(run, ["1", "2"])
     return journal
 
@@ -134,6 +138,36 @@ def test_abandoned_runs_had_no_stream_for_longer_than_their_bank(database: Datab
     journal.set_state("over", COMPLETE)
     live(database, 150.0)
     assert activity.abandoned([DATA]) is None
+
+
+@pytest.mark.parametrize("bank", [None, 1e6])
+def test_anonymous_runs_that_nobody_begins_to_play_are_abandoned_where_strangers_play(
+    database: Database, bank: float | None
+) -> None:
+    journal, activity = new_run(database, "unplayed", bank=bank), RunActivity(database, close_unplayed=True)
+    new_run(database, "played", bank=bank)
+    journal.release("played", {claim.episode_id: claim.epoch for claim in claim_one(journal, "played", "p")})
+    participant = replace(journal.run("unplayed"), run_id="owned", account="ann")
+    with database.write() as connection:
+        row = {"participant": "ann", "role": "participant", "created_at": participant.created_at}
+        connection.execute(tables.participants.insert(), [row])
+    journal.create(participant, ["1"])
+    activity.note_active([])
+    live(database, 60.0 * UNPLAYED_MINUTES - 5.0)
+    assert activity.abandoned([DATA]) is None
+    live(database, 10.0)
+    for _ in range(2):  # also when a part of it has been closed
+        found = activity.abandoned([DATA])
+        assert found is not None
+        assert found.run_id == "unplayed"
+        claim_one(journal, "unplayed", CLOSER)
+    assert RunActivity(database).abandoned([DATA]) is None
+    journal.set_state("unplayed", COMPLETE)
+    assert activity.abandoned([DATA]) is None
+
+
+def claim_one(journal: Journal, run_id: str, player: str) -> list[Claim]:
+    return journal.claim(run_id, journal.pending(run_id, 1), player, "w")
 
 
 def test_absences_are_charged_from_when_the_step_is_overdue_and_each_second_once(database: Database) -> None:
