@@ -178,12 +178,16 @@ class PlayCommand:
 @contextlib.contextmanager
 def _stdout_for_json() -> Iterator[None]:
     """Send to standard error what the agent and its libraries print, until the end of the context."""
-    sys.stdout.flush()
+    out = sys.stdout
+    out.flush()
     kept = os.dup(1)
     try:
         os.dup2(2, 1)
         with contextlib.redirect_stdout(sys.stderr):
             yield
     finally:
+        for each in (out, sys.__stdout__):  # What was written to them directly, and is still in their buffers.
+            if each is not None and not each.closed:
+                each.flush()
         os.dup2(kept, 1)
         os.close(kept)
