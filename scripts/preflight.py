@@ -7,11 +7,13 @@ with a line on standard error, or 0 with none. It runs with Pythons that are too
 `requires-python` in pyproject.toml says which fit: those for which numba and PyTorch have builds.
 """
 
+import glob
 import os
 import platform
 import re
 import shutil
 import struct
+import subprocess
 import sys
 import sysconfig
 import tempfile
@@ -21,6 +23,9 @@ ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 NEEDED = {"host": 1000, "agents": 3000, "dev": 4000}
 """Free space that a set-up needs, in MB, with PyTorch for the CPU."""
+
+TORCH = 2000
+"""What of it PyTorch takes, in MB: not needed where `.venv` holds it already."""
 
 CUDA = 6000
 """Further space for the libraries of NVIDIA's GPUs, in MB."""
@@ -54,7 +59,8 @@ def facts():
         free_threaded=bool(sysconfig.get_config_var("Py_GIL_DISABLED")),
         libc=libc,
         libc_version=_numbers(libc_version),
-        macos=_numbers(platform.mac_ver()[0]),
+        macos=_macos(),
+        has_torch=bool(glob.glob(os.path.join(glob.escape(ROOT), ".venv", "lib", "python*", "site-packages", "torch"))),
         has_venv=_has("venv") and _has("ensurepip"),
         writable=os.access(ROOT, os.W_OK),
         folder=ROOT,
@@ -74,7 +80,11 @@ def problem(machine, kind, cuda=False):
     """
     low, high = bounds()
     needed = NEEDED[kind] + (CUDA if cuda else 0)
-    smaller = ": `scripts/setup host` leaves PyTorch out, which needs most of it" if kind != "host" else ""
+    if machine.has_torch and kind != "host" and not cuda:
+        needed -= TORCH
+    smaller = ": `scripts/setup host` leaves PyTorch out, which needs most of it"
+    if kind == "host" or machine.has_torch:
+        smaller = ""
     usual, other = "packages have no builds for it", "`scripts/setup host` leaves it out"
     mac, torch = machine.system == "Darwin", "PyTorch, which trained agents need,"
     checks = (
@@ -133,6 +143,16 @@ def problem(machine, kind, cuda=False):
         ),
     )
     return next((said for wrong, said in checks if wrong), "")
+
+
+def _macos():
+    """Return the version of macOS; () elsewhere. Pythons built before macOS 11 are told 10.16 for all later ones."""
+    version = _numbers(platform.mac_ver()[0])
+    if version == (10, 16):
+        asked = [sys.executable, "-sS", "-c", "import platform; print(platform.mac_ver()[0])"]
+        said = subprocess.check_output(asked, env=dict(os.environ, SYSTEM_VERSION_COMPAT="0"))  # noqa: S603 - this very Python
+        version = _numbers(said.decode("ascii"))
+    return version
 
 
 def _implementation(machine):

@@ -384,6 +384,8 @@ def test_the_module_runs_as_a_program_and_handles_a_real_interrupt(world: World,
     (["veryfy", "x.json"], "arramon-client: unknown command 'veryfy'; did you mean 'verify'?\n"),
     (["play"], "arramon-client: unknown command 'play'; expected account, cancel, conformance, "),
     (["--server", "x:1", "leaderboard"], "the command comes first: arramon-client leaderboard ..."),
+    (["--server", "x:1", "verify", "r.json", "--key", "k"], "the command comes first: arramon-client verify ..."),
+    (["--lang", "en", "--output", "runs"], "the following arguments are required: --agent"),
     (["--agent", "a", "--lang", "en", "--epsiodes", "3"],
      "unrecognized arguments: --epsiodes 3; did you mean '--episodes'?"),
     (["runs", "--sever", "x"], "unrecognized arguments: --sever x; did you mean '--server'?"),
@@ -398,6 +400,25 @@ def test_what_is_misspelled_is_named_with_the_nearest(
     assert main(argv) == 2
     shown = capsys.readouterr()
     assert (shown.out, said in shown.err) == ("", True), shown.err
+
+
+def test_values_of_options_are_no_commands(world: World, address: str) -> None:
+    assert main(["--agent=cli_agents", "--lang", "en", f"--server={address}", "--output", "runs"]) == 0
+    assert Path(f"runs/{RUN}.json").exists()
+
+
+@pytest.mark.parametrize("buffered", [True, False])
+def test_json_comes_alone_where_output_is_buffered(address: str, tmp_path: Path, *, buffered: bool) -> None:
+    """As it is in a pipe: by the agent's own reference to standard output, too, which bypasses `sys.stdout`."""
+    (tmp_path / "talking.py").write_text(AGENTS + "import sys\nprint('kept', file=sys.__stdout__)\n")
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    command = [sys.executable, "-m", "arramon_client", "--agent", "talking.py", "--lang", "en", "--server", address]
+    done = subprocess.run(
+        [*command, "--json"], cwd=tmp_path, env=environment if buffered else {**environment, "PYTHONUNBUFFERED": "1"},
+        capture_output=True, text=True, timeout=120, check=True,
+    )  # fmt: skip
+    assert json.loads(done.stdout)["run"]["run_id"] == RUN
+    assert "kept" in done.stderr
 
 
 def test_json_is_all_that_is_printed(world: World, address: str, capfd: pytest.CaptureFixture[str]) -> None:

@@ -101,6 +101,37 @@ def test_invalid_images_are_refused(encoding: int, data: bytes, said: str) -> No
         ImageDecoder().rgb(message(RGB, encoding, data))
 
 
+PROGRESSIVE = jpeg(SMOOTH).replace(b"\xff\xc0", b"\xff\xc2")
+BARE = [bytes((0xFF, marker)) for marker in (0x01, *range(0xD0, 0xD8))]
+"""Markers of a JPEG without a length."""
+
+
+@pytest.mark.parametrize("before", [b"", b"\xff", *BARE, b"\xff\xfe\x00\x02", BARE[0] + b"\xff" + BARE[3]])
+def test_progressive_jpegs_are_refused_whatever_comes_before_the_frame(before: bytes) -> None:
+    """Their many passes over the image can take minutes."""
+    with pytest.raises(ProtocolError, match="a JPEG image is progressive, expected a sequential one"):
+        ImageDecoder().rgb(message(SMOOTH, ENCODING_JPEG, PROGRESSIVE[:2] + before + PROGRESSIVE[2:]))
+
+
+@pytest.mark.parametrize("before", [b"", *BARE])
+def test_sequential_jpegs_are_decoded_whatever_comes_before_the_frame(before: bytes) -> None:
+    data = jpeg(SMOOTH)
+    decoded = ImageDecoder().rgb(message(SMOOTH, ENCODING_JPEG, data[:2] + before + data[2:]))
+    assert np.abs(decoded.astype(int) - SMOOTH).max() <= 3
+
+
+@pytest.mark.parametrize("before", [b"\xff\x00\x00\x40", b"\xff\xfe\x00\x00", b"\xff\xd8", b"\xff\x4f\x00\x02", b"\0"])
+def test_jpegs_whose_frame_two_decoders_would_find_in_two_places_are_refused(before: bytes) -> None:
+    with pytest.raises(ProtocolError, match="it has no header of a sequential frame"):
+        ImageDecoder().rgb(message(SMOOTH, ENCODING_JPEG, PROGRESSIVE[:2] + before + PROGRESSIVE[2:]))
+
+
+def test_sequential_jpegs_of_many_passes_are_refused() -> None:
+    head, scan, rest = jpeg(SMOOTH).partition(b"\xff\xda")
+    with pytest.raises(ProtocolError, match="a JPEG image has 9 passes, expected at most 4"):
+        ImageDecoder().rgb(message(SMOOTH, ENCODING_JPEG, head + 9 * (scan + rest)))
+
+
 def test_shared_images_without_shared_memory_are_refused() -> None:
     image = types_pb2.Image(height=5, width=7, encoding=types_pb2.ENCODING_SHARED)
     with pytest.raises(ProtocolError, match="an image with 3 bytes per pixel has the encoding 4"):

@@ -4,12 +4,17 @@ import json
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import cast
 
 import pytest
 
 from arramon.v1 import evaluation_pb2 as pb
+from arramon_client import arguments
 from arramon_client.cli import main
+from arramon_client.commands.play import PlayCommand
+from arramon_client.errors import UsageError
 from arramon_client.language_gap import gaps
+from arramon_client.transport.connection import Server as Connected
 from tests import tiny
 from tests.serving import Server
 
@@ -17,7 +22,7 @@ AGENT = """
 import os
 class Agent:
     sensors = ()
-    def __init__(self): self.language = {}
+    def __init__(self, beam=1): self.language = {}
     def begin(self, episode):
         if os.environ.get("STOP_IN") == episode.language: raise KeyboardInterrupt
         self.language[episode.episode_id] = episode.language
@@ -90,6 +95,56 @@ def test_what_was_stopped_in_either_language_is_resumed(
     assert "gap between languages" in shown.out
     assert {f"{each}.json" for each in ids.split(",")} <= set(files())
     assert len(files()) == 4
+
+
+def ids_to_resume(said: str) -> list[str]:
+    (resume,) = (line for line in said.splitlines() if "--resume" in line)
+    return resume.split()[-1].split(",")
+
+
+@pytest.mark.usefixtures("interruptible")
+@pytest.mark.parametrize("with_languages", [True, False])
+def test_a_run_that_is_still_to_be_resumed_is_not_forgotten(
+    command: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *, with_languages: bool
+) -> None:
+    """Resumed with both, and stopped while the first is played: pasted, the hint must not create a second run."""
+    created = []
+    for language in ("en", "hi"):
+        monkeypatch.setenv("STOP_IN", language)
+        assert main([*command[:2], "--lang", language, *command[4:]]) == 130
+        created += ids_to_resume(capsys.readouterr().err)
+    monkeypatch.setenv("STOP_IN", "en")
+    both = command if with_languages else [*command[:2], *command[4:]]
+    assert main([*both, "--resume", ",".join(created)]) == 130
+    assert ids_to_resume(capsys.readouterr().err) == created
+    monkeypatch.delenv("STOP_IN")
+    assert main([*both, "--resume", ",".join(created)]) == 0
+    assert "gap between languages" in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_all_runs_are_checked_before_any_is_played(
+    command: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    created = []
+    for language, argument in (("en", []), ("hi", ["--agent-arg", "beam=4"])):
+        monkeypatch.setenv("STOP_IN", language)
+        assert main([*command[:2], "--lang", language, *command[4:], *argument]) == 130
+        created += ids_to_resume(capsys.readouterr().err)
+    monkeypatch.delenv("STOP_IN")
+    assert main([*command, "--resume", ",".join(created)]) == 2
+    said = capsys.readouterr().err
+    assert f"run {created[1]} was started with --agent-arg beam=4, not with no --agent-arg" in said
+    assert "resume" not in said
+    assert files() == []
+
+
+def test_runs_of_two_splits_are_not_resumed_together() -> None:
+    argv = ["--agent", "both.py", "--resume", f"{'1a' * 16},{'2b' * 16}", "--server", "nowhere:1"]
+    command = PlayCommand(arguments.parse(argv), argv)
+    runs = [pb.Run(run_id="1a" * 16, language="en", split="seen"), pb.Run(run_id="2b" * 16, language="hi", split="new")]
+    with pytest.raises(UsageError, match="are of different splits, seen, new: resume them one by one"):
+        command._languages(cast("Connected", None), runs)
 
 
 def test_a_dry_run_plays_both(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:

@@ -45,6 +45,7 @@ def test_agents_load_by_module_class_factory_or_instance(folder: Path, source: s
 
 
 MINE = GOOD.replace("class Agent", "class Mine")
+BEAM = MINE + "    def __init__(self, beam=1): self.beam = beam\n"
 
 
 @pytest.mark.parametrize(("source", "chosen"), [
@@ -57,6 +58,9 @@ MINE = GOOD.replace("class Agent", "class Mine")
      "Mine"),
     (GOOD + MINE, "Agent"),
     ("from agents.stop import Agent as Stop\n" + MINE, "Mine"),
+    (f"import functools\n{BEAM}class Other(Mine): pass\nAgent = functools.partial(Mine, beam=4)", "Mine"),
+    (f"{BEAM}class Other(Mine): pass\nclass Lazy:\n    __module__ = 'elsewhere'\n"
+     "    def __call__(self): return Mine()\nAgent = Lazy()", "Mine"),
 ])  # fmt: skip
 @pytest.mark.parametrize("spec", ["mine_f", "mine_f.py", "./mine_f.py", "FOLDER/mine_f.py"])
 def test_the_modules_own_agent_is_chosen(folder: Path, source: str, chosen: str, spec: str) -> None:

@@ -31,6 +31,9 @@ def test_no_character_of_control_is_left(category: str) -> None:
     ("\x1b[31mred", "\ufffd[31mred"),
     ("x" * 600, "x" * 499 + "…"),
     ("e" + "\u0301" * 100 + "f", "e" + "\u0301" * 8 + "f"),
+    ("e" + ("\u0301" * 8 + "\u200d") * 40 + "f", "e" + "\u0301" * 8 + "\u200d" + "f"),
+    ("❤\ufe0f👨\u200d👩", "❤\ufe0f👨\u200d👩"),
+    ("a\u3164b\u115fc\u2800d\u034fe\ufe00f\U000e0100g", "a\ufffdb\ufffdc\ufffdd\ufffde\ufffdf\ufffdg"),
     ("", ""),
 ])  # fmt: skip
 def test_one_line(text: str, line: str) -> None:

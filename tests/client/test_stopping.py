@@ -97,7 +97,8 @@ def test_a_signal_while_connecting(tmp_path: Path) -> None:
         client.wait_for("loading")
         connection, _ = silent.accept()
         with connection:
-            assert client.stop(signal.SIGTERM)[0] == 143
+            found, errors = client.stop(signal.SIGTERM)
+    assert (found, f"--resume {RUN}" in errors) == (143, True)
 
 
 def test_a_signal_stops_several_streams_while_one_waits_for_the_agent(tmp_path: Path, world: World) -> None:

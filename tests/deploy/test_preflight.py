@@ -17,7 +17,7 @@ from tests import ROOT
 GOOD: dict[str, Any] = {
     "system": "Linux", "machine": "x86_64", "bits": 64, "python": (3, 13), "implementation": "CPython",
     "free_threaded": False, "libc": "glibc", "libc_version": (2, 41), "macos": (), "has_venv": True, "writable": True,
-    "folder": "/here", "free": 50_000, "temporary": "/tmp", "temporary_free": 50_000,
+    "folder": "/here", "free": 50_000, "has_torch": False, "temporary": "/tmp", "temporary_free": 50_000,
 }  # fmt: skip
 MAC = {"system": "Darwin", "machine": "arm64", "libc": "", "libc_version": (), "macos": (15, 1)}
 
@@ -84,6 +84,34 @@ def test_the_libraries_of_gpus_need_more_space(preflight: ModuleType) -> None:
     assert preflight.problem(machine, "agents", cuda=True).startswith("9000 MB are needed in /here, 5000 MB are free")
 
 
+def test_an_environment_with_pytorch_needs_less_space(
+    preflight: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As when it is set up again after an update."""
+    machine = SimpleNamespace(**{**GOOD, "free": 2500, "has_torch": True})
+    assert preflight.problem(machine, "agents") == preflight.problem(machine, "dev") == ""
+    assert preflight.problem(SimpleNamespace(**{**GOOD, "free": 2500}), "agents").startswith("3000 MB are needed")
+    machine.free = 900
+    for kind in ("agents", "host"):
+        assert preflight.problem(machine, kind) == "1000 MB are needed in /here, 900 MB are free"
+    monkeypatch.setattr(preflight, "ROOT", str(tmp_path))
+    assert not preflight.facts().has_torch
+    (tmp_path / ".venv/lib/python3.12/site-packages/torch").mkdir(parents=True)
+    assert preflight.facts().has_torch
+
+
+def test_the_version_of_macos_is_asked_for_anew_where_it_is_that_for_old_programs(
+    preflight: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A Python that was built with an old SDK is told 10.16, unless the variable says otherwise."""
+    python = tmp_path / "python"
+    python.write_text('#!/bin/sh\n[ "$SYSTEM_VERSION_COMPAT" = 0 ] && echo 15.1.1 || echo 10.16\n')
+    python.chmod(0o755)
+    monkeypatch.setattr(preflight.platform, "mac_ver", lambda: ("10.16", ("", "", ""), "arm64"))
+    monkeypatch.setattr(preflight.sys, "executable", str(python))
+    assert preflight.facts().macos == (15, 1)
+
+
 def test_the_bounds_are_those_of_the_package_and_hold_this_python(preflight: ModuleType) -> None:
     low, high = preflight.bounds()
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -109,8 +137,13 @@ else:
 """
 
 
-def set_up(tmp_path: Path, pythons: dict[str, str], **variables: str) -> "tuple[int, str, list[str]]":
-    """Runs scripts/setup in a copy, with these interpreters alone; returns its status, its output and their calls."""
+def set_up(
+    tmp_path: Path, pythons: dict[str, str], *, present: str = "", **variables: str
+) -> "tuple[int, str, list[str]]":
+    """Runs scripts/setup in a copy, with these interpreters alone; returns its status, its output and their calls.
+
+    `present` is the version of the Python in .venv; empty if there is none.
+    """
     clone, programs, log = tmp_path / "clone", tmp_path / "bin", tmp_path / "log"
     for folder in (clone / "scripts", clone / "proto", clone / "clients" / "python", programs):
         folder.mkdir(parents=True)
@@ -124,12 +157,38 @@ def set_up(tmp_path: Path, pythons: dict[str, str], **variables: str) -> "tuple[
     for name, version in pythons.items():
         (programs / name).write_text(OLD.format(log=log, python=sys.executable, version=version))
         (programs / name).chmod(0o755)
+    if present:
+        (clone / ".venv" / "bin").mkdir(parents=True)
+        there = clone / ".venv" / "bin" / "python"
+        there.write_text(OLD.format(log=f"{log}-present", python=sys.executable, version=present))
+        there.chmod(0o755)
     done = subprocess.run(
         ["bash", "scripts/setup", "host"], cwd=clone, env={"PATH": str(programs), **variables}, capture_output=True,
         text=True, timeout=120, check=False,
     )  # fmt: skip
-    assert not (clone / ".venv").exists()
+    assert (clone / ".venv").exists() == bool(present)
     return done.returncode, done.stdout + done.stderr, log.read_text().splitlines() if log.exists() else []
+
+
+@pytest.mark.parametrize("pythons", [{"python3": "3, 10"}, {"python3": "3, 13"}, {}])
+def test_the_python_that_made_the_environment_is_used_again(tmp_path: Path, pythons: dict[str, str]) -> None:
+    """And what is installed there is kept."""
+    _, said, calls = set_up(tmp_path, pythons, present="3, 12")
+    assert said.splitlines()[0] == "setting up .venv (once)"
+    assert calls == []
+    present = (tmp_path / "log-present").read_text().splitlines()
+    assert "scripts/preflight.py host" in present
+    assert present[-1] == "-m venv .venv"
+
+
+def test_another_one_is_used_where_it_does_not_fit_any_more(tmp_path: Path) -> None:
+    _, _, calls = set_up(tmp_path, {"python3": "3, 13"}, present="3, 10")
+    assert "-m venv --clear .venv" in calls
+
+
+def test_a_named_python_comes_before_that_of_the_environment(tmp_path: Path) -> None:
+    _, _, calls = set_up(tmp_path, {"python3.13": "3, 13"}, present="3, 12", PYTHON="python3.13")
+    assert "-m venv --clear .venv" in calls
 
 
 def test_an_old_python_is_refused_in_one_line_before_anything_is_downloaded(tmp_path: Path) -> None:

@@ -144,8 +144,9 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
         SystemExit: if they are wrong, with status 2, after printing the reason.
     """
     made = parser()
-    misplaced = next((word for word in argv[1:] if word in COMMANDS), None)
-    if misplaced is not None and "--agent" not in argv:
+    options, others = made.parse_known_args(argv)
+    misplaced = next((word for word in others if word in COMMANDS), None)
+    if misplaced is not None and options.agent is None:
         made.error(f"the command comes first: arramon-client {misplaced} ...")
     arguments = parse_known(made, argv)
     if arguments.agent is None:

@@ -10,7 +10,14 @@ from arramon_client.commands.base import ERROR, USAGE, nearest
 from arramon_client.commands.play import PlayCommand
 from arramon_client.commands.single_run import AGENT_FAILED
 from arramon_client.conformance import command as conformance
-from arramon_client.errors import AgentError, AgentLoadError, AgentStoppedError, ArramonClientError, UsageError
+from arramon_client.errors import (
+    AgentError,
+    AgentLoadError,
+    AgentStoppedError,
+    ArramonClientError,
+    ServerUnreachableError,
+    UsageError,
+)
 from arramon_client.stopping import describe, status_of, stopped_by_signals
 
 COMMANDS = {
@@ -67,7 +74,8 @@ def _play(argv: Sequence[str]) -> int:
         command.say(f"error: {error}")
         if isinstance(error, AgentError) and error.details:
             command.say(error.details)
-        command.hint()
+        if command.playing or isinstance(error, ServerUnreachableError):
+            command.hint()
         if isinstance(error, AgentStoppedError):
             command.say(
                 "fix the agent, then resume; with --keep-going, episodes that fail are given up and the run goes on"

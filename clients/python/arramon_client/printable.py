@@ -7,11 +7,13 @@ from typing import Any
 
 _UNSAFE = re.compile(
     "[\x00-\x1f\x7f-\x9f\xad\u061c\u180e\u200b\u200e\u200f\u2028-\u202e\u2060-\u206f\ufeff\ufff9-\ufffb\ud800-\udfff"
-    "\U0001bca0-\U0001bca3\U0001d173-\U0001d17a\U000e0000-\U000e007f]"
+    "\U0001bca0-\U0001bca3\U0001d173-\U0001d17a\U000e0000-\U000e007f"
+    "\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180f\u2800\u3164\ufe00-\ufe0d\uffa0\U000e0100-\U000e01ef]"
 )
 """Characters that move the cursor, change colours or the text direction, or are invisible, and halves of characters.
 
-Not the joiners U+200C and U+200D, which Devanagari needs."""
+The last line are fillers and variation selectors. Not the joiners U+200C and U+200D, which Devanagari needs, nor the
+selectors of an emoji's style, U+FE0E and U+FE0F."""
 
 _UNSAFE_IN_LINES = re.compile("\r(?!\n)|" + _UNSAFE.pattern.replace("\x00-\x1f", "\x00-\x08\x0b\x0c\x0e-\x1f"))
 """The same without the tab and ends of lines."""
@@ -47,6 +49,11 @@ def to_json(content: Any) -> str:
     return _UNSAFE_IN_LINES.sub(_escape, text) + "\n"  # Such characters are in strings alone.
 
 
+def to_json_line(content: Any) -> str:
+    """Return plain data as JSON on one line and its end, with the same escapes."""
+    return _UNSAFE.sub(_escape, json.dumps(content, ensure_ascii=False)) + "\n"
+
+
 def _escape(found: "re.Match[str]") -> str:
     return json.dumps(found.group())[1:-1]
 
@@ -54,7 +61,11 @@ def _escape(found: "re.Match[str]") -> str:
 def _without_stacks(text: str) -> str:
     kept, marks = [], 0
     for letter in text:
-        marks = marks + 1 if unicodedata.category(letter) in ("Mn", "Me") else 0
+        category = unicodedata.category(letter)
+        if category in ("Mn", "Me"):
+            marks += 1
+        elif category != "Cf":  # Marks after a joiner stand on the same letter.
+            marks = 0
         if marks <= _MOST_MARKS:
             kept.append(letter)
     return "".join(kept) if len(kept) < len(text) else text

@@ -35,9 +35,10 @@ class PlayCommand:
     Attributes:
         options: the parsed options.
         argv: the arguments as typed.
-        begun: ids of the runs that were created or resumed, in the order of the languages.
+        begun: ids of the runs to resume, and of those that were created since.
         expected: number of runs: one for each language.
         finished: those that were played to their end.
+        playing: whether the runs to resume fit the options, and playing has begun.
     """
 
     options: argparse.Namespace
@@ -45,8 +46,11 @@ class PlayCommand:
     begun: list[str] = field(default_factory=list)
     expected: int = 1
     finished: list[Finished] = field(default_factory=list)
+    playing: bool = False
 
     def __post_init__(self) -> None:
+        self.begun += self.options.resume
+        self.expected = max(len(self.options.languages or ()), len(self.begun), 1)
         self._console = console(stderr=True)
 
     def say(self, text: str) -> None:
@@ -110,11 +114,19 @@ class PlayCommand:
         resumed = [self._resumed(server, run_id) for run_id in self.options.resume]
         languages = self._languages(server, resumed)
         self.expected = len(languages)
-        for language in languages:
-            single = SingleRun(self.options, language, server, agent, self.output, self.say, revive)
-            before = next((run for run in resumed if run.language == language), None)
-            run = single.create() if before is None else single.check_resumed(before)
-            self.begun.append(run.run_id)
+        singles = [
+            SingleRun(self.options, language, server, agent, self.output, self.say, revive) for language in languages
+        ]
+        before = {run.language: run for run in resumed}
+        for single in singles:  # All of them, before any is played.
+            if single.language in before:
+                single.check_resumed(before[single.language])
+        self.playing = True
+        for single in singles:
+            run = before.get(single.language)
+            if run is None:
+                run = single.create()
+                self.begun.append(run.run_id)
             self.finished.append(single.finish(run))
         return max(each.status for each in self.finished)
 
@@ -129,6 +141,9 @@ class PlayCommand:
     def _languages(self, server: Server, resumed: Sequence[evaluation_pb2.Run]) -> tuple[str, ...]:
         """Return the languages to play, resumed runs first, after checking that the split has all of them."""
         asked: tuple[str, ...] = self.options.languages or tuple(run.language for run in resumed)
+        splits = dict.fromkeys(run.split for run in resumed)
+        if len(splits) > 1:
+            raise UsageError(f"the runs to resume are of different splits, {', '.join(splits)}: resume them one by one")
         for run in resumed:
             if run.language not in asked:
                 raise UsageError(f"run {run.run_id} was started with --lang {run.language}, not {','.join(asked)}")
@@ -163,12 +178,16 @@ class PlayCommand:
 @contextlib.contextmanager
 def _stdout_for_json() -> Iterator[None]:
     """Send to standard error what the agent and its libraries print, until the end of the context."""
-    sys.stdout.flush()
+    out = sys.stdout
+    out.flush()
     kept = os.dup(1)
     try:
         os.dup2(2, 1)
         with contextlib.redirect_stdout(sys.stderr):
             yield
     finally:
+        for each in (out, sys.__stdout__):  # What was written to them directly, and is still in their buffers.
+            if each is not None and not each.closed:
+                each.flush()
         os.dup2(kept, 1)
         os.close(kept)

@@ -113,8 +113,8 @@ class SingleRun:
         self._settings()  # Fail before creating a run that could not be played.
         return call(self.server.stub.CreateRun, request, self.server.address)
 
-    def check_resumed(self, run: evaluation_pb2.Run) -> evaluation_pb2.Run:
-        """Return a run after checking that it was started with these options.
+    def check_resumed(self, run: evaluation_pb2.Run) -> None:
+        """Check that a run was started with these options.
 
         Raises:
             UsageError: if not.
@@ -134,7 +134,6 @@ class SingleRun:
         if options.agent_arguments != kept_arguments:
             begun, asked = (_typed(each) or "no --agent-arg" for each in (kept_arguments, options.agent_arguments))
             raise UsageError(f"run {run.run_id} was started with {begun}, not with {asked}")
-        return run
 
     def finish(self, run: evaluation_pb2.Run) -> Finished:
         """Play a run to its end, show its scores and write its files.

@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from arramon_client.environments.backend import PHASES, Player
 from arramon_client.environments.spaces import Dict
+from arramon_client.printable import many_lines
 
 SIZE = 336
 """Side length of view and map, in pixels."""
@@ -46,7 +47,7 @@ class Picture:
         above = player.map(SIZE)
         if above is not None:
             whole.paste(Image.fromarray(above), (SIZE, 0))
-        text = str(values["instruction"])
+        text = many_lines(str(values["instruction"]))
         title = f"episode {player.episode_id}, turn {values['turn']}, {PHASES[int(values['phase'])]}, "
         title += f"{int(values['steps_left'][0])} steps left"
         draw, font = ImageDraw.Draw(whole), _font(text)

@@ -1,7 +1,7 @@
 """Choice of a module's agent, where `--agent` names only the module."""
 
 import inspect
-from types import ModuleType
+from types import FunctionType, ModuleType
 
 from arramon_client.errors import AgentLoadError
 
@@ -9,7 +9,7 @@ METHODS = ("begin", "act")
 
 
 def default_member(module: ModuleType) -> object:
-    """Return the module's class `Agent`, function `make_agent`, or only class with an agent's two methods.
+    """Return what the module calls `Agent`, its function `make_agent`, or only class with an agent's two methods.
 
     Imported classes are no candidates, unless they come from the module's own package: a package's `__init__.py` may
     import its `Agent`. Nor are classes that others in the module are derived from, abstract and private ones.
@@ -66,10 +66,15 @@ def _candidates(module: ModuleType) -> list[type]:
 
 
 def _is_own(value: object, module: ModuleType) -> bool:
-    """Return whether something was defined in a module, or in a part of it, rather than imported from elsewhere."""
-    origin = getattr(value, "__module__", None)
+    """Return whether something was defined in a module, or in a part of it, rather than imported from elsewhere.
+
+    Classes and functions say where they are from. The `__module__` of all other objects, such as of a
+    `functools.partial`, is that of their class: a module's own name for one counts as defined there.
+    """
+    if not isinstance(value, type | FunctionType):
+        return True
     own = module.__name__
-    return not isinstance(origin, str) or origin == own or origin.startswith(f"{own}.") or not callable(value)
+    return value.__module__ == own or value.__module__.startswith(f"{own}.")
 
 
 def _has_methods(value: object) -> bool:

@@ -1,7 +1,6 @@
 """Files of one recorded episode: its frames, its steps as JSON Lines, and a description."""
 
 import hashlib
-import json
 import re
 import shutil
 import struct
@@ -15,7 +14,7 @@ import simplejpeg
 
 from arramon_client.agent import Episode, Observation
 from arramon_client.files import write_whole
-from arramon_client.printable import to_json
+from arramon_client.printable import to_json, to_json_line
 from arramon_client.recording.trace import Trace
 
 FORMAT, VERSION = "arramon-recording", 1
@@ -88,7 +87,7 @@ class EpisodeFiles:
             "pose": [round(number, 6) for number in pose],
             **pictures,
         }
-        self._steps.write(json.dumps(line, ensure_ascii=False) + "\n")
+        self._steps.write(to_json_line(line))
         if action is not None:
             self._trace.move(observation, action)
         self._about["steps"] += action is not None

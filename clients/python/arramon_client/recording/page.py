@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from arramon_client.files import write_whole
+from arramon_client.printable import many_lines
 from arramon_client.recording.files import ABOUT, PAGE, STEPS
 
 INDEX = "index.html"
@@ -94,7 +95,7 @@ def _data(folder: Path, about: Mapping[str, Any], texts: Mapping[str, Any]) -> I
                     step[name] = base64.b64encode((folder / step[name]).read_bytes()).decode("ascii")
             yield ("," if number else "") + _json(step)
     rest = {
-        "instructions": instructions,
+        "instructions": [many_lines(each) for each in instructions],
         "poses": about["poses"],
         "obstacles": about.get("obstacles", []),
         "targets": about.get("targets", []),

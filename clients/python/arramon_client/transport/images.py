@@ -16,6 +16,21 @@ from arramon_client.transport.incoming import MAX_SIDE
 THOUSANDTHS = np.float32(0.001)
 """Factor from the protocol's depth values, whole thousandths of a unit, to units."""
 
+_SEQUENTIAL = frozenset((0xC0, 0xC1))
+"""Markers of a JPEG: of frames whose components are each decoded in one pass."""
+
+_OTHER_FRAMES = frozenset(range(0xC2, 0xD0)) - {0xC4, 0xC8, 0xCC}
+"""Of frames of all other kinds: progressive, hierarchical or lossless."""
+
+_BARE = frozenset((0x01, *range(0xD0, 0xD8)))
+"""Of nothing that follows."""
+
+_WITH_LENGTH = frozenset((0xC4, 0xCC, 0xDB, 0xDD, *range(0xE0, 0xF0), 0xFE))
+"""Of tables, comments and applications' data, which begin with their length."""
+
+_SCAN, _MOST_SCANS = b"\xff\xda", 4
+"""Start of a pass; a JPEG has up to four components. Compressed data never contain it."""
+
 PixelReader = Callable[[types_pb2.Image, int], bytes | memoryview]
 """Returns the pixels of a lossless image as bytes, of exactly the length given. Raises ProtocolError."""
 
@@ -119,8 +134,7 @@ def _decompressed(image: types_pb2.Image, expected: int) -> bytes:
 def _jpeg(data: bytes, shape: tuple[int, int, int]) -> npt.NDArray[np.uint8]:
     height, width, channels = shape
     _check_compressed(data, height * width * channels)
-    if _is_progressive(data):
-        raise ProtocolError("a JPEG image is progressive, expected a sequential one")
+    _check_sequential(data)
     try:
         height, width, *_ = simplejpeg.decode_jpeg_header(data)
         if (height, width) != shape[:2]:  # Checked before decoding, which allocates that much memory.
@@ -132,18 +146,34 @@ def _jpeg(data: bytes, shape: tuple[int, int, int]) -> npt.NDArray[np.uint8]:
     return pixels
 
 
-def _is_progressive(data: bytes) -> bool:
-    """Return whether a JPEG is of a kind whose many passes over the image can take minutes."""
+def _check_sequential(data: bytes) -> None:
+    """Check that a JPEG takes few passes over the image: many can take minutes.
+
+    Only segments whose ends a decoder finds in the same place are passed over on the way to the frame's header.
+
+    Raises:
+        ProtocolError: if it is progressive, has more passes than components, or no such header.
+    """
     place = 2
     while place + 4 <= len(data) and data[place] == 0xFF:
         marker = data[place + 1]
-        if 0xC0 <= marker <= 0xCF and marker not in (0xC4, 0xC8, 0xCC):  # the header of the frame
-            return marker not in (0xC0, 0xC1)
+        length = int.from_bytes(data[place + 2 : place + 4], "big")
+        if marker in _SEQUENTIAL:
+            scans = data.count(_SCAN)
+            if scans > _MOST_SCANS:
+                raise ProtocolError(f"a JPEG image has {scans} passes, expected at most {_MOST_SCANS}")
+            return
+        if marker in _OTHER_FRAMES:
+            raise ProtocolError("a JPEG image is progressive, expected a sequential one")
         if marker == 0xFF:  # padding
             place += 1
-            continue
-        place += 2 + int.from_bytes(data[place + 2 : place + 4], "big")
-    return False
+        elif marker in _BARE:
+            place += 2
+        elif marker in _WITH_LENGTH and length >= 2:
+            place += 2 + length
+        else:
+            break
+    raise ProtocolError("a JPEG image cannot be decoded: it has no header of a sequential frame")
 
 
 class _Threads(threading.local):

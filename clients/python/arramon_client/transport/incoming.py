@@ -2,7 +2,8 @@
 
 What identifies something (ids of runs and episodes, tokens of pages) is refused if it is malformed, and so are numbers
 that no server of the protocol sends. What is only shown (names, notes, errors) loses characters that a terminal would
-obey, and is cut if it is too long.
+obey, and is cut if it is too long. Instructions reach the agent as they are, as scores must not depend on how an agent
+is connected: what prints or records them makes them safe (`printable`).
 """
 
 import re
@@ -80,10 +81,7 @@ def check_observation(message: evaluation_pb2.Observation) -> None:
     Raises:
         ProtocolError: as for `check_message`.
     """
-    instruction = message.instruction
-    cleaned = _instruction(instruction)
-    if cleaned != instruction:
-        message.instruction = cleaned
+    _check_length(message.instruction, "an instruction that the server sent", LONGEST_INSTRUCTION)
     if message.turn not in (1, 2):
         raise ProtocolError(f"an observation has the turn {message.turn}, expected 1 or 2")
     if message.HasField("taken") and not 0 <= message.taken <= 3:
@@ -95,9 +93,9 @@ def check_observation(message: evaluation_pb2.Observation) -> None:
             raise ProtocolError(f"an observation has a pose or a time of {number}, expected a finite number")
 
 
-@lru_cache(maxsize=4096)
-def _instruction(text: str) -> str:
-    return many_lines(text, LONGEST_INSTRUCTION)
+def _check_length(text: str, where: str, most: int) -> None:
+    if len(text) > most:
+        raise ProtocolError(f"{where} has {len(text)} characters, expected at most {most}")
 
 
 def _id(text: str, where: str) -> str:
@@ -113,9 +111,18 @@ def _run_id(text: str, where: str) -> str:
 
 
 def _page_token(text: str, where: str) -> str:
-    if len(text) > 4096:
-        raise ProtocolError(f"{where} has {len(text)} characters, expected at most 4096")
+    _check_length(text, where, 4096)
     return text
+
+
+def _data(most: int) -> Callable[[str, str], str]:
+    """Return a check of text that is not shown, but worked with: it is left as it is."""
+
+    def check(text: str, where: str) -> str:
+        _check_length(text, where, most)
+        return text
+
+    return check
 
 
 def _line(most: int) -> Callable[[str, str], str]:
@@ -133,9 +140,9 @@ TEXTS: Mapping[str, Callable[[str, str], str]] = {
     "episode_ids": _id,
     "episodes": _id,
     "next_page_token": _page_token,
-    "instruction": lambda text, _: _instruction(text),
+    "instruction": _data(LONGEST_INSTRUCTION),
     "content": _lines(64 * 1024 * 1024),
-    "alphabet": _lines(100_000),
+    "alphabet": _data(100_000),
     "signature": _line(10_000),
     "command": _line(5_000),
     "value": _line(1_000),
