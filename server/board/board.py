@@ -417,8 +417,8 @@ class Board:
         current = split is not None and split.data_hash == run.data_hash
         corrections = self._corrections[run.split]
         version = Version(run.run_id, len(corrections), published.rescored)
-        voided, counted_out = self._voided(run, voided_by(corrections) if current else frozenset())
-        scores = self._shown_scores(run, version, scores, counted_out, current=current)
+        voided, left_out = self._entries.voided(run.run_id, voided_by(corrections) if current else frozenset())
+        scores = self._shown_scores(run, version, scores, left_out, current=current)
         forfeited = scores.progress.causes.get(causes.FORFEITED, 0)
         all_ = self._episodes[run.split].get(run.language, 0) if current else 0
         coverage = scores.progress.episodes / all_ if all_ else None
@@ -456,16 +456,6 @@ class Board:
             voided=len(voided),
             frozen=frozen,
         )
-
-    def _voided(self, run: Run, voided: frozenset[str]) -> tuple[frozenset[str], frozenset[str]]:
-        """Return which of a run's episodes are void, and which of them are not in its scores.
-
-        A run of void episodes alone, which is partial and has no rank, keeps the scores that it had.
-        """
-        if not voided:
-            return voided, voided
-        mine, has_others = self._entries.voided(run.run_id, voided)
-        return mine, mine if has_others else frozenset()
 
 
 K = TypeVar("K")

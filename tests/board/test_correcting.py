@@ -1,5 +1,7 @@
 """Void episodes and corrected data: scores, ranks and receipts follow, for all runs alike."""
 
+import csv
+import io
 import json
 import shutil
 from contextlib import closing
@@ -13,8 +15,9 @@ import sqlalchemy as sa
 
 from server.board.board import Board
 from server.board.correcting import Correcting, Rescored
+from server.board.exports import as_csv
 from server.board.publishing import Publishing
-from server.board.standings import Mark, Standing
+from server.board.standings import BOTH, Mark, Standing
 from server.episodes.episode import Episode, Instructions
 from server.episodes.splits import read_split, write_split
 from server.errors import BadInput, Conflict, NotFound
@@ -25,7 +28,7 @@ from server.runs.results.reports import report_of
 from server.runs.results.rescoring import Rescorer
 from server.runs.results.signing import SigningKey
 from server.runs.storage import tables
-from server.runs.storage.records import CANCELLED
+from server.runs.storage.records import CANCELLED, Code
 from server.sim.geometry import Pose
 from server.sim.room import Placement
 from server.sim.section import Building, Section
@@ -200,6 +203,34 @@ def test_a_run_that_did_not_play_a_void_episode_is_left_alone(host: Host) -> Non
     assert (entry.voided, ptc(host.standings()["part"])) == (1, 1.0)
     assert Mark.PARTIAL in entry.marks
     assert stored_receipt(host.house.database, "part") == kept
+
+
+@pytest.mark.parametrize("in_hindi", [1, 4], ids=["all void", "void in English alone"])
+def test_a_system_of_void_episodes_alone_keeps_its_scores_over_languages(
+    house: House, tmp_path: Path, in_hindi: int
+) -> None:
+    first = {language: house.splits["tiny"].in_playing_order(language)[0].episode_id for language in ("en", "hi")}
+    house.publish(house.run("english", [0.5]))
+    house.publish(house.run("hindi", [1.0] * in_hindi, language="hi"))
+    void = {first["en"], first["hi"]} if in_hindi == 1 else {first["en"]}
+    Correcting(house.database, house.splits, SigningKey(tmp_path / "key.pem")).void("tiny", void, "doubtful")
+    (line,) = house.board.both("tiny")
+    assert line.entries[0].voided == 1
+    assert (ptc(line), line.is_ranked) == (pytest.approx(0.75), False)
+    (row,) = csv.DictReader(io.StringIO(as_csv(house.board.listing("tiny", BOTH))))
+    assert float(row["PTC@CTC-3"]) == pytest.approx(0.75)
+
+
+def test_a_reproduction_of_void_episodes_alone_keeps_its_difference(house: House, tmp_path: Path) -> None:
+    house.participant("ann", "bob")
+    for account, score in (("ann", 0.5), ("bob", 0.75)):
+        house.run(account, [score], account=account, participant=account, code=Code("https://example.org/walker"))
+    house.publish("ann")
+    house.publishing.publish(HOST, "bob", "", reproduces="ann")
+    (episode,) = house.entries.all_episodes("ann").ids
+    Correcting(house.database, house.splits, SigningKey(tmp_path / "key.pem")).void("tiny", [episode], "doubtful")
+    (found,) = house.board.reproductions("ann")
+    assert found.differences["PTC@CTC-3"].mean == pytest.approx(0.25)
 
 
 @pytest.mark.parametrize(("episodes", "restore", "reason", "error", "message"), [
