@@ -490,8 +490,8 @@ _KEPT = 2048
 
 
 def _fewest(entries: Sequence[Entry]) -> int:
-    """Return the number of episodes of each run; the least, if these differ."""
-    return min(entry.progress.episodes for entry in entries)
+    """Return the number of episodes in each run's scores; the least, if these differ."""
+    return min(entry.counted for entry in entries)
 
 
 def _mean(entries: Sequence[Entry]) -> Rows:

@@ -152,6 +152,11 @@ class Entry:
         return Version(self.run.run_id, self.split_corrections, self.rescored)
 
     @property
+    def counted(self) -> int:
+        """Number of episodes in its scores: those that are not void, or all if every one is, see `Entries.voided`."""
+        return self.progress.episodes - self.voided or self.progress.episodes
+
+    @property
     def participant(self) -> str:
         """Displayed name of the participant."""
         return shown(self.run.participant)
