@@ -153,11 +153,15 @@ class Correcting:
                 yield Rescored(run, "", changed, has_new_receipt)
 
     def _correction(self, before: Split, after: Split, changes: Changes, reason: str) -> Correction:
-        """Return the correction from one state of the data to the other; an earlier call may have written it."""
+        """Return the correction from one state of the data to the other; an earlier call may have written it.
+
+        Only the latest correction of the data is continued: a run may be scored again once for each, and data that was
+        corrected, reverted and corrected again needs another one.
+        """
         data = (before.data_hash, after.data_hash)
-        for one in self._corrections.on(after.name):
-            if (one.data_before, one.data_after) == data:
-                return one
+        made = [one for one in self._corrections.on(after.name) if one.kind is CorrectionKind.RESCORE]
+        if made and (made[-1].data_before, made[-1].data_after) == data:
+            return made[-1]
         return self._corrections.add(after.name, CorrectionKind.RESCORE, reason, changes.all, data)
 
     def _scored(

@@ -328,6 +328,26 @@ def test_an_interrupted_rescoring_goes_on(host: Host) -> None:
     assert all(one.rank for one in host.standings().values())
 
 
+def test_data_that_was_adopted_and_reverted_is_adopted_again(host: Host) -> None:
+    moved = moved_cell(host.before.episodes["0"])
+    host.replace(e0=moved)
+    host.rescore("the cell was wrong")
+    wrong = host.splits["tiny"]
+    host.write([*host.before.episodes.values()])
+    assert {one.problem for one in host.correcting.rescore(wrong, "it was right")} == {""}
+    assert ptc(host.standings()["poor"]) == pytest.approx(10 / 12)
+    host.replace(e0=moved)
+    assert {one.problem for one in host.rescore("it was wrong after all").values()} == {""}
+    assert ptc(host.standings()["poor"]) == pytest.approx(11 / 12)
+    reasons = ["the cell was wrong", "it was right", "it was wrong after all"]
+    assert [one.reason for one in host.board().corrections("tiny")] == reasons
+    content = host.content("poor")
+    assert [one["reason"] for one in content["corrections"]] == reasons
+    assert content["revision"]["number"] == 3
+    with closing(Rescorer(host.house.database, host.splits)) as rescorer:
+        assert rescorer.rescore("poor").differences == ()
+
+
 def test_a_changed_text_leaves_the_scores_and_is_named(host: Host) -> None:
     text = Instructions("Go on to the mug with red stripes.", "Put it two steps ahead.")
     old = host.before.episodes["0"]
