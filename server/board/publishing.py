@@ -100,15 +100,17 @@ class Publishing:
     def withdraw(self, caller: Caller, run_id: str) -> None:
         """Withdraw a run from the leaderboard. It can be published again; if a host withdrew it, only by a host.
 
-        A host may withdraw a run that its participant has withdrawn already, to prevent that it is published again.
+        A host may withdraw a run that is withdrawn already: by its participant, to prevent that it is published again;
+        or with a ban, to keep it off the leaderboard when the ban ends.
 
         Raises:
-            NotFound: if there is no such run that the caller may see, or it is not on the leaderboard.
+            NotFound: if there is no such run that the caller may see, or it is not on the leaderboard, and for a host
+                has never been.
             Forbidden: if the caller is anonymous on a public server.
         """
         self._own(caller, run_id)
         entry, by_host = self._entries.find(run_id), caller.role is Role.HOST
-        if not (_is_listed(entry) or (by_host and entry is not None and not entry.withdrawn_by_host)):
+        if entry is None or not (by_host or entry.is_listed):
             raise NotFound(f"run {run_id!r} is not on the leaderboard")
         self._entries.withdraw(run_id, by_host=by_host)
 
