@@ -21,6 +21,7 @@ from server.board.standings import (
     COLUMNS,
     HEADLINE,
     PRIVILEGED,
+    RESULTS,
     TOTAL,
     Entry,
     Mark,
@@ -433,8 +434,9 @@ class Board:
             Mark.FORFEITED: 2 * forfeited > scores.progress.episodes and self._is_masked(run),
             Mark.SERVER_FAULT: scores.progress.causes.get(causes.SERVER_FAULT, 0) > 0,
         }
-        marks = tuple(mark for mark in Mark if found[mark])
-        if frozen := self.closing.is_frozen(run.split):
+        frozen = self.closing.is_frozen(run.split)
+        marks = tuple(mark for mark in Mark if found[mark] and not (frozen and mark in RESULTS))
+        if frozen:
             episodes = scores.progress.episodes
             progress = Progress(episodes, episodes, 0, {}, scores.progress.images, published=True)
             scores = Scores(progress, {}, scores.signature)

@@ -71,6 +71,10 @@ UNRANKED = frozenset(Mark) - {Mark.SERVER_FAULT}
 """Marks of entries that are listed but not ranked, as they cannot be compared with the others."""
 
 
+RESULTS = frozenset({Mark.FORFEITED, Mark.SERVER_FAULT})
+"""Marks that tell how episodes ended; they are left out while a leaderboard is frozen."""
+
+
 class Version(NamedTuple):
     """Scores of a run as they are after some corrections of its split; equal versions have equal scores.
 
