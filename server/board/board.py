@@ -21,6 +21,7 @@ from server.board.standings import (
     COLUMNS,
     HEADLINE,
     PRIVILEGED,
+    RESULTS,
     TOTAL,
     Entry,
     Mark,
@@ -417,8 +418,8 @@ class Board:
         current = split is not None and split.data_hash == run.data_hash
         corrections = self._corrections[run.split]
         version = Version(run.run_id, len(corrections), published.rescored)
-        voided, counted_out = self._voided(run, voided_by(corrections) if current else frozenset())
-        scores = self._shown_scores(run, version, scores, counted_out, current=current)
+        voided, left_out = self._entries.voided(run.run_id, voided_by(corrections) if current else frozenset())
+        scores = self._shown_scores(run, version, scores, left_out, current=current)
         forfeited = scores.progress.causes.get(causes.FORFEITED, 0)
         all_ = self._episodes[run.split].get(run.language, 0) if current else 0
         coverage = scores.progress.episodes / all_ if all_ else None
@@ -433,8 +434,9 @@ class Board:
             Mark.FORFEITED: 2 * forfeited > scores.progress.episodes and self._is_masked(run),
             Mark.SERVER_FAULT: scores.progress.causes.get(causes.SERVER_FAULT, 0) > 0,
         }
-        marks = tuple(mark for mark in Mark if found[mark])
-        if frozen := self.closing.is_frozen(run.split):
+        frozen = self.closing.is_frozen(run.split)
+        marks = tuple(mark for mark in Mark if found[mark] and not (frozen and mark in RESULTS))
+        if frozen:
             episodes = scores.progress.episodes
             progress = Progress(episodes, episodes, 0, {}, scores.progress.images, published=True)
             scores = Scores(progress, {}, scores.signature)
@@ -456,16 +458,6 @@ class Board:
             voided=len(voided),
             frozen=frozen,
         )
-
-    def _voided(self, run: Run, voided: frozenset[str]) -> tuple[frozenset[str], frozenset[str]]:
-        """Return which of a run's episodes are void, and which of them are not in its scores.
-
-        A run of void episodes alone, which is partial and has no rank, keeps the scores that it had.
-        """
-        if not voided:
-            return voided, voided
-        mine, has_others = self._entries.voided(run.run_id, voided)
-        return mine, mine if has_others else frozenset()
 
 
 K = TypeVar("K")
@@ -500,8 +492,8 @@ _KEPT = 2048
 
 
 def _fewest(entries: Sequence[Entry]) -> int:
-    """Return the number of episodes of each run; the least, if these differ."""
-    return min(entry.progress.episodes for entry in entries)
+    """Return the number of episodes in each run's scores; the least, if these differ."""
+    return min(entry.counted for entry in entries)
 
 
 def _mean(entries: Sequence[Entry]) -> Rows:

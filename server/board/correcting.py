@@ -25,6 +25,10 @@ from server.runs.storage.records import RUNNING, Ending, Run
 from server.visible_text import invisible_part
 
 
+class AlreadyCorrected(Conflict):
+    """All the episodes are void already, or all are not void and shall be restored."""
+
+
 @dataclass(frozen=True, slots=True)
 class Rescored:
     """What became of a run when its split's data was corrected.
@@ -72,7 +76,8 @@ class Correcting:
 
         Raises:
             NotFound: if there is no such split or episode.
-            Conflict: if an episode is void already, or is not and shall be restored, or no episode would be left.
+            AlreadyCorrected: if all episodes are void already, or are not and shall be restored.
+            Conflict: if some of them are, or no episode would be left.
             BadInput: if the reason is empty or too long.
         """
         reason = _checked(reason)
@@ -84,7 +89,8 @@ class Correcting:
         void = self._corrections.voided(split)
         wrong = asked - void if restore else asked & void
         if wrong:
-            raise Conflict(f"{named(wrong)} of split {split!r} {'not void' if restore else 'void already'}")
+            kind = AlreadyCorrected if wrong == asked else Conflict
+            raise kind(f"{named(wrong)} of split {split!r} {'not void' if restore else 'void already'}")
         left = found.episodes.keys() - asked - void
         if not restore and any(
             not any(language in found.episodes[name].instructions for name in left) for language in found.languages
@@ -137,6 +143,8 @@ class Correcting:
         with closing(Worlds({after.name: after})) as worlds:
             for run in self._runs_on(after.name):
                 if run.data_hash != before.data_hash:
+                    if run.data_hash == after.data_hash:
+                        self._receipts.revise(run)  # an earlier call may have stopped before it
                     continue
                 if run.state == RUNNING:
                     yield Rescored(run, "it is still being played")
@@ -153,11 +161,15 @@ class Correcting:
                 yield Rescored(run, "", changed, has_new_receipt)
 
     def _correction(self, before: Split, after: Split, changes: Changes, reason: str) -> Correction:
-        """Return the correction from one state of the data to the other; an earlier call may have written it."""
+        """Return the correction from one state of the data to the other; an earlier call may have written it.
+
+        Only the latest correction of the data is continued: a run may be scored again once for each, and data that was
+        corrected, reverted and corrected again needs another one.
+        """
         data = (before.data_hash, after.data_hash)
-        for one in self._corrections.on(after.name):
-            if (one.data_before, one.data_after) == data:
-                return one
+        made = [one for one in self._corrections.on(after.name) if one.kind is CorrectionKind.RESCORE]
+        if made and (made[-1].data_before, made[-1].data_after) == data:
+            return made[-1]
         return self._corrections.add(after.name, CorrectionKind.RESCORE, reason, changes.all, data)
 
     def _scored(

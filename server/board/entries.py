@@ -188,22 +188,36 @@ class Entries:
         return self.corrections.of_run(run.run_id, run.split, self.all_episodes(run.run_id).ids)
 
     def episodes(self, run_id: str) -> EpisodeTable:
-        """Return the scores of those of an entry's episodes that are not void.
+        """Return the scores of the episodes that count for an entry, see `voided`.
 
         Raises:
             NotFound: if the run has no entry.
         """
-        return self.all_episodes(run_id).without(self.corrections.voided(self.split_of(run_id)))
+        _, left_out = self.voided(run_id, self.corrections.voided(self.split_of(run_id)))
+        return self.all_episodes(run_id).without(left_out)
 
     def split_of(self, run_id: str) -> str:
         """Return the name of an entry's split."""
         query = sa.select(tables.runs.c.split).where(tables.runs.c.run_id == run_id)
         return str(self._database.read(query)[0].split)
 
-    def voided(self, run_id: str, voided: Set[str]) -> tuple[frozenset[str], bool]:
-        """Return those of an entry's episodes that are among the void ones, and whether it has others."""
+    def voided(self, run_id: str, voided: Set[str]) -> tuple[frozenset[str], frozenset[str]]:
+        """Return which of an entry's episodes are void, and which of them are left out of its scores.
+
+        These are the same, unless all its episodes are void: such a run, which is partial and has no rank, keeps the
+        scores that it had.
+
+        Args:
+            run_id: id of the run.
+            voided: ids of the split's episodes that are void.
+
+        Raises:
+            NotFound: if the run has no entry.
+        """
+        if not voided:
+            return frozenset(), frozenset()
         played = frozenset(self.all_episodes(run_id).ids)
-        return played & voided, not played <= voided
+        return played & voided, frozenset() if played <= voided else played & voided
 
     def all_episodes(self, run_id: str) -> EpisodeTable:
         """Return the scores of all episodes, also void ones.

@@ -192,8 +192,8 @@ class EpochBoard:
         if not keys:
             return EpochChanges(older, newer, (), None)
         found = changes(
-            self._scored(older, [before[key] for key in keys], metric),
-            self._scored(newer, [after[key] for key in keys], metric),
+            _scored([before[key] for key in keys], metric),
+            _scored([after[key] for key in keys], metric),
         )
         lines = [
             Change(
@@ -218,10 +218,11 @@ class EpochBoard:
         ordered = sorted(ranked, key=lambda line: max((one.published_at, one.run.run_id) for one in line.entries))
         return {_agent_of(line.entries[0]): line for line in ordered}
 
-    def _scored(self, split: str, standings: Sequence[Standing], metric: str) -> Scored:
-        means = [line.rows[TOTAL][metric].mean for line in standings]
-        language = standings[0].languages[0]
-        return Scored(means, [len(line.entries) for line in standings], self._splits[split].languages[language])
+
+def _scored(standings: Sequence[Standing], metric: str) -> Scored:
+    means = [line.rows[TOTAL][metric].mean for line in standings]
+    episodes = min(entry.counted for line in standings for entry in line.entries)
+    return Scored(means, [len(line.entries) for line in standings], episodes)
 
 
 def as_file(epochs: Sequence[Epoch]) -> dict[str, object]:

@@ -93,7 +93,7 @@ def differences(original: EpisodeTable, table: EpisodeTable, section_of: Mapping
 
 def masked_differences(original: Entry, reproduction: Entry) -> dict[str, Interval]:
     """Return the same on a hidden split, from the shown means alone."""
-    episodes = original.progress.episodes
+    episodes = min(original.counted, reproduction.counted)
     noise = 2.0**0.5 * shown_deviation(episodes)
     before, after = original.rows[TOTAL], reproduction.rows[TOTAL]
     return {metric: difference(after[metric].mean, before[metric].mean, episodes, noise) for metric in COLUMNS}

@@ -71,6 +71,10 @@ UNRANKED = frozenset(Mark) - {Mark.SERVER_FAULT}
 """Marks of entries that are listed but not ranked, as they cannot be compared with the others."""
 
 
+RESULTS = frozenset({Mark.FORFEITED, Mark.SERVER_FAULT})
+"""Marks that tell how episodes ended; they are left out while a leaderboard is frozen."""
+
+
 class Version(NamedTuple):
     """Scores of a run as they are after some corrections of its split; equal versions have equal scores.
 
@@ -150,6 +154,11 @@ class Entry:
     def version(self) -> Version:
         """Version of its scores."""
         return Version(self.run.run_id, self.split_corrections, self.rescored)
+
+    @property
+    def counted(self) -> int:
+        """Number of episodes in its scores: those that are not void, or all if every one is, see `Entries.voided`."""
+        return self.progress.episodes - self.voided or self.progress.episodes
 
     @property
     def participant(self) -> str:

@@ -3,7 +3,7 @@
 import argparse
 import sys
 
-from server.board.correcting import Correcting
+from server.board.correcting import AlreadyCorrected, Correcting
 from server.commands import Commands
 from server.commands.journal import open_journal
 from server.configuration.config import Config
@@ -43,7 +43,13 @@ def _void(arguments: argparse.Namespace) -> None:
     splits = read_splits(config.data)
     with open_journal(config) as database:
         correcting = Correcting(database, splits, key_of(config, KnownKeys(database)))
-        made = correcting.void(arguments.split, arguments.episodes, arguments.reason, restore=arguments.restore)
+        try:
+            made = correcting.void(arguments.split, arguments.episodes, arguments.reason, restore=arguments.restore)
+        except AlreadyCorrected as error:
+            if not (revised := correcting.revise(arguments.split)):
+                raise
+            print(f"{error}, by a command that stopped before all receipts were signed\nnew receipts: {revised}")
+            return
         print(
             f"{'restored' if arguments.restore else 'void'}: {named(made.episodes)} of split {made.split}", flush=True
         )

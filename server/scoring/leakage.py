@@ -25,7 +25,7 @@ class Scored:
     Attributes:
         means: shown mean of each agent over both turns.
         runs: number of runs that each mean is over.
-        episodes: number of the epoch's episodes.
+        episodes: number of the epoch's episodes that are not void.
     """
 
     means: Sequence[float]

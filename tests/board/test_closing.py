@@ -14,12 +14,14 @@ from server.board.board import Board
 from server.board.epochs import EpochBoard
 from server.board.exports import as_csv, as_json
 from server.board.publishing import Publishing
+from server.board.standings import Mark
 from server.closing import Closing
 from server.errors import Conflict
 from server.runs.accounts.callers import HOST, READER, Caller, Role
 from server.runs.results.receipts import Receipts
 from server.runs.results.signing import SigningKey
 from server.split_times import SplitTimes
+from tests import tiny
 from tests.board.made import CLOCKS, STEPS, House
 
 CLOSES = datetime(2030, 6, 1, 12, tzinfo=UTC)
@@ -96,6 +98,21 @@ def test_a_frozen_leaderboard_lists_runs_by_time_without_scores_or_ranks(frozen:
     ]  # fmt: skip
     told = json.loads(as_json(frozen.board.listing("tiny", "en")))
     assert (told["frozen"], [one["rows"] for one in told["standings"]]) == (True, [{}, {}])
+
+
+@pytest.mark.parametrize(
+    ("cause", "mark"), [("FORFEITED", Mark.FORFEITED), ("SERVER_FAULT", Mark.SERVER_FAULT)], ids=["forfeits", "faults"]
+)
+def test_no_mark_tells_how_episodes_ended_before(house: House, tmp_path: Path, cause: str, mark: Mark) -> None:
+    house.splits["tiny"] = tiny.write(tmp_path, "tiny", 6, hidden=True)
+    season = Season(house, tmp_path, frozen=True)
+    house.run("failed", 0.0, agent="failed", causes=[cause] * 5, participant="ann", account="ann")
+    season.publishing.publish(HOST, "failed", "")
+    assert season.board.entry("failed").marks == ()
+    listing = season.board.listing("tiny", "en")
+    assert [one.marks for one in listing.standings] == [(), (), ()]
+    season.now = CLOSES
+    assert season.board.entry("failed").marks == (mark,)
 
 
 def epochs_of(season: Season) -> EpochBoard:

@@ -1,5 +1,7 @@
 """Void episodes and corrected data: scores, ranks and receipts follow, for all runs alike."""
 
+import csv
+import io
 import json
 import shutil
 from contextlib import closing
@@ -13,8 +15,9 @@ import sqlalchemy as sa
 
 from server.board.board import Board
 from server.board.correcting import Correcting, Rescored
+from server.board.exports import as_csv
 from server.board.publishing import Publishing
-from server.board.standings import Mark, Standing
+from server.board.standings import BOTH, Mark, Standing
 from server.episodes.episode import Episode, Instructions
 from server.episodes.splits import read_split, write_split
 from server.errors import BadInput, Conflict, NotFound
@@ -25,7 +28,7 @@ from server.runs.results.reports import report_of
 from server.runs.results.rescoring import Rescorer
 from server.runs.results.signing import SigningKey
 from server.runs.storage import tables
-from server.runs.storage.records import CANCELLED
+from server.runs.storage.records import CANCELLED, Code
 from server.sim.geometry import Pose
 from server.sim.room import Placement
 from server.sim.section import Building, Section
@@ -202,6 +205,34 @@ def test_a_run_that_did_not_play_a_void_episode_is_left_alone(host: Host) -> Non
     assert stored_receipt(host.house.database, "part") == kept
 
 
+@pytest.mark.parametrize("in_hindi", [1, 4], ids=["all void", "void in English alone"])
+def test_a_system_of_void_episodes_alone_keeps_its_scores_over_languages(
+    house: House, tmp_path: Path, in_hindi: int
+) -> None:
+    first = {language: house.splits["tiny"].in_playing_order(language)[0].episode_id for language in ("en", "hi")}
+    house.publish(house.run("english", [0.5]))
+    house.publish(house.run("hindi", [1.0] * in_hindi, language="hi"))
+    void = {first["en"], first["hi"]} if in_hindi == 1 else {first["en"]}
+    Correcting(house.database, house.splits, SigningKey(tmp_path / "key.pem")).void("tiny", void, "doubtful")
+    (line,) = house.board.both("tiny")
+    assert line.entries[0].voided == 1
+    assert (ptc(line), line.is_ranked) == (pytest.approx(0.75), False)
+    (row,) = csv.DictReader(io.StringIO(as_csv(house.board.listing("tiny", BOTH))))
+    assert float(row["PTC@CTC-3"]) == pytest.approx(0.75)
+
+
+def test_a_reproduction_of_void_episodes_alone_keeps_its_difference(house: House, tmp_path: Path) -> None:
+    house.participant("ann", "bob")
+    for account, score in (("ann", 0.5), ("bob", 0.75)):
+        house.run(account, [score], account=account, participant=account, code=Code("https://example.org/walker"))
+    house.publish("ann")
+    house.publishing.publish(HOST, "bob", "", reproduces="ann")
+    (episode,) = house.entries.all_episodes("ann").ids
+    Correcting(house.database, house.splits, SigningKey(tmp_path / "key.pem")).void("tiny", [episode], "doubtful")
+    (found,) = house.board.reproductions("ann")
+    assert found.differences["PTC@CTC-3"].mean == pytest.approx(0.25)
+
+
 @pytest.mark.parametrize(("episodes", "restore", "reason", "error", "message"), [
     (["9"], False, "x", NotFound, "split 'tiny' has no episode '9'"),
     (["0"], True, "x", Conflict, r"1 episode \('0'\) of split 'tiny' not void"),
@@ -295,6 +326,26 @@ def test_an_interrupted_rescoring_goes_on(host: Host) -> None:
     assert len(host.rescore("another word")) == 2
     assert [one.reason for one in host.board().corrections("tiny")] == ["the cell was wrong"]
     assert all(one.rank for one in host.standings().values())
+
+
+def test_data_that_was_adopted_and_reverted_is_adopted_again(host: Host) -> None:
+    moved = moved_cell(host.before.episodes["0"])
+    host.replace(e0=moved)
+    host.rescore("the cell was wrong")
+    wrong = host.splits["tiny"]
+    host.write([*host.before.episodes.values()])
+    assert {one.problem for one in host.correcting.rescore(wrong, "it was right")} == {""}
+    assert ptc(host.standings()["poor"]) == pytest.approx(10 / 12)
+    host.replace(e0=moved)
+    assert {one.problem for one in host.rescore("it was wrong after all").values()} == {""}
+    assert ptc(host.standings()["poor"]) == pytest.approx(11 / 12)
+    reasons = ["the cell was wrong", "it was right", "it was wrong after all"]
+    assert [one.reason for one in host.board().corrections("tiny")] == reasons
+    content = host.content("poor")
+    assert [one["reason"] for one in content["corrections"]] == reasons
+    assert content["revision"]["number"] == 3
+    with closing(Rescorer(host.house.database, host.splits)) as rescorer:
+        assert rescorer.rescore("poor").differences == ()
 
 
 def test_a_changed_text_leaves_the_scores_and_is_named(host: Host) -> None:

@@ -2,11 +2,13 @@
 
 import json
 from contextlib import closing
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import pytest
 
+from server.board.correcting import Correcting
 from server.board.standings import BOTH
 from server.errors import BadInput, Conflict, NotFound
 from server.runs.accounts.callers import HOST
@@ -14,6 +16,7 @@ from server.runs.results.receipts import Receipts, stored_receipt
 from server.runs.results.signing import SigningKey
 from server.runs.storage.epochs import EpochState, check_open
 from server.runs.storage.records import COMPLETE, Code
+from server.scoring.leakage import Scored, changes
 from tests import tiny
 from tests.board.made import House, secret_of
 
@@ -138,6 +141,19 @@ def test_agents_stand_on_the_old_epoch_against_the_new(house: House, tmp_path: P
     assert found.mean.mean == pytest.approx((learned.difference.mean + honest.difference.mean) / 2, abs=1e-3)
     assert [(pair.older, pair.newer) for pair in house.epoch_board.pairs("en")] == [(older, newer)]
     assert list(house.epoch_board.pairs("hi")) == []
+
+
+def test_changes_are_those_of_the_episodes_that_are_not_void(house: House, tmp_path: Path) -> None:
+    older, newer = (house.epoch(number, tmp_path, 60) for number in (1, 2))
+    for split, score in ((older, 0.0), (newer, 0.5)):
+        house.publish(house.run(f"on {split}", score, split=split, account="ann", participant="ann"))
+    first = house.splits[newer].in_playing_order("en")[0].episode_id
+    Correcting(house.database, house.splits, SigningKey(tmp_path / "key.pem")).void(newer, [first], "a wall")
+    (line,) = house.epoch_board.compare(older, newer, "en").agents
+    means = (line.older_mean, line.newer_mean)
+    scored = [Scored([mean], [1], episodes) for mean, episodes in zip(means, (60, 59), strict=True)]
+    assert line.difference == changes(*scored).of_each[0]
+    assert line.difference != changes(*(replace(one, episodes=60) for one in scored)).of_each[0]
 
 
 def test_only_the_same_agents_are_compared(house: House, tmp_path: Path) -> None:

@@ -19,9 +19,10 @@ from server.runs.results.receipts import MASKED_VERSION, VERSION, Receipts, docu
 from server.runs.results.reports import make_report, report_of, score_array
 from server.runs.results.signing import SigningKey
 from server.runs.storage import tables
+from server.runs.storage.records import Code
 from server.scoring.disclosure import step_of
 from server.scoring.episode import METRICS
-from server.scoring.masking import Noise, masked_rows, name_without
+from server.scoring.masking import Noise, difference, masked_rows, mean_interval, name_without, shown_deviation
 from tests import tiny
 from tests.board.made import CLOCKS, STEPS, House
 
@@ -197,6 +198,27 @@ def test_void_episode_leaves_no_trace_in_fresh_figures(hidden: House, tmp_path: 
     assert board.listing("guarded", "en").family is not None
     correcting.void("guarded", order[:1], "it was right", restore=True)
     assert board.entry("a").rows == before
+
+
+def test_intervals_of_several_runs_are_those_of_the_episodes_that_are_not_void(hidden: House, tmp_path: Path) -> None:
+    """With 60 episodes the step is 0.1, with 59 it is 0.2: so much further may the exact means lie apart."""
+    hidden.participant("ann", "bob")
+    code = Code("https://example.org/walker")
+    for run_id, score, account in (("a", 0.4, "ann"), ("b", 0.6, "ann"), ("c", 0.6, "bob")):
+        arguments = (("seed", "b" if run_id == "b" else "a"),)
+        hidden.run(run_id, score, split="guarded", account=account, participant=account, arguments=arguments, code=code)
+        hidden.publishing.publish(HOST, run_id, "", reproduces="a" if run_id == "c" else None)
+    first = hidden.splits["guarded"].in_playing_order("en")[0].episode_id
+    Correcting(hidden.database, hidden.splits, SigningKey(tmp_path / "key.pem")).void("guarded", [first], "a wall")
+    left, step = EPISODES - 1, step_of(EPISODES - 1)
+    (line,) = (one for one in hidden.board.standings("guarded", "en") if one.seeds == 2)
+    assert [entry.counted for entry in line.entries] == [left, left]
+    found = line.rows["total"][METRIC]
+    assert found == mean_interval(found.mean, left, step / 2.0, step)
+    (again,) = hidden.board.reproductions("a")
+    assert again.differences[METRIC] == difference(
+        total(hidden, "c"), total(hidden, "a"), left, 2.0**0.5 * shown_deviation(left)
+    )
 
 
 def test_run_whose_hidden_split_is_gone_shows_what_it_showed(hidden: House) -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from server.board.entries import Published
 from server.errors import ArraMonError, BadInput, Conflict, Forbidden, NotFound
+from server.runs.accounts.administration import Administration
 from server.runs.accounts.callers import ANONYMOUS, HOST, UNAUTHENTICATED, Caller, Role
 from server.runs.storage import tables
 from tests.board.made import House
@@ -128,6 +129,23 @@ def test_host_withdrawal_also_applies_to_an_already_withdrawn_run(runs: House) -
         runs.publish("anns", caller=ANN)
     runs.publishing.withdraw(HOST, "anns")  # once more changes nothing
     assert listed(runs) == []
+
+
+def test_what_the_host_withdraws_after_a_ban_stays_withdrawn_when_it_ends(runs: House) -> None:
+    runs.publish("anns", caller=ANN)
+    runs.publish(runs.run("another", account="ann", participant="ann", agent="another"), caller=ANN)
+    administration = Administration(runs.database)
+    administration.ban("ann", "spam")
+    runs.publishing.withdraw(HOST, "anns")
+    assert administration.unban("ann") == 1
+    assert listed(runs) == ["another"]
+    with pytest.raises(Forbidden, match="the host has withdrawn run 'anns'"):
+        runs.publish("anns", caller=ANN)
+
+
+def test_a_run_that_was_never_published_cannot_be_withdrawn_by_the_host(runs: House) -> None:
+    with pytest.raises(NotFound, match="run 'anns' is not on the leaderboard"):
+        runs.publishing.withdraw(HOST, "anns")
 
 
 @pytest.mark.parametrize("split", ["secret", "tiny"])

@@ -7,10 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from server.board.correcting import Correcting
 from server.board.entries import Entries
 from server.board.publishing import Publishing
 from server.cli import main
 from server.episodes.splits import folder_of, read_splits, write_split
+from server.errors import StorageError
 from server.runs.accounts.callers import HOST
 from server.runs.results.receipts import Receipts, stored_receipt
 from server.runs.results.signing import SigningKey
@@ -83,6 +85,77 @@ def test_the_host_of_a_hidden_split_is_told_what_a_void_episode_tells(
     tiny.write(tmp_path, "secret", hidden=True)
     assert run(tmp_path, "void", "secret", "0", "--reason", "x") == 0
     assert "the difference between the scores before and after is about these episodes" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("restore", [False, True])
+def test_a_command_that_stopped_before_the_receipts_is_finished_by_the_same_one(
+    data: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, restore: bool
+) -> None:
+    said, flags = ("not void", ["--restore"]) if restore else ("void already", [])
+    if restore:
+        assert run(data, "void", "tiny", "0", "--reason", "doubtful") == 0
+    asked = ("void", "tiny", "0", *flags, "--reason", "x")
+
+    def stop(_self: Correcting, _split: str) -> int:
+        raise StorageError("the disk is full")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Correcting, "revise", stop)
+        assert run(data, *asked) == 1
+    assert receipt(data).get("voided", []) == (["0"] if restore else [])
+    capsys.readouterr()
+    assert run(data, "rescore", RUN) == 1
+    (line,) = (line for line in capsys.readouterr().out.splitlines() if "receipt" in line and "was" in line)
+    assert "the receipt is outdated: the host has corrected the split since it was signed" in line
+    assert run(data, *asked) == 0
+    assert capsys.readouterr().out == (
+        f"1 episode ('0') of split 'tiny' {said}, by a command that stopped before all receipts were signed\n"
+        "new receipts: 1\n"
+    )
+    assert receipt(data).get("voided", []) == ([] if restore else ["0"])
+    assert run(data, "rescore", RUN) == 0
+    assert run(data, *asked) == 1
+    assert said in capsys.readouterr().err
+
+
+def test_an_outdated_receipt_does_not_finish_another_correction(
+    data: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patched:
+        patched.setattr(Correcting, "revise", lambda _self, _split: 0)
+        assert run(data, "void", "tiny", "0", "--reason", "x") == 0
+    assert run(data, "void", "tiny", "0", "1", "--reason", "x") == 1
+    assert "1 episode ('0') of split 'tiny' void already" in capsys.readouterr().err
+    assert receipt(data).get("voided") is None
+
+
+def test_an_outdated_receipt_of_corrected_data_is_named(
+    data: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    adopt = ("rescore", "--adopt", "tiny", "--before", str(corrected(data)), "--reason", "the cell was wrong")
+    with monkeypatch.context() as patched:
+        patched.setattr(Receipts, "revise", lambda _self, _run: False)
+        assert run(data, *adopt) == 0
+    capsys.readouterr()
+    assert run(data, "rescore", RUN) == 1
+    out = capsys.readouterr().out
+    assert "the receipt is outdated: the host has corrected the split since it was signed" in out
+    assert "data_hash was" not in out
+    assert run(data, *adopt) == 0
+    assert run(data, "rescore", RUN) == 0
+
+
+def test_a_run_of_void_episodes_alone_is_compared_with_its_kept_receipt(
+    data: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    splits = read_splits(data)
+    with closing(Database(f"sqlite:///{data / 'journal.db'}")) as database:
+        play(database, splits["tiny"], "b" * 32, {"0": tiny.ACTIONS})
+        Receipts(database, splits, SigningKey(data / "signing-key.pem")).of(HOST, "b" * 32)
+    assert run(data, "void", "tiny", "0", "--reason", "x") == 0
+    capsys.readouterr()
+    assert run(data, "rescore", "b" * 32) == 0
+    assert "identical" in capsys.readouterr().out
 
 
 def corrected(data: Path) -> Path:

@@ -145,8 +145,8 @@ class Administration:
         """End a ban: tokens work again, and the runs that were withdrawn with it are listed again.
 
         Returns:
-            The number of runs that are listed again. What was withdrawn before the ban stays so, and runs that were
-            cancelled stay cancelled.
+            The number of runs that are listed again. What the host withdrew before or since stays so, and runs that
+            were cancelled stay cancelled.
 
         Raises:
             NotFound: if there is no such account.

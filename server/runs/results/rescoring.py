@@ -16,9 +16,10 @@ from server.errors import Conflict
 from server.runs.accounts.administration import earlier_names
 from server.runs.play.session import Session
 from server.runs.play.worlds import Worlds
-from server.runs.results.receipts import MASKED_VERSION, UNDERIVED, Receipt, document, stored_receipt
+from server.runs.results.receipts import MASKED_VERSION, UNDERIVED, VOIDED, Receipt, document, stored_receipt
 from server.runs.results.reports import make_report, split_of
 from server.runs.storage import causes
+from server.runs.storage.corrections import Corrections
 from server.runs.storage.database import Database
 from server.runs.storage.journal import Journal
 from server.runs.storage.plays import play_digest
@@ -30,6 +31,12 @@ TOLERANCE = 1e-9
 
 MAX_DIFFERENCES = 10
 """Maximum number of differences that are listed for a run's episodes, and also for its receipt."""
+
+OUTDATED = (
+    "the receipt is outdated: the host has corrected the split since it was signed; a new one supersedes it when it is "
+    "asked for, or when the command that corrected the split is repeated"
+)
+"""Difference of a receipt that a correction has not superseded yet."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,12 +129,20 @@ class Rescorer:
         except (InvalidSignature, ValueError):
             yield "receipt: its signature is wrong"
         written = json.loads(receipt.payload)
+        corrections = Corrections(self._database).of_run(run.run_id, run.split, (one.episode_id for one in played))
+        if written["data_hash"] in {one.data_before for one in corrections} - {run.data_hash}:
+            yield OUTDATED
+            return
+        # Compared as it was signed: of a run whose episodes are all void now, it stays in force.
+        signed, void = frozenset(written.get(VOIDED, ())), voided & {one.episode_id for one in played}
+        if signed != void and len(void) < len(played):
+            yield OUTDATED
         if (name := written["run"]["participant"]) in earlier_names(self._database, run.account):
             run = replace(run, participant=name)  # it was signed before the account was renamed
         masked = written.get("version") == MASKED_VERSION
         play = play_digest(run, played, self._journal.actions)
         progress = self._journal.progress(run.run_id)
-        report = make_report(run, progress, played, split, play, voided, exact=not masked)
+        report = make_report(run, progress, played, split, play, signed, exact=not masked)
         made = document(self._journal.actions, report, played, hidden=split.hidden, masked=masked)
         yield from differences_of_receipt(written, made)
 
